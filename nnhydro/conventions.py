@@ -1,0 +1,59 @@
+"""Units, signs, frames and channel names: the one page that all else cites.
+
+Frame    X, Y in the plane of motion, Z out of it. Joint 1 sits on a carriage that moves along +Y at `u0`.
+Angles   q_1 from +X to link 1, q_i (i > 1) from link i-1 to link i, counter-clockwise, rad; phi_i = q_1 + ... + q_i.
+Link     e_i = (cos phi_i, sin phi_i) from joint i to joint i+1, n_i = (-sin phi_i, cos phi_i); x runs along e_i from 0 to L_i.
+Water    at rest far away; velocities are those of the link through the water.
+LOAD     a torque is what the drive must supply, positive along +q_j: rigid body + minus the water's torque + friction.
+         Drag loads therefore carry the sign of the velocity, inertia loads the sign of the acceleration.
+C_M      is the added-mass coefficient (ideal value 1), never Morison's inertia coefficient 1 + C_M.
+Units    SI everywhere; a column or key name ends in its unit.
+
+Source: Rivera (1995), section 3.1; McLain & Rock (1998), eq. (1) with the opposite sign (they report the water's torque on the arm).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+SCHEMA_ARM: Final = "nnhydro/arm/1"
+SCHEMA_MODEL: Final = "nnhydro/model/1"
+SCHEMA_BENCHMARK: Final = "nnhydro/benchmark/1"
+SCHEMA_RECIPE: Final = "nnhydro/recipe/1"
+
+TIME: Final = "t_s"
+CLOCK: Final = "clock_s"
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One kind of column of a recording: its stem, its unit suffix and whether there is one a joint."""
+
+    stem: str
+    unit: str
+    per_joint: bool
+    meaning: str
+
+    def column(self, joint: int | None = None) -> str:
+        """Name of the column, `joint` counted from 1."""
+        if self.per_joint != (joint is not None):
+            raise ValueError(f"channel {self.stem} is {'' if self.per_joint else 'not '}one a joint")
+        head, _, tail = self.stem.partition("_")
+        number = "" if joint is None else str(joint)
+        return f"{head}{number}{'_' + tail if tail else ''}_{self.unit}"
+
+
+CHANNELS: dict[str, Channel] = {
+    "q": Channel("q", "rad", True, "joint angle"),
+    "qd": Channel("dq", "rad_s", True, "joint rate"),
+    "qdd": Channel("ddq", "rad_s2", True, "joint acceleration"),
+    "tau": Channel("tau", "Nm", True, "drive torque"),
+    "tau_sim": Channel("tau_sim", "Nm", True, "the user's own simulated torque"),
+    "tau_std": Channel("tau_std", "Nm", True, "standard deviation of a torque"),
+    "u0": Channel("u0", "m_s", False, "carriage speed"),
+    "du0": Channel("du0", "m_s2", False, "carriage acceleration"),
+}
+
+
+def column(channel: str, joint: int | None = None) -> str:
+    """Name of the column of `channel` (a key of `CHANNELS`), `joint` counted from 1; e.g. column("qd", 2) = "dq2_rad_s"."""
+    return CHANNELS[channel].column(joint)

@@ -1,0 +1,42 @@
+"""What nnhydro raises: every exception says what is wrong, where, the likely cause and the call that mends it."""
+
+from typing import NoReturn
+
+
+class NnhydroError(Exception):
+    """A user's error that one clear line explains; the command line prints that line and exits with 2."""
+
+
+class ArmError(NnhydroError):
+    """arm.yaml cannot be used."""
+
+
+class RecordingError(NnhydroError):
+    """A recording or a steady table cannot be used."""
+
+
+class CampaignError(NnhydroError):
+    """A campaign folder cannot be used."""
+
+
+class ConfigError(NnhydroError):
+    """A configuration, recipe or option cannot be used."""
+
+
+class ModelError(NnhydroError):
+    """A model folder cannot be used."""
+
+
+class MissingExtraError(NnhydroError):
+    """An optional library is not installed."""
+
+
+def require(condition: bool, message: str, error: type[NnhydroError] = ConfigError) -> None:
+    """Raise `error` with `message` unless `condition` holds."""
+    if not condition:
+        raise error(message)
+
+
+def missing_extra(library: str, extra: str, purpose: str) -> NoReturn:
+    """Raise `MissingExtraError` naming the pip command that installs `library`."""
+    raise MissingExtraError(f"{purpose} needs the library {library!r}, which is not installed: pip install 'nnhydro[{extra}]'")

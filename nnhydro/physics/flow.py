@@ -1,0 +1,150 @@
+"""The water as each link meets it: normal and axial velocity and acceleration along the link, and the way loads reach the joints.
+
+    u_y,i(x) = A_i x + B_i            normal velocity of the point x of link i                    [m/s]
+    d/dt u_y,i(x) = M_i x + N_i       its time derivative in the link's own frame                 [m/s^2]
+    u_x,i, du_x,i                     axial velocity and its time derivative, uniform along x     [m/s, m/s^2]
+
+    A_i = sum_{p<=i} qd_p
+    B_i = sum_{j<i} L_j phid_j cos(phi_i - phi_j) + u0 cos phi_i
+    M_i = sum_{p<=i} qdd_p
+    N_i = sum_{j<i} L_j [phidd_j cos(phi_i - phi_j) - phid_j (phid_i - phid_j) sin(phi_i - phi_j)] + du0 cos phi_i - u0 A_i sin phi_i
+
+Source: Rivera (1995), eqs. 3-1-9 to 3-1-14, 3-1-31, 3-1-32 (formulas lost in print; re-derived as plain time derivatives).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.recordings.arm import Arm
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """The kinematics of `motion` for `arm`; every quantity is computed once, when first asked for."""
+
+    arm: Arm
+    motion: Motion
+
+    @property
+    def rho(self) -> float:
+        """Density of the water, kg/m^3."""
+        return self.arm.fluid.density_kg_m3
+
+    @property
+    def nu(self) -> float:
+        """Kinematic viscosity, m^2/s."""
+        return self.arm.fluid.kinematic_viscosity_m2_s
+
+    @cached_property
+    def L(self) -> Tensor:  # (links,) m
+        """Lengths."""
+        return tensor(self.arm.L)
+
+    @cached_property
+    def D(self) -> Tensor:  # (links,) m
+        """Diameters."""
+        return tensor(self.arm.D)
+
+    @cached_property
+    def phi(self) -> Tensor:  # (n, links) rad
+        """Absolute angles."""
+        return self.motion.q.cumsum(dim=1)
+
+    @cached_property
+    def A(self) -> Tensor:  # (n, links) rad/s
+        """Absolute angular rates: the slope of the normal velocity."""
+        return self.motion.qd.cumsum(dim=1)
+
+    @cached_property
+    def M(self) -> Tensor:  # (n, links) rad/s^2
+        """Absolute angular accelerations: the slope of the normal acceleration."""
+        return self.motion.qdd.cumsum(dim=1)
+
+    @cached_property
+    def _inboard(self) -> Tensor:  # (links i, links j)
+        """1 where link j lies inboard of link i."""
+        n = self.arm.n_links
+        return torch.tril(torch.ones(n, n, dtype=torch.float64), diagonal=-1)
+
+    @cached_property
+    def _bend(self) -> Tensor:  # (n, links i, links j) rad
+        """phi_i - phi_j."""
+        return self.phi[:, :, None] - self.phi[:, None, :]
+
+    @cached_property
+    def along(self) -> Tensor:  # (n, links i, links j) m
+        """L_j cos(phi_i - phi_j) for j inboard of i: the lever of a normal load on link i, piece by piece."""
+        return self._inboard * self.L * torch.cos(self._bend)
+
+    @cached_property
+    def across(self) -> Tensor:  # (n, links i, links j) m
+        """L_j sin(phi_i - phi_j) for j inboard of i: the lever of an axial load on link i, piece by piece."""
+        return self._inboard * self.L * torch.sin(self._bend)
+
+    @cached_property
+    def B(self) -> Tensor:  # (n, links) m/s
+        """Normal velocity of the inboard joint of each link."""
+        return torch.einsum("nij,nj->ni", self.along, self.A) + self.motion.u0[:, None] * torch.cos(self.phi)
+
+    @cached_property
+    def u_x(self) -> Tensor:  # (n, links) m/s
+        """Axial velocity of each link."""
+        return torch.einsum("nij,nj->ni", self.across, self.A) + self.motion.u0[:, None] * torch.sin(self.phi)
+
+    @cached_property
+    def _turning(self) -> Tensor:  # (n, links i, links j) rad^2/s^2
+        """phid_j (phid_i - phid_j)."""
+        return self.A[:, None, :] * (self.A[:, :, None] - self.A[:, None, :])
+
+    @cached_property
+    def N(self) -> Tensor:  # (n, links) m/s^2
+        """Normal acceleration (link frame) of the inboard joint of each link."""
+        u0, du0 = self.motion.u0[:, None], self.motion.du0[:, None]
+        return (torch.einsum("nij,nj->ni", self.along, self.M) - (self.across * self._turning).sum(-1)
+                + du0 * torch.cos(self.phi) - u0 * self.A * torch.sin(self.phi))
+
+    @cached_property
+    def du_x(self) -> Tensor:  # (n, links) m/s^2
+        """Axial acceleration (link frame) of each link."""
+        u0, du0 = self.motion.u0[:, None], self.motion.du0[:, None]
+        return (torch.einsum("nij,nj->ni", self.across, self.M) + (self.along * self._turning).sum(-1)
+                + du0 * torch.sin(self.phi) + u0 * self.A * torch.cos(self.phi))
+
+    @cached_property
+    def outboard(self) -> Tensor:  # (joints j, links i)
+        """1 where link i hangs on joint j."""
+        n = self.arm.n_links
+        return torch.triu(torch.ones(n, n, dtype=torch.float64))
+
+    @cached_property
+    def lever_normal(self) -> Tensor:  # (n, joints j, links i) m
+        """Lever about joint j of a normal load at joint i: sum_{p=j}^{i-1} L_p cos(phi_i - phi_p). Rivera (1995), eq. 3-1-22."""
+        return self.along.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+
+    @cached_property
+    def lever_axial(self) -> Tensor:  # (n, joints j, links i) m
+        """Lever about joint j of an axial load on link i: sum_{p=j}^{i-1} L_p sin(phi_i - phi_p). Rivera (1995), eq. 3-1-28."""
+        return self.across.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+
+    def normal_columns(self, force: Tensor, moment: Tensor) -> Tensor:
+        """Return the joint torques (n, joints, links) of normal loads, one column a link.
+
+        `force` (n, links) N acts along n_i; `moment` (n, links) N m is the load's moment about the link's own joint.
+        """
+        return self.outboard * moment[:, None, :] + self.lever_normal * force[:, None, :]
+
+    def axial_columns(self, force: Tensor) -> Tensor:
+        """Return the joint torques (n, joints, links) of axial loads `force` (n, links) N along e_i, one column a link."""
+        return self.lever_axial * force[:, None, :]
+
+    def hub_force(self, normal: Tensor, axial: Tensor) -> Tensor:
+        """Return the force (n, 2) N in world axes that the hub supplies against normal and axial loads (n, links) N."""
+        e = torch.stack([torch.cos(self.phi), torch.sin(self.phi)], dim=-1)
+        n = torch.stack([-torch.sin(self.phi), torch.cos(self.phi)], dim=-1)
+        return (normal[..., None] * n + axial[..., None] * e).sum(dim=1)

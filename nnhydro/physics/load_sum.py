@@ -1,0 +1,46 @@
+"""The joint torques of a model: a sum of named load terms."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import torch
+from torch import Tensor
+
+from nnhydro.errors import ModelError, require
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import LinearTerm, LoadTerm, term_of
+
+
+@final
+@dataclass(frozen=True)
+class Loads:
+    """Torque at the joints as a sum of named terms; the empty sum is the arm without mass in no water."""
+
+    terms: Mapping[str, LoadTerm]
+
+    def by_term(self, flow: Flow) -> dict[str, Tensor]:
+        """Return the torque (n, joints) N m of each term."""
+        return {name: term.torque(flow) for name, term in self.terms.items()}
+
+    def torque(self, flow: Flow) -> Tensor:
+        """Return the sum of all terms, (n, joints) N m."""
+        return sum(self.by_term(flow).values(), start=torch.zeros_like(flow.motion.qd))
+
+    def plus(self, name: str, term: LoadTerm) -> "Loads":
+        """Return a new sum with one more term; this one is unchanged."""
+        require(name not in self.terms, f"the sum already has a term called {name!r}: give this one another name", ModelError)
+        return replace(self, terms={**self.terms, name: term})
+
+    def linear(self) -> dict[str, LinearTerm]:
+        """Return the terms that are linear in their parameters."""
+        return {name: term for name, term in self.terms.items() if isinstance(term, LinearTerm)}
+
+    def document(self) -> dict[str, Any]:
+        """Return the sum as model files store it."""
+        return {name: term.document() for name, term in self.terms.items()}
+
+    @staticmethod
+    def parse(document: Mapping[str, Any]) -> "Loads":
+        """Return the sum that `document()` stored."""
+        return Loads({name: term_of(term) for name, term in document.items()})

@@ -1,0 +1,44 @@
+"""Inertia of the water that is pushed along each link, in the three readings of `added_mass`.
+
+    f_x = C_Mx m' int_0^L a_x dx,   m' = rho pi D^2 / 4     [N], along e_i
+
+    document   a_x = d(u_x)/dt;   inertial   a_x = d(u_x)/dt - A (A x + B)
+    energy     m' L [d(u_x)/dt a_ji + u_x (A_i l_ji - B_i)] at joint j; a_ji, l_ji levers of axial and normal loads
+
+Source: Rivera (1995), eqs. 3-1-40 to 3-1-43; the inertial and energy readings are ours.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+from torch import Tensor
+
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import LinearTerm, Values, parameter
+from nnhydro.physics.loads.added_mass import displaced, require_reading
+
+
+@final
+@dataclass(frozen=True)
+class AxialAddedMass(LinearTerm):
+    """Added mass along each link; `reading` must be that of the `AddedMass` beside it."""
+
+    kind: ClassVar[str] = "axial_added_mass"
+    C_Mx: Values = parameter("1", 0.03, (0.0, 5.0), "added-mass coefficient along the link")
+    reading: str = "document"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_reading(self.reading)
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d C_Mx, (n, joints, links)."""
+        mL = displaced(flow) * flow.L
+        force = mL * flow.du_x
+        if self.reading == "inertial":
+            force = force - mL * flow.A * (flow.A * flow.L / 2 + flow.B)
+        columns = flow.axial_columns(force)
+        if self.reading != "energy":
+            return columns
+        slip = flow.A[:, None, :] * flow.lever_normal - flow.B[:, None, :]
+        return columns + (mL * flow.u_x)[:, None, :] * flow.outboard * slip

@@ -1,0 +1,63 @@
+"""The dry arm: inertia, Coriolis and centrifugal torques, carriage acceleration and weight, exact for n links in a plane.
+
+    tau_j = sum_{i>=j} [ m_i (P_ji x a_i) + h_i (e_i x a_i + P_ji x (phidd_i n_i - phid_i^2 e_i)) + J_i phidd_i ]      [N m]
+
+    a_i   acceleration of joint i, carriage acceleration and weight (g along -Y) included                             [m/s^2]
+    P_ji  vector from joint j to joint i                                                                              [m]
+    m_i   mass [kg];  h_i = m_i Lc_i first moment about joint i [kg m];  J_i = I_i + m_i Lc_i^2 second moment [kg m^2]
+
+Linear in (m, h, J). Source: Rivera (1995), eqs. 3-3-1 to 3-3-15 (two links); n links by Newton and Euler.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import torch
+from torch import Tensor
+
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import LinearTerm, Values, parameter
+from nnhydro.recordings.arm import Arm
+
+
+def _cross(a: Tensor, b: Tensor) -> Tensor:
+    """z component of a x b for plane vectors (..., 2)."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+@final
+@dataclass(frozen=True)
+class RigidBody(LinearTerm):
+    """Rigid-body torques of the dry arm; parameters are moments of mass about each link's own joint."""
+
+    kind: ClassVar[str] = "rigid_body"
+    mass: Values = parameter("kg", 1.0, (0.0, 1e6), "mass of the link")
+    first_moment: Values = parameter("kg m", 0.1, (-1e6, 1e6), "mass times distance of the mass centre from the joint")
+    second_moment: Values = parameter("kg m^2", 0.1, (0.0, 1e6), "moment of inertia about the joint")
+
+    @classmethod
+    def of_arm(cls, arm: Arm) -> "RigidBody":
+        """Return the rigid body that arm.yaml states."""
+        links = arm.links
+        return cls(tuple(k.mass_kg for k in links), tuple(k.mass_kg * k.com_m for k in links),
+                   tuple(k.inertia_kg_m2 + k.mass_kg * k.com_m**2 for k in links))
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d (m, h, J), (n, joints, 3 links)."""
+        links, phi, rate, acc = flow.arm.n_links, flow.phi, flow.A, flow.M
+        e = torch.stack([torch.cos(phi), torch.sin(phi)], dim=-1)  # (n, links, 2)
+        n = torch.stack([-e[..., 1], e[..., 0]], dim=-1)
+        swing = acc[..., None] * n - (rate**2)[..., None] * e  # acceleration of a link's points per metre from its joint
+        hub = torch.stack([torch.zeros_like(flow.motion.du0), flow.motion.du0 + flow.arm.gravity_m_s2], dim=-1)
+        step = flow.L[:, None] * swing
+        joint_acc = hub[:, None, :] + torch.cumsum(step, dim=1) - step  # (n, links, 2)
+        reach = flow.L[:, None] * e
+        joint_pos = torch.cumsum(reach, dim=1) - reach
+        columns = torch.zeros(len(flow.motion), links, 3 * links, dtype=torch.float64)
+        for j in range(links):
+            for i in range(j, links):
+                P = joint_pos[:, i] - joint_pos[:, j]
+                columns[:, j, i] = _cross(P, joint_acc[:, i])
+                columns[:, j, links + i] = _cross(e[:, i], joint_acc[:, i]) + _cross(P, swing[:, i])
+                columns[:, j, 2 * links + i] = acc[:, i]
+        return columns

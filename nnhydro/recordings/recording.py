@@ -1,0 +1,121 @@
+"""What one file holds: a recording (a run of the arm against time) or a steady table (one row a run)."""
+
+from dataclasses import dataclass, fields, replace
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.errors import RecordingError, require
+
+Array = NDArray[np.float64]
+
+MAX_SAMPLES = 50_000_000  # a year at 1.6 Hz or a day at 500 Hz: more is not one run
+
+
+def _freeze(instance: object) -> None:
+    """Replace every array of a frozen dataclass by an own, read-only float64 copy."""
+    for field in fields(instance):  # type: ignore[arg-type]
+        value = getattr(instance, field.name)
+        if isinstance(value, np.ndarray) and value.dtype != bool:
+            own = np.array(value, dtype=float)
+            own.setflags(write=False)
+            object.__setattr__(instance, field.name, own)
+
+
+def _require_shapes(name: str, shape: tuple[int, int], **channels: Array | None) -> None:
+    for channel, array in channels.items():
+        if array is not None:
+            wanted = shape if array.ndim == 2 else shape[:1]
+            require(array.shape == wanted, f"{name}: {channel} has shape {array.shape}, expected {wanted}", RecordingError)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where the numbers came from: the file, its sha256 and how it was read."""
+
+    path: str = ""
+    sha256: str = ""
+    reader: str = "memory"
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One run of the arm. SI units, time first, joints from the base outwards. Never changed in place.
+
+    Angles are joint-relative whatever the encoders saw; rows may be unevenly spaced, hold NaN and have gaps: `prepare` splits there.
+    """
+
+    name: str
+    t: Array  # (n,) s
+    q: Array  # (n, links) rad
+    tau: Array | None = None  # (n, links) N m, what the torque sensors read; None where only the motion is known
+    qd: Array | None = None  # (n, links) rad/s
+    qdd: Array | None = None  # (n, links) rad/s^2
+    u0: Array | None = None  # (n,) m/s; None: the carriage stood still
+    du0: Array | None = None  # (n,) m/s^2
+    tau_sim: Array | None = None  # (n, links) N m, the user's own simulation
+    clock: Array | None = None  # (n,) s, time of day
+    origin: Origin = Origin()
+    steps: tuple[str, ...] = ()  # what has been done to it since it was read, in order
+
+    def __post_init__(self) -> None:
+        _freeze(self)
+        require(self.q.ndim == 2, f"{self.name}: q has shape {self.q.shape}, expected (n, links)", RecordingError)
+        _require_shapes(self.name, (len(self.t), self.q.shape[1]), t=self.t, q=self.q, tau=self.tau, qd=self.qd, qdd=self.qdd,
+                        u0=self.u0, du0=self.du0, tau_sim=self.tau_sim, clock=self.clock)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def n_links(self) -> int:
+        """Number of joints."""
+        return int(self.q.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last row, s."""
+        return float(self.t[-1] - self.t[0]) if len(self) else 0.0
+
+    def rows(self, keep: NDArray[np.bool_] | slice, step: str) -> "Recording":
+        """Return the recording with the rows `keep`, `step` noted in its history."""
+        changes = {name: getattr(self, name)[keep] for name in ("t", "q", "tau", "qd", "qdd", "u0", "du0", "tau_sim", "clock")
+                   if getattr(self, name) is not None}
+        return replace(self, **changes, steps=(*self.steps, step))
+
+    def without_torque(self) -> "Recording":
+        """Return the motion alone."""
+        return replace(self, tau=None, tau_sim=None, steps=(*self.steps, "torque removed"))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SteadyTable:
+    """A table of steady runs, one row a run: locked tows and constant rotations, torques averaged over the run."""
+
+    name: str
+    run: tuple[str, ...]  # (n,) name of each run
+    q: Array  # (n, links) rad
+    qd: Array  # (n, links) rad/s
+    u0: Array  # (n,) m/s
+    tau: Array  # (n, links) N m
+    tau_std: Array | None = None  # (n, links) N m, scatter of the torque within the run
+    tau_sim: Array | None = None  # (n, links) N m
+    origin: Origin = Origin()
+
+    def __post_init__(self) -> None:
+        _freeze(self)
+        _require_shapes(self.name, (len(self.run), self.q.shape[1]), q=self.q, qd=self.qd, u0=self.u0, tau=self.tau,
+                        tau_std=self.tau_std, tau_sim=self.tau_sim)
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+    def rows(self, keep: NDArray[np.bool_] | NDArray[np.int64]) -> "SteadyTable":
+        """Return the table with the rows `keep`."""
+        index = np.flatnonzero(keep) if keep.dtype == bool else keep
+        changes = {name: getattr(self, name)[index] for name in ("q", "qd", "u0", "tau", "tau_std", "tau_sim")
+                   if getattr(self, name) is not None}
+        return replace(self, run=tuple(self.run[i] for i in index), **changes)

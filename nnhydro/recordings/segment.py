@@ -1,0 +1,51 @@
+"""A gap-free, evenly sampled stretch of a recording with every derivative in place: what fits and comparisons work on."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.recordings.low_pass import LowPass
+
+Array = NDArray[np.float64]
+STANDSTILL = 1e-3  # rad/s: below it a joint counts as locked and dry friction there is anything within its dead band
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """Motion and torque on an even grid (or rows of a steady table); the torque is low-passed as the model's will be."""
+
+    recording: str
+    t: Array  # (n,) s; for steady rows the row number
+    q: Array  # (n, links) rad
+    qd: Array  # (n, links) rad/s
+    qdd: Array  # (n, links) rad/s^2
+    u0: Array  # (n,) m/s
+    du0: Array  # (n,) m/s^2
+    tau: Array | None  # (n, links) N m, passed through `low_pass` where there is one
+    keep: NDArray[np.bool_]  # (n,) rows that are compared: ends that the filter touches are False
+    low_pass: LowPass | None = None  # the filter that torque and model pass through when they are compared
+    tau_sim: Array | None = None  # (n, links) N m, filtered as tau
+    tau_raw: Array | None = None  # (n, links) N m, on the same grid, not filtered
+    steady: bool = False
+    start_row: int = 0  # first row of the recording that belongs to this stretch
+    stop_row: int = 0  # one past the last row
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def dt(self) -> float:
+        """Grid spacing, s (1 for steady rows)."""
+        return float(self.t[1] - self.t[0]) if len(self.t) > 1 else 1.0
+
+    @property
+    def n_links(self) -> int:
+        """Number of joints."""
+        return int(self.q.shape[1])
+
+    def seen(self, model: Array) -> Array:
+        """Return `model` (n, ...), a torque or columns of one on this grid, as it is compared: through the same filter as the torque."""
+        return model if self.low_pass is None else self.low_pass.apply(model, self.dt)

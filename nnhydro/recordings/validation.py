@@ -1,0 +1,67 @@
+"""Turn pydantic's list of complaints into one line that names the file, the key, what is wrong and what to do."""
+
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from nnhydro.errors import NnhydroError
+
+M = TypeVar("M", bound=BaseModel)  # the PEP 695 form needs Python 3.12
+
+
+class Settings(BaseModel):
+    """A frozen settings model: unknown keys, NaN and infinity are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _key(location: tuple[int | str, ...]) -> str:
+    text = ""
+    for part in location:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text
+
+
+def _known_keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
+    """Keys that the sub-model at `location[:-1]` accepts, for 'did you mean'."""
+    schema: dict[str, Any] = model.model_json_schema()
+    definitions: dict[str, Any] = schema.get("$defs", {})
+
+    def options(node: dict[str, Any]) -> list[dict[str, Any]]:
+        if "$ref" in node:
+            node = definitions[node["$ref"].rsplit("/", 1)[-1]]
+        return [resolved for choice in node["anyOf"] for resolved in options(choice)] if "anyOf" in node else [node]
+
+    nodes = options(schema)
+    for part in location[:-1]:
+        step = [node["items"] if isinstance(part, int) else node["properties"][part]
+                for node in nodes if (isinstance(part, int) and "items" in node) or part in node.get("properties", {})]
+        nodes = [resolved for node in step for resolved in options(node)]
+    return [key for node in nodes for key in node.get("properties", {})]
+
+
+def one_line(where: str, cause: ValidationError, model: type[BaseModel]) -> str:
+    """Return the first complaint of `cause` as one line that starts with `where`."""
+    errors = cause.errors(include_url=False)
+    first = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
+    key = _key(first["loc"])
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    if first["type"] == "extra_forbidden":
+        close = get_close_matches(str(first["loc"][-1]), _known_keys(model, first["loc"]), n=1)
+        hint = f"did you mean {close[0]!r}?" if close else "remove it; the README lists the keys"
+        return f"{where}: unknown key {key!r}: {hint}{more}"
+    if first["type"] == "missing":
+        return f"{where}: key {key!r} is missing: add it{more}"
+    message = str(first["msg"]).removeprefix("Value error, ")
+    value = first["input"]
+    got = f", got {value!r}" if isinstance(value, int | float | str) else ""
+    return f"{where}: {key or 'the file'}: {message}{got}{more}"
+
+
+def validated(model: type[M], document: dict[str, Any], where: str, error: type[NnhydroError]) -> M:
+    """Return `document` as a `model`; raise `error` with one line that starts with `where`."""
+    try:
+        return model.model_validate(document)
+    except ValidationError as cause:
+        raise error(one_line(where, cause, model)) from cause
