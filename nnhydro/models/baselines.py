@@ -1,0 +1,43 @@
+"""The analytic baselines by name, as the contract defines them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
+
+from nnhydro.errors import ConfigError
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.recordings.arm import Arm
+
+
+@final
+@dataclass(frozen=True)
+class Baseline:
+    """A named starting sum of terms and whether its parameters are fitted to the campaign."""
+
+    name: str
+    meaning: str
+    start: Callable[[Arm], Loads]
+    calibrated: bool
+
+
+def _water(arm: Arm, C_D: float, C_M: float | None) -> Loads:
+    loads = Loads({"rigid_body": RigidBody.of_arm(arm), "normal_drag": NormalDrag((C_D,) * arm.n_links)})
+    return loads if C_M is None else loads.plus("added_mass", AddedMass((C_M,) * arm.n_links))
+
+
+BASELINES = {b.name: b for b in (
+    Baseline("rigid", "the dry arm: no water", lambda arm: Loads({"rigid_body": RigidBody.of_arm(arm)}), calibrated=True),
+    Baseline("textbook", "strip theory with Cd = 1.2, Cm = 1", lambda arm: _water(arm, 1.2, 1.0), calibrated=False),
+    Baseline("drag-only", "strip theory with Cd = 1.1, no added mass", lambda arm: _water(arm, 1.1, None), calibrated=False),
+    Baseline("constant", "strip theory with one fitted Cd and Cm a link", lambda arm: _water(arm, 1.1, 0.8), calibrated=True),
+)}
+
+
+def baseline(name: str) -> Baseline:
+    """Return the baseline called `name`; raises ConfigError listing the names."""
+    if name not in BASELINES:
+        raise ConfigError(f"unknown model {name!r}: the physics models are {', '.join(BASELINES)}")
+    return BASELINES[name]

@@ -1,0 +1,34 @@
+"""The analytic model: a named sum of load terms seen through the arm's belt, gears and sensors."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+from torch import Tensor
+
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.transmission import sensed, to_drives
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class StripTheory(TorqueModel):
+    """Sensor torque of the sum `loads`; `name` is the baseline's name (contract: rigid, textbook, drag-only, constant, state)."""
+
+    kind: ClassVar[str] = "strip_theory"
+    name: str
+    loads: Loads
+
+    def torque(self, motion: Motion) -> Tensor:
+        """Return the sensor torques (n, joints) N m."""
+        return sensed(self.loads.torque(Flow(self.arm, motion)), motion.qd, self.arm)
+
+    def by_term(self, motion: Motion) -> dict[str, Tensor]:
+        """Return each term's share of the torque at the drives, before the gears, (n, joints) N m."""
+        return {name: to_drives(tau, self.arm) for name, tau in self.loads.by_term(Flow(self.arm, motion)).items()}
+
+    def document(self) -> dict[str, Any]:
+        """Return name and terms."""
+        return {"name": self.name, "terms": self.loads.document()}
