@@ -1,7 +1,8 @@
 """Every choice of the discrete-vortex simulation, in one place.
 
-None is fitted to a measured force. Those that move the curves most are `offset`, `sample_ahead` and `reversed_flow`;
-training/vortex_wake/results.json lists by how much.
+No number is fitted to a measured force. `core` and `offset` were taken where the curves depend least on the step; between the two flux
+rules measured trends decided (see separation.py). Those that move the curves most are `sample_ahead`, `survival`, `offset` and
+`reversed_flow`; training/vortex_wake/results.json lists by how much.
 """
 
 from dataclasses import dataclass, fields
@@ -24,9 +25,8 @@ class WakeChoices:
     offset: float = 0.05  # height of a nascent vortex above the surface: stands for the boundary layer's thickness
     separation_onset: float = SEPARATION_ONSET  # s/D; separation at cos(theta) = - onset / (s/D), from the rear towards the shoulder
     sample_ahead: float = 6.0  # the flux is taken this far upstream of separation, clear of the nascent vortices' own field
-    reversed_flow: bool = True  # True: subtract the opposite circulation U_r^2/2 that the reversed flow behind carries to separation
+    reversed_flow: bool = False  # True: subtract the opposite circulation U_r^2/2 that the reversed flow behind carries to separation
     survival: float = 1.0  # share of the shed circulation that survives three-dimensional breakdown; 1: all of it
-    decay: float = 0.0  # exponential loss of circulation a diameter travelled; 0: none
     merge_distance: float = 0.03  # successive vortices closer than this are merged ...
     merge_beyond: float = 2.0  # ... once they are this far from the centre; keeps circulation and its centre
     remove_within: float = 0.001  # a vortex closer than this to the surface is absorbed: its image cancels it there

@@ -19,9 +19,7 @@ import numpy as np
 from nnhydro.physics.vortex_wake.potential import Complex, Real, image_positions, image_velocities
 
 
-def inline_force(
-    rho: float, radius: float, U: float, dU: float, z_k: Complex, Gamma_k: Real, velocity_k: Complex, dGamma_k: Real
-) -> float:
+def inline_force(rho: float, radius: float, U: float, dU: float, z_k: Complex, Gamma_k: Real, velocity_k: Complex, dGamma_k: Real) -> float:
     """Give the in-line force of the water on the cylinder, N a metre of span.
 
         F_X = - rho sum Gamma_k (v_k - v_ki) + rho sum q_ki dGamma_k/dt - (pi/4) rho D^2 dU/dt

@@ -1,15 +1,16 @@
 """Where the boundary layer leaves the cylinder and how much circulation it carries.
 
     cos(theta_s) = - (s_0 / s)             first-order boundary layer: from the rear (180 deg) at s_0 towards the shoulder (90 deg)
-    dGamma/dt    = (U_s^2 - U_r^2) / 2     flux of vorticity through the layer that leaves
+    dGamma/dt    = U_s^2 / 2               flux of vorticity through the layer that leaves; (U_s^2 - U_r^2)/2 with `reversed_flow`
 
     theta   angle from the front stagnation point, upper half                                   [rad]
     U_s     speed of the water past the wall just ahead of separation, positive downstream      [m/s]
     U_r     fastest reversed speed past the wall between separation and the rear                [m/s]
 
-The reversed flow has a boundary layer of its own; it brings circulation of the other sign to the same point. U_r = 0 until a vortex
-has grown, so the early flow is the plain U_s^2/2.
-Source: flux U_s^2/2 as in Sarpkaya & Garrison 1963 and McLain & Rock 1998; the series of Blasius 1908 for theta_s; U_r^2/2 is ours.
+The reversed flow has a boundary layer of its own, which brings circulation of the other sign to the same point. Left out by default:
+with it a constant acceleration shows the measured overshoot, but an impulsive start falls to C_D = 0.7 and a fit over several motions
+gives C_M > 1, both against measurement.
+Source: U_s^2/2 is the usual flux of discrete-vortex models; theta_s from the series of Blasius 1908; U_r^2/2 is ours.
 """
 
 import numpy as np
@@ -49,7 +50,7 @@ def surface_speed(theta: Real, U: float, radius: float, core: Real, z: Complex, 
 def circulation_flux(theta_s: float, U: float, radius: float, core: Real, z: Complex, Gamma: Real, choices: WakeChoices) -> float:
     """Give dGamma/dt of the upper shear layer, m^2/s^2, never negative.
 
-        dGamma/dt = survival * max(U_s^2 - U_r^2, 0) / 2,   0 where the flow ahead of separation is reversed
+        dGamma/dt = survival * max(U_s^2 - U_r^2, 0) / 2,   U_s = 0 if reversed, U_r = 0 unless `reversed_flow` is chosen
 
     theta_s rad; the rest as in `surface_speed`.
     Source: see the module.

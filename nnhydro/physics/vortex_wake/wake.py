@@ -45,7 +45,7 @@ EMPTY = Wake(np.zeros(0, np.complex128), np.zeros(0), np.zeros(0))
 def wake_velocities(wake: Wake, U: float, radius: float, core: Real) -> Complex:
     """Give u + i v (k,) m/s of the upper vortices, in the frame of the water at rest.
 
-        u - i v = U c^2/z^2 - (i/2 pi) [ sum_j Gamma_j K(z - z_j) - Gamma_j K(z - conj z_j) - Gamma_j/(z - c^2/conj z_j) + Gamma_j/(z - c^2/z_j) ]
+        u - i v = U c^2/z^2 - (i/2 pi) sum_j Gamma_j [K(z - z_j) - K(z - conj z_j) - 1/(z - c^2/conj z_j) + 1/(z - c^2/z_j)]
         K(r) = conj(r) / (|r|^2 + delta^2),   delta^2 = (delta_k^2 + delta_j^2) / 2
 
     wake of k vortices; U m/s; radius m; core (k,) m. The common delta keeps action equal to reaction, so the smoothing adds no force.

@@ -1,0 +1,323 @@
+"""Claims about the discrete-vortex model: golden values, pressure integrals, limits, momentum, similarity, convergence."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from nnhydro.errors import ConfigError
+from nnhydro.physics.vortex_wake import (
+    WakeChoices,
+    coefficients_across_motions,
+    constant_acceleration,
+    power_start,
+    sampled_motion,
+    simulate_wake,
+    vortex_coefficients,
+)
+from nnhydro.physics.vortex_wake.choices import SEPARATION_ONSET
+from nnhydro.physics.vortex_wake.forces import (
+    added_mass_coefficient,
+    drag_coefficient,
+    feeding_force,
+    inline_force,
+    transverse_force,
+)
+from nnhydro.physics.vortex_wake.potential import complex_potential, image_positions, image_velocities, velocity, vortex_velocities
+from nnhydro.physics.vortex_wake.separation import surface_speed
+from nnhydro.physics.vortex_wake.wake import Wake, merged, wake_velocities
+
+GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "potential_flow.json").read_text())
+GOLDEN_REL = 1e-10  # stated in the golden file
+RHO = 1000.0
+
+
+def complex_pairs(rows):
+    return np.array([complex(*row) for row in rows], dtype=complex)
+
+
+def random_flow(seed, n=5):
+    """Vortices well outside a cylinder of radius 0.04 m: radius, U, dU, z_k, Gamma_k, dGamma_k."""
+    rng = np.random.default_rng(seed)
+    z = 0.04 * rng.uniform(1.3, 3.0, n) * np.exp(1j * rng.uniform(-np.pi, np.pi, n))
+    return 0.04, 0.8, -1.7, z, rng.normal(0, 0.05, n), rng.normal(0, 0.5, n)
+
+
+# -- golden values -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", GOLDEN["cases"], ids=lambda case: f"{len(case['z_k'])} vortices")
+def test_velocities_images_and_forces_match_the_surface_pressure_of_the_golden_file(case):
+    c, U, dU, rho = case["c"], case["U"], case["dU"], case["rho"]
+    z, Gamma, dGamma = complex_pairs(case["z_k"]), np.array(case["Gamma_k"]), np.array(case["dGamma_k"])
+    still, none = np.zeros_like(Gamma), {"rel": GOLDEN_REL, "abs": 1e-12}
+    v = vortex_velocities(U, c, z, Gamma)
+    assert v.real == pytest.approx(np.array(case["u_k_lab"]), **none)
+    assert v.imag == pytest.approx(np.array(case["v_k"]), **none)
+    assert image_positions(z, c) == pytest.approx(complex_pairs(case["image_xy"]), **none)
+    assert image_velocities(U, c, z, v) == pytest.approx(complex_pairs(case["image_velocity_cylinder_frame"]), **none)
+    assert inline_force(rho, c, U, dU, z, Gamma, v, still) == pytest.approx(case["F_X_constant_Gamma_by_pressure"], rel=GOLDEN_REL)
+    assert inline_force(rho, c, U, dU, z, Gamma, v, dGamma) == pytest.approx(case["F_X_total_eq18"], rel=GOLDEN_REL)
+    growth = inline_force(rho, c, U, 0.0, z, still, v, dGamma)
+    assert growth == pytest.approx(case["F_X_Gamma_rate_part"], rel=GOLDEN_REL)
+    # absolute part: the lift of the mirrored cases is 0 and the terms that cancel are of order 10 N/m
+    assert transverse_force(rho, c, U, z, Gamma, v, still) == pytest.approx(
+        case["F_Y_constant_Gamma_by_pressure"], rel=GOLDEN_REL, abs=1e-11
+    )
+
+
+@pytest.mark.parametrize("sample", GOLDEN["self_similar_constant_acceleration"]["samples"], ids=lambda s: f"t={s['t']}")
+def test_coefficients_and_force_match_the_self_similar_golden_case(sample):
+    case = GOLDEN["self_similar_constant_acceleration"]
+    D, rho, a, U = case["D"], case["rho"], case["a"], sample["U"]
+    c = 0.5 * D
+    # the file gives image height and image velocity only: any vortex with them will do; at 135 deg both can be solved by hand
+    R = c**2 * np.sin(0.75 * np.pi) / (sample["qi_over_D"] * D)
+    z = R * np.exp(0.75j * np.pi)
+    v = U + sample["vi_over_U"] * U * R**2 / c**2 + 1j * sample["v_over_U"] * U
+    Gamma = sample["Gamma_over_UD"] * U * D
+    dGamma = D * sample["Gamma_over_UD"] * a + sample["dG_ds"] * U**2  # (23)
+    pair, strengths, rates = np.array([z, np.conj(z)]), np.array([Gamma, -Gamma]), np.array([dGamma, -dGamma])
+    velocities = np.array([v, np.conj(v)])
+    C_M = added_mass_coefficient(D, U, pair, strengths)
+    C_D = drag_coefficient(D, U, a, pair, strengths, velocities, rates)
+    assert sample["s_over_D"] == pytest.approx(0.5 * a * sample["t"] ** 2 / D, rel=GOLDEN_REL)
+    assert pytest.approx(sample["C_m"], rel=GOLDEN_REL) == C_M
+    assert pytest.approx(sample["C_d"], rel=GOLDEN_REL) == C_D
+    assert inline_force(rho, c, U, a, pair, strengths, velocities, rates) == pytest.approx(sample["F_X"], rel=GOLDEN_REL)
+    assert -C_M * 0.25 * np.pi * rho * D**2 * a - 0.5 * C_D * rho * D * U**2 == pytest.approx(sample["F_X"], rel=GOLDEN_REL)
+
+
+# -- the flow and its force, against an independent pressure integral ----------------------------------------------------------------
+
+
+def pressure_force(c, U, dU, z, Gamma, n=2048):
+    """F_X + i F_Y by Bernoulli on the wall: p/rho = -dPhi/dt + U dPhi/dx - |grad Phi|^2/2, vortices of constant strength."""
+    wall = c * np.exp(2j * np.pi * np.arange(n) / n)
+    v, h = vortex_velocities(U, c, z, Gamma), 1e-5
+
+    def phase(t):  # potential at a point of the wall, the moving parts as ratios of logarithms' arguments
+        zt, Ut = z + (v - U) * t, U + dU * t
+        return Ut * c**2 / wall, (wall[:, None] - zt) / (wall[:, None] - c**2 / np.conj(zt))
+
+    (d1, r1), (d0, r0) = phase(h), phase(-h)
+    dPhi = -((d1 - d0) + 0.5j / np.pi * np.log(r1 / r0) @ Gamma).real / (2 * h)
+    grad = velocity(wall, U, c, z, Gamma)
+    p = RHO * (-dPhi + U * grad.real - 0.5 * np.abs(grad) ** 2)
+    return -np.mean(p * wall / c) * 2 * np.pi * c
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_both_forces_equal_the_integrated_bernoulli_pressure(seed):
+    c, U, dU, z, Gamma, _ = random_flow(seed)
+    v, still = vortex_velocities(U, c, z, Gamma), np.zeros_like(Gamma)
+    F = pressure_force(c, U, dU, z, Gamma)
+    # the central difference in time leaves 1e-7
+    assert inline_force(RHO, c, U, dU, z, Gamma, v, still) == pytest.approx(F.real, rel=1e-6, abs=1e-5)
+    assert transverse_force(RHO, c, U, z, Gamma, v, still) == pytest.approx(F.imag, rel=1e-6, abs=1e-5)
+
+
+@pytest.mark.parametrize("foot", [1.7, 2.3, 2.9])
+def test_growth_and_feeding_force_equal_the_pressure_with_its_step_at_the_foot_of_the_sheet(foot):
+    c, z, dGamma = 0.04, np.array([-0.05 + 0.03j]), np.array([0.7])
+    x, weight = np.polynomial.legendre.leggauss(200)
+    theta = foot + np.pi * (1 + x)  # once round the wall, from one side of the sheet to the other
+    wall = c * np.exp(1j * theta)
+    dPhi = np.unwrap(np.angle((wall - z[0]) / (wall - image_positions(z, c)[0]))) * dGamma[0] / (2 * np.pi)
+    by_pressure = RHO * c * np.sum(np.pi * weight * dPhi * np.cos(theta))
+    moving = np.zeros(1, dtype=complex)
+    printed = inline_force(RHO, c, 0.0, 0.0, z, np.zeros(1), moving, dGamma)
+    assert printed + feeding_force(RHO, np.array([c * np.sin(foot)]), dGamma) == pytest.approx(by_pressure, rel=1e-9)
+
+
+def test_velocity_is_minus_the_gradient_of_the_complex_potential():
+    c, U, _, z, Gamma, _ = random_flow(1)
+    at, h = np.array([0.09 + 0.02j, -0.03 + 0.11j, 0.2 - 0.1j]), 1e-6
+    slope = (complex_potential(at + h, U, c, z, Gamma) - complex_potential(at - h, U, c, z, Gamma)) / (2 * h)
+    assert np.conj(velocity(at, U, c, z, Gamma)) == pytest.approx(-slope, rel=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_water_passes_the_wall(seed):
+    c, U, _, z, Gamma, _ = random_flow(seed)
+    normal = np.exp(1j * np.linspace(0, 2 * np.pi, 50))
+    through = (np.conj(normal) * (velocity(c * normal, U, c, z, Gamma) - U)).real
+    assert np.abs(through).max() < 1e-13 * np.abs(velocity(c * normal, U, c, z, Gamma)).max() + 1e-14
+
+
+def test_circulation_round_everything_is_zero_and_round_the_cylinder_minus_that_of_the_vortices():
+    c, U, _, z, Gamma, _ = random_flow(2)
+    unit = np.exp(2j * np.pi * np.arange(4096) / 4096)
+
+    def round_circle(radius):
+        return np.mean((np.conj(velocity(radius * unit, U, c, z, Gamma)) * 2j * np.pi * radius * unit).real)
+
+    assert round_circle(c) == pytest.approx(-Gamma.sum(), rel=1e-9)
+    assert round_circle(5 * c) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_without_vortices_the_force_is_that_of_the_displaced_water():
+    none, empty = np.zeros(0), np.zeros(0, dtype=complex)
+    assert inline_force(RHO, 0.05, 0.6, 2.0, empty, none, empty, none) == pytest.approx(-RHO * np.pi * 0.05**2 * 2.0, rel=1e-15)
+    assert added_mass_coefficient(0.1, 0.6, empty, none) == 1.0
+    assert drag_coefficient(0.1, 0.6, 2.0, empty, none, empty, none) == 0.0
+
+
+def test_a_mirrored_wake_has_no_lift_and_moves_as_a_mirrored_wake():
+    c, U, _, z, Gamma, dGamma = random_flow(3)
+    z = z.real + 1j * np.abs(z.imag)
+    both, strengths, rates = np.append(z, z.conj()), np.append(Gamma, -Gamma), np.append(dGamma, -dGamma)
+    v = vortex_velocities(U, c, both, strengths)
+    assert v[5:] == pytest.approx(np.conj(v[:5]), rel=1e-12)
+    assert transverse_force(RHO, c, U, both, strengths, v, rates) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_mirrored_half_without_core_moves_like_the_whole_wake():
+    c, U, _, z, Gamma, _ = random_flow(4)
+    wake = Wake(z.real + 1j * np.abs(z.imag), Gamma, np.zeros(5))
+    whole = vortex_velocities(U, c, *wake.whole())
+    tiny = np.full(5, 1e-9)  # m: the core enters squared, 1e-18 against 1e-3
+    assert wake_velocities(wake, U, c, tiny) == pytest.approx(whole[:5], rel=1e-9)
+    theta = np.array([0.4, 1.2, 2.5])
+    at_wall = velocity(c * np.exp(1j * theta), U, c, *wake.whole()) - U
+    past = (np.conj(1j * np.exp(1j * theta)) * at_wall).real
+    assert surface_speed(theta, U, c, tiny, wake.z, wake.Gamma) == pytest.approx(past, rel=1e-9)
+
+
+def test_the_core_adds_no_force_between_vortices():
+    c, _, _, z, Gamma, _ = random_flow(5)
+    wake, core = Wake(1e4 * (z.real + 1j * np.abs(z.imag)), Gamma, np.zeros(5)), 100.0 * np.arange(1.0, 6.0)  # far: no images
+    v = wake_velocities(wake, 0.0, c, core)
+    assert np.sum(Gamma * v.imag) == pytest.approx(0.0, abs=1e-9 * np.abs(Gamma * v.imag).max())
+
+
+# -- the simulation ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def start():
+    return simulate_wake(constant_acceleration(3.0), 0.071, 4.0)
+
+
+def test_separation_begins_where_the_boundary_layer_series_says():
+    def layer(x, y):  # u = t V f' + t^3 V V' g, stretched y: Blasius series for a wall set into constant acceleration
+        f, f1, f2, g, g1 = y
+        return np.vstack([f1, f2, -4 - 2 * x * f2 + 4 * f1, g1, -2 * x * g1 + 12 * g + 4 * (f1**2 - f * f2 - 1)])
+
+    x = np.linspace(0, 6, 200)
+    guess = np.zeros((5, 200))
+    guess[1] = 1 - np.exp(-x)
+    solved = solve_bvp(layer, lambda a, b: np.array([a[0], a[1], b[1] - 1, a[3], b[3]]), x, guess, tol=1e-8, max_nodes=20000)
+    shear = solved.y[4, 0] / solved.y[2, 0]  # tau_w ~ 1 + shear t^2 dV/dx
+    assert pytest.approx(1 / (8 * shear), rel=1e-4) == SEPARATION_ONSET
+
+
+def test_the_curves_begin_at_no_drag_and_the_ideal_added_mass():
+    curve = vortex_coefficients(1.0)
+    assert (curve.s_over_D[0], curve.C_D[0], curve.C_M[0]) == (0.0, 0.0, 1.0)
+    attached = curve.history.s_over_D < SEPARATION_ONSET
+    assert curve.history.C_D[attached] == pytest.approx(0.0, abs=1e-15)
+    assert curve.history.F_X[attached] == pytest.approx(-0.25 * np.pi * RHO * 0.071**2 * 3.0, rel=1e-14)
+
+
+def test_coefficients_return_the_force(start):
+    by_coefficients = -start.C_M * 0.25 * np.pi * RHO * 0.071**2 * start.dU - start.C_D * 0.5 * RHO * 0.071 * start.U**2
+    assert by_coefficients == pytest.approx(start.F_X, rel=1e-12)
+
+
+def test_force_over_time_is_the_loss_of_impulse(start):
+    ends = constant_acceleration(3.0).time_at(np.linspace(0, 4 * 0.071, start.t.size + 1))
+    given = np.cumsum(start.F_X * np.diff(ends))
+    # second-order midpoint rule and vortices absorbed at the wall: a thousandth of the total
+    assert given == pytest.approx(-RHO * start.impulse, abs=1e-3 * RHO * start.impulse[-1])
+
+
+def test_every_bit_of_circulation_is_accounted_for(start):
+    assert start.final.Gamma.sum() == pytest.approx(start.shed[-1], rel=1e-12)
+    assert (np.abs(start.final.z) > 0.0355).all()
+    assert (start.final.z.imag > 0).all()
+
+
+def test_drag_rises_and_added_mass_falls_as_the_wake_grows():
+    curve = vortex_coefficients(4.0)
+    assert 1.3 < curve.C_D.max() < 1.7
+    assert 1.0 < curve.s_over_D[curve.C_D.argmax()] < 3.0
+    assert curve.C_M[-1] < 0.2
+
+
+@pytest.mark.parametrize(("acceleration", "diameter"), [(0.7, 0.071), (11.0, 0.071), (3.0, 0.3)])
+def test_curves_collapse_over_acceleration_and_diameter(acceleration, diameter):
+    one = simulate_wake(constant_acceleration(3.0), 0.071, 3.0)
+    other = simulate_wake(constant_acceleration(acceleration), diameter, 3.0)
+    assert pytest.approx(one.C_D, abs=1e-10) == other.C_D  # rounding only
+    assert pytest.approx(one.C_M, abs=1e-10) == other.C_M
+
+
+def test_viscous_cores_break_the_collapse_by_less_than_a_hundredth():
+    water = WakeChoices(kinematic_viscosity_m2_s=1e-6)
+    slow, fast = (vortex_coefficients(3.0, water, motion=constant_acceleration(a)) for a in (0.5, 10.0))
+    assert 0 < np.abs(slow.C_D - fast.C_D).max() < 0.01
+
+
+def test_a_sampled_constant_acceleration_gives_the_same_curves():
+    t = np.linspace(0, 0.6, 30)
+    sampled = simulate_wake(sampled_motion(t, 3.0 * t), 0.071, 3.0)
+    exact = simulate_wake(constant_acceleration(3.0), 0.071, 3.0)
+    assert pytest.approx(exact.C_D, abs=1e-8) == sampled.C_D
+
+
+def test_merging_keeps_circulation_and_impulse():
+    wake = Wake(np.array([-3 + 1j, -3.01 + 1j, -1 + 0.5j, -5 + 1j]), np.array([1.0, 2.0, 3.0, 4.0]), np.arange(4.0))
+    after = merged(wake, 0.05, 2.0)
+    assert after.z.size == 3
+    assert after.Gamma.sum() == wake.Gamma.sum()
+    assert (after.Gamma * after.z).sum() == pytest.approx((wake.Gamma * wake.z).sum(), rel=1e-15)
+
+
+def test_the_same_arguments_give_the_same_bits():
+    one, two = (simulate_wake(power_start(2.0, 0.0), 0.05, 2.0) for _ in range(2))
+    assert (one.F_X == two.F_X).all()
+
+
+def test_two_motions_separate_drag_from_inertia():
+    curve = coefficients_across_motions((1.0, 2.0), 2.0)
+    assert curve.C_M[0] == pytest.approx(1.0, abs=0.02)
+    assert (np.diff(curve.C_M) < 0.02).all()
+
+
+@pytest.mark.slow
+def test_curves_converge_at_first_order_in_the_step():
+    coarse, middle, fine = (vortex_coefficients(4.0, WakeChoices(step=step)) for step in (0.04, 0.02, 0.01))
+    first, second = (np.sqrt(np.mean((a.C_D - b.C_D) ** 2)) for a, b in ((coarse, middle), (middle, fine)))
+    assert second < 0.025
+    assert 1.5 < first / second < 3.0
+
+
+@pytest.mark.slow
+def test_merging_far_vortices_leaves_the_curves_alone():
+    without, with_it = (vortex_coefficients(8.0, WakeChoices(merge_distance=d)) for d in (0.0, 0.03))
+    assert with_it.history.vortices[-1] <= without.history.vortices[-1]
+    assert np.abs(with_it.C_D - without.C_D).max() < 0.03
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: constant_acceleration(-1.0), "must be positive"),
+        (lambda: power_start(1.0, -0.5), r"0 \(impulsive\) or more"),
+        (lambda: sampled_motion([0, 1, 2, 3], [0, 1, -1, 1]), "cut the run there"),
+        (lambda: sampled_motion([0, 1, 1, 3], [0, 1, 1, 1]), "increase strictly"),
+        (lambda: simulate_wake(sampled_motion([0, 1, 2, 3], [0, 1, 1, 1]), 1.0, 9.0), "shorten travel"),
+        (lambda: simulate_wake(constant_acceleration(1.0), 0.0, 1.0), "diameter"),
+        (lambda: WakeChoices(step=0.5), "0.02 is usual"),
+        (lambda: WakeChoices(core=0.0), "core is 0"),
+        (lambda: WakeChoices(offset=0.0), "offset"),
+        (lambda: vortex_coefficients(1.0, window=2.0), "window"),
+        (lambda: coefficients_across_motions((1.0,)), "two different exponents"),
+    ],
+)
+def test_a_wrong_argument_is_refused_with_its_value_and_a_way_out(call, message):
+    with pytest.raises(ConfigError, match=message):
+        call()
