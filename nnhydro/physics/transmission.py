@@ -38,9 +38,7 @@ def gear_factor(drive_torque: Tensor, qd: Tensor, arm: Arm) -> Tensor:
         if gear.torque_at == "output":
             factors.append(torch.ones_like(power[:, joint]))
             continue
-        eta = gear.efficiency
-        loss = torch.where(power[:, joint] > 0, 1 / eta, torch.where(power[:, joint] < 0, eta, 1.0))
-        factors.append(loss / gear.ratio)
+        factors.append(gear.efficiency ** -torch.sign(power[:, joint]) / gear.ratio)
     return torch.stack(factors, dim=1)
 
 

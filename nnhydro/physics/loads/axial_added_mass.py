@@ -31,14 +31,17 @@ class AxialAddedMass(LinearTerm):
         super().__post_init__()
         require_reading(self.reading)
 
+    def loads(self, flow: Flow) -> Tensor:
+        """Return the force (n, links) N along e_i for C_Mx = 1; in the energy reading what the document's acceleration gives."""
+        mL = displaced(flow) * flow.L
+        if self.reading == "inertial":
+            return mL * (flow.du_x - flow.A * (flow.A * flow.L / 2 + flow.B))
+        return mL * flow.du_x
+
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d C_Mx, (n, joints, links)."""
-        mL = displaced(flow) * flow.L
-        force = mL * flow.du_x
-        if self.reading == "inertial":
-            force = force - mL * flow.A * (flow.A * flow.L / 2 + flow.B)
-        columns = flow.axial_columns(force)
+        columns = flow.axial_columns(self.loads(flow))
         if self.reading != "energy":
             return columns
         slip = flow.A[:, None, :] * flow.lever_normal - flow.B[:, None, :]
-        return columns + (mL * flow.u_x)[:, None, :] * flow.outboard * slip
+        return columns + (displaced(flow) * flow.L * flow.u_x)[:, None, :] * flow.outboard * slip

@@ -1,0 +1,32 @@
+"""Viscous friction: a torque against the rotation of a joint, proportional to its rate.
+
+    tau_j = b_j qd_j                                        [N m]
+
+    b_j   coefficient of joint j                            [N m s/rad]
+    qd_j  rate of joint j, relative to the link inboard     [rad/s]
+
+Holds for full films of lubricant and for damping in gears and belts. Source: one aggregate friction law a joint, as Rivera (1995),
+section 3.2, reports from Dupont (1993).
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+from torch import Tensor
+
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.joints import own_joint
+from nnhydro.physics.load_term import LinearTerm, Values, parameter
+
+
+@final
+@dataclass(frozen=True)
+class ViscousFriction(LinearTerm):
+    """Friction proportional to speed with one coefficient a joint."""
+
+    kind: ClassVar[str] = "viscous_friction"
+    b: Values = parameter("N m s/rad", 0.02, (0.0, 1e3), "friction torque per unit joint rate", per="joint")
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d b, (n, joints, joints)."""
+        return own_joint(flow.motion.qd)
