@@ -75,7 +75,10 @@ def fit(stats: Statistics, prior: Prior, correlation: Array) -> Solution:
 
 
 def bootstrap(blocks: Sequence[Statistics], prior: Prior, weight: Array, draws: int, seed: int) -> Array:
-    """Return parameters (draws, p) refitted to blocks drawn with replacement, weights kept."""
+    """Return parameters (draws, p) refitted to blocks drawn with replacement, weights kept.
+
+    Each draw also moves the prior's centre by its own standard deviation, so that what the recordings do not tell keeps its uncertainty.
+    """
     rng = np.random.default_rng(seed)
     H, g = (np.stack(x) for x in zip(*(weighted(block, weight) for block in blocks), strict=True))
     identity = np.eye(prior.F.shape[1])
@@ -83,7 +86,8 @@ def bootstrap(blocks: Sequence[Statistics], prior: Prior, weight: Array, draws: 
     for draw in range(draws):
         times = np.bincount(rng.integers(0, len(blocks), len(blocks)), minlength=len(blocks)).astype(float)
         Hd, gd = np.tensordot(times, H, 1), times @ g
-        z = np.linalg.solve(prior.F.T @ Hd @ prior.F + identity, prior.F.T @ (gd - Hd @ prior.mean)) if len(identity) else np.zeros(0)
+        rhs = prior.F.T @ (gd - Hd @ prior.mean) + rng.standard_normal(len(identity))
+        z = np.linalg.solve(prior.F.T @ Hd @ prior.F + identity, rhs) if len(identity) else np.zeros(0)
         result[draw] = prior.mean + prior.F @ np.clip(z, prior.lowest, prior.highest)
     return result
 

@@ -1,7 +1,7 @@
 """Split by recording, never by sample: the units that are held out whole, and folds of them.
 
-A unit is a recording or a group of steady runs; recordings that repeat the same motion share a fold, so that no model is judged on a motion
-that it was shown.
+A unit is a recording or a group of steady runs; recordings that repeat the same motion share a fold, so that no model is judged on a
+motion that it was shown.
 """
 
 from collections.abc import Callable, Sequence
@@ -83,7 +83,9 @@ def folds(all_units: Sequence[Unit], count: int, seed: int = 0) -> tuple[tuple[i
     return tuple(fold for fold in dealt if fold)
 
 
-def validation_split(chosen: Sequence[int], all_units: Sequence[Unit], share: float, seed: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def validation_split(
+    chosen: Sequence[int], all_units: Sequence[Unit], share: float, seed: int
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Split the units `chosen` for fitting into (trained on, watched for early stopping), whole groups at a time."""
     groups = sorted({all_units[i].group for i in chosen})
     order = np.random.default_rng(seed).permutation(len(groups))

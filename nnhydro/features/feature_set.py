@@ -1,0 +1,81 @@
+"""Named sets of inputs for the learner: a function in a file of this folder, marked by `feature_set`, is one set.
+
+Every feature has a parity under the mirror image of the rig (q_1 -> pi - q_1, all other angles, rates and accelerations negated, carriage
+kept), which changes the sign of every torque: odd features change sign with it, even ones do not. All are functions of the flow along the
+links, which the half turn of the rig leaves as it is. Velocity reversal is no symmetry (wakes, shielding) and is not used.
+Source: physics of a rig symmetric about the plane of tow; verified in tests.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.errors import ConfigError
+from nnhydro.physics.flow import Flow
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class View:
+    """What a feature may look at: the flow, the Morison scale S (n, joints) N m, and the baseline's torques divided by it."""
+
+    flow: Flow
+    scale: Tensor
+    scaled_terms: Tensor  # (n, joints, terms) dimensionless
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Dimensionless, bounded features of n rows: `odd` (n, a) change sign in the mirror, `even` (n, b) do not."""
+
+    odd: Tensor
+    even: Tensor
+
+    def joined(self) -> Tensor:
+        """Return all features (n, a + b), odd ones first."""
+        return torch.cat([self.odd, self.even], dim=1)
+
+    def parity(self) -> Tensor:
+        """Return -1 for odd and +1 for even features, (a + b,)."""
+        return torch.cat([-torch.ones(self.odd.shape[1]), torch.ones(self.even.shape[1])]).double()
+
+
+FeatureSet = Callable[[View], Features]
+_SETS: dict[str, FeatureSet] = {}
+
+
+def feature_set(name: str) -> Callable[[FeatureSet], FeatureSet]:
+    """Declare the decorated function as the feature set `name`."""
+
+    def declare(function: FeatureSet) -> FeatureSet:
+        _SETS[name] = function
+        return function
+
+    return declare
+
+
+@cache
+def feature_sets() -> dict[str, FeatureSet]:
+    """Return every declared set by name."""
+    import nnhydro.features as folder
+
+    for module in pkgutil.iter_modules(folder.__path__):
+        importlib.import_module(f"{folder.__name__}.{module.name}")
+    return dict(sorted(_SETS.items()))
+
+
+def features(view: View, names: Sequence[str]) -> Features:
+    """Return the sets `names` side by side; raises ConfigError for an unknown name."""
+    known = feature_sets()
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ConfigError(f"unknown feature set {unknown[0]!r}: known are {', '.join(known)}")
+    parts = [known[name](view) for name in names]
+    return Features(torch.cat([p.odd for p in parts], dim=1), torch.cat([p.even for p in parts], dim=1))

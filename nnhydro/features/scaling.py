@@ -1,0 +1,48 @@
+"""The Morison scale: how large a torque at each drive the motion can be expected to need.
+
+    S_j = sum_{i>=j} l_ji [ 1/2 rho D_i L_i V_i^2 + (rho pi D_i^2/4) L_i W_i + m_i W_i ] + S_0j           [N m]
+
+    V_i^2 = B_i^2 + (A_i L_i)^2,  W_i = |N_i| + |M_i| L_i     speed and acceleration scales of link i       [m^2/s^2, m/s^2]
+    l_ji  = L_j + ... + L_{i-1} + L_i/2                       reach of link i from joint j                  [m]
+    S_0j  a floor, so that friction at rest can be expressed
+
+Torques divided by S are the dimensionless groups of Rivera's eqs. 3-1-3 to 3-1-8 with the bounded scale V (each form in the
+document is singular where its own scale vanishes). Source: Rivera (1995), section 3.1; the sum over links is ours.
+"""
+
+from math import pi
+
+import torch
+from torch import Tensor
+
+from nnhydro.physics.flow import Flow
+
+
+def speed_scale(flow: Flow) -> Tensor:
+    """Return V (n, links) m/s."""
+    return torch.sqrt(flow.B**2 + (flow.A * flow.L) ** 2)
+
+
+def acceleration_scale(flow: Flow) -> Tensor:
+    """Return W (n, links) m/s^2."""
+    return flow.N.abs() + flow.M.abs() * flow.L
+
+
+def _reach(flow: Flow) -> Tensor:
+    """l_ji (joints, links) m, zero for links inboard of the joint."""
+    L = flow.L
+    start = torch.cumsum(L, 0) - L
+    return flow.outboard * (start[None, :] - start[:, None] + L[None, :] / 2)
+
+
+def morison_scale(flow: Flow, floor: Tensor) -> Tensor:
+    """Return S (n, joints) N m with the floor (joints,) N m; at a belt drive, motor 1 carries the sum of both joints' scales."""
+    arm = flow.arm
+    mass = torch.tensor([link.mass_kg for link in arm.links], dtype=torch.float64) + flow.rho * pi * flow.D**2 / 4 * flow.L
+    force = 0.5 * flow.rho * flow.D * flow.L * speed_scale(flow) ** 2 + mass * (acceleration_scale(flow) + arm.gravity_m_s2)
+    S = force @ _reach(flow).T
+    if arm.drive.kind == "remote":
+        S = torch.stack([S[:, 0] + S[:, 1], arm.drive.pulley_ratio * S[:, 1]], dim=1)
+    gear = torch.tensor([arm.gear_of(j).ratio if arm.gear_of(j).torque_at == "motor" else 1.0 for j in range(arm.n_links)],
+                        dtype=torch.float64)
+    return S / gear + floor

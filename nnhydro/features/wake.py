@@ -1,0 +1,73 @@
+"""What the wake remembers: a causal average of the flow past each station of a link over the distance travelled.
+
+    dm/ds = (w - m)/(lambda D),   ds = |w| dt,      lambda = 1 and 5 diameters         [m/s]
+
+A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the old sign. It is the travel
+s/D of McLain & Rock in a form that needs no rule for reversals: from rest at constant acceleration m/w is a function of s/D alone.
+Steady runs, and runs that begin under tow, have m = w.
+
+Source: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); the average is ours.
+"""
+
+import torch
+from torch import Tensor
+
+from nnhydro.features.feature_set import Features, View, feature_set
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.transmission import to_drives
+
+STRIPS = 10  # a link; McLain & Rock found no gain beyond four
+MEMORIES = (1.0, 5.0)  # diameters: the vortex pair's growth and the street's
+STILL = 5e-3  # m/s: below it a station counts as at rest
+
+
+def relaxed(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
+    """Return m (n, ...) of m_k = m_{k-1} exp(-rate_k) + target_k (1 - exp(-rate_k)), m_0 = start; exact for constant rates."""
+    decay, goal, m = torch.exp(-rate).numpy(), target.numpy(), start.numpy().copy()
+    out = torch.empty_like(target)
+    result = out.numpy()
+    result[0] = m
+    for k in range(1, len(goal)):
+        m = goal[k] + (m - goal[k]) * decay[k]
+        result[k] = m
+    return out
+
+
+def stations(flow: Flow, per_link: int = STRIPS) -> Tensor:
+    """Return the middles x (links, s) m of equal strips."""
+    return flow.L[:, None] * (torch.arange(per_link, dtype=torch.float64) + 0.5) / per_link
+
+
+def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
+    """Return w (n, links, s) m/s at the stations x (links, s) m and m for each memory."""
+    w = flow.A[:, :, None] * x + flow.B[:, :, None]
+    if flow.motion.steady or len(flow.motion) < 2:
+        return w, [w for _ in MEMORIES]
+    dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
+    towed = flow.motion.u0[0].abs() > STILL  # the carriage was under way before the recording began
+    start = w[0] if bool(towed) else torch.zeros_like(w[0])
+    travel = w.abs() * dt[:, None, None] / flow.D[:, None]
+    return w, [relaxed(w, travel / length, start) for length in MEMORIES]
+
+
+@feature_set("wake")
+def wake(view: View) -> Features:
+    """Return, for each memory, the scaled drag torques with one or both speeds taken from the wake, and m against w near the tips.
+
+    odd:  torques of 1/2 rho D {|m| w, |w| m, |m| m} over the links, divided by the Morison scale
+    even: 2 m w/(m^2 + w^2) at 0.55 and 0.95 of each link
+    """
+    flow = view.flow
+    x = stations(flow)
+    w, remembered = memories(flow, x)
+    pressure = 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
+    odd, even = [], []
+    for m in remembered:
+        for product in (m.abs() * w, w.abs() * m, m.abs() * m):
+            load = pressure * product
+            torque = flow.normal_columns(load.sum(dim=2), (load * x).sum(dim=2)).sum(dim=2)
+            odd.append(to_drives(torque, flow.arm) / view.scale)
+        tips = torch.tensor([STRIPS // 2, STRIPS - 1])
+        agreement = 2 * m * w / (m**2 + w**2 + STILL**2)
+        even.append(agreement[:, :, tips].flatten(1))
+    return Features(torch.cat(odd, dim=1), torch.cat(even, dim=1))

@@ -1,0 +1,60 @@
+"""Every choice of a training, parsed once from TOML into one frozen object."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, field_validator
+
+from nnhydro.errors import ConfigError
+from nnhydro.models.baselines import BASELINES
+from nnhydro.recordings.validation import Settings, validated
+
+MAX_BYTES = 100_000
+
+
+class TrainingConfig(Settings):
+    """Architecture, features and optimisation of a network or hybrid; the defaults are what the benchmark uses."""
+
+    model: Literal["network", "hybrid"] = "hybrid"
+    baseline: str = "auto"  # of the hybrid: constant in water, rigid in air
+    features: tuple[str, ...] = ("morison", "groups", "angles", "rates", "wake", "arm")
+    hidden: tuple[int, ...] = Field(default=(48, 48), min_length=1, max_length=6)
+    members: int = Field(default=4, ge=1, le=64)
+    bound: float = Field(default=2.0, gt=0, le=100)  # of the residual in units of the Morison scale
+    floor: float = Field(default=0.1, gt=0, le=10)  # of the Morison scale in units of the torque's rms
+    epochs: int = Field(default=120, ge=1, le=100_000)
+    batch: int = Field(default=1024, ge=8, le=1_000_000)
+    learning_rate: float = Field(default=4e-3, gt=0, le=1)
+    weight_decay: float = Field(default=3e-2, ge=0, le=10)
+    patience: int = Field(default=40, ge=1, le=100_000)  # epochs without a better validation error
+    validation_share: float = Field(default=0.15, gt=0, lt=1)  # of the recordings that may be fitted, for each member its own
+    cutoff_hz: float | None = Field(default=None, gt=0, le=1000)
+    seed: int = Field(default=0, ge=0, le=2**31)
+
+    @field_validator("hidden")
+    @classmethod
+    def _sizes(cls, value: tuple[int, ...]) -> tuple[int, ...]:
+        if not all(1 <= size <= 4096 for size in value):
+            raise ValueError("each hidden layer has 1 to 4096 neurons")
+        return value
+
+    @field_validator("baseline")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value != "auto" and value not in BASELINES:
+            raise ValueError(f"unknown baseline: one of auto, {', '.join(BASELINES)}")
+        return value
+
+
+def read_config(path: Path) -> TrainingConfig:
+    """Return the configuration in the TOML file `path`; raises ConfigError with one line naming file and key."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise ConfigError(f"{path}: larger than {MAX_BYTES} bytes: is this the right file?")
+        document: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as cause:
+        raise ConfigError(f"{path}: cannot be read ({cause.strerror or cause}): check the path") from cause
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as cause:
+        raise ConfigError(f"{path}: is not valid TOML: {cause}") from cause
+    return validated(TrainingConfig, document, str(path), ConfigError)

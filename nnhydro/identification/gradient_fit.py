@@ -1,0 +1,145 @@
+"""Fit an ensemble by AdamW with early stopping on recordings that are neither trained on nor tested on; can be stopped and resumed.
+
+    loss = mean over training rows of sum_j [ (S_j b tanh(y_j / b) - target_j) / s_j ]^2,     s_j = rms target
+
+The order of rows is drawn anew each epoch from (seed, epoch), so a resumed run takes the very same steps.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.identification.config import TrainingConfig
+from nnhydro.identification.training_rows import Rows
+from nnhydro.models.network import Ensemble, bounded, mirrored
+
+Progress = Callable[[int, int, float], None]  # epoch, epochs, mean validation error
+
+
+@final
+@dataclass
+class TrainingState:
+    """Everything that a resumed training needs: weights, AdamW's moments, the best weights of each member and when they were found."""
+
+    weights: list[Tensor]
+    first: list[Tensor]
+    second: list[Tensor]
+    best: list[Tensor]
+    best_error: Tensor  # (members,)
+    best_epoch: Tensor  # (members,)
+    epoch: int = 0
+    steps: int = 0
+    history: list[float] = field(default_factory=list)
+
+    @staticmethod
+    def fresh(ensemble: Ensemble) -> "TrainingState":
+        """Return the state before the first epoch."""
+        weights = ensemble.tensors()
+        members = len(ensemble.skip)
+        return TrainingState([w.clone() for w in weights], [torch.zeros_like(w) for w in weights], [torch.zeros_like(w) for w in weights],
+                             [w.clone() for w in weights], torch.full((members,), float("inf")), torch.zeros(members))
+
+    def save(self, path: Path) -> None:
+        """Write the state to `path` (safetensors), whole or not at all."""
+        from safetensors.torch import save_file
+
+        groups = {"weights": self.weights, "first": self.first, "second": self.second, "best": self.best}
+        tensors = {f"{name}.{i}": t.detach().contiguous() for name, group in groups.items() for i, t in enumerate(group)}
+        tensors |= {"best_error": self.best_error, "best_epoch": self.best_epoch, "epoch": torch.tensor(self.epoch),
+                    "steps": torch.tensor(self.steps), "history": torch.tensor(self.history, dtype=torch.float64)}
+        temporary = path.with_name(f".{path.name}.part")
+        save_file(tensors, temporary)
+        temporary.replace(path)
+
+    @staticmethod
+    def load(path: Path) -> "TrainingState":
+        """Return the state that `save` wrote."""
+        from safetensors.torch import load_file
+
+        tensors = load_file(path)
+
+        def group(name: str) -> list[Tensor]:
+            return [tensors[f"{name}.{i}"] for i in range(sum(key.startswith(f"{name}.") for key in tensors))]
+
+        return TrainingState(group("weights"), group("first"), group("second"), group("best"), tensors["best_error"],
+                             tensors["best_epoch"], int(tensors["epoch"]), int(tensors["steps"]), tensors["history"].tolist())
+
+
+def _errors(ensemble: Ensemble, rows: Rows, index: Tensor | slice, s: Tensor, bound: float) -> Tensor:
+    """Squared scaled error (members, rows) of the rows `index`."""
+    prediction = rows.scale[index] * bounded(mirrored(ensemble, rows.x[index], rows.parity), bound)
+    return (((prediction - rows.target[index]) / s) ** 2).sum(dim=2)
+
+
+def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, decay: float) -> None:
+    """One step of AdamW (Loshchilov and Hutter 2019, algorithm 2) in place; its state is plain tensors that can be stored."""
+    beta1, beta2, tiny = 0.9, 0.99, 1e-8
+    state.steps += 1
+    root = (1 - beta2**state.steps) ** 0.5
+    for w, g, m, v in zip(state.weights, gradients, state.first, state.second, strict=True):
+        m.lerp_(g, 1 - beta1)
+        v.mul_(beta2).addcmul_(g, g, value=1 - beta2)
+        w.data.mul_(1 - rate * decay).addcdiv_(m, v.sqrt().div_(root).add_(tiny), value=-rate / (1 - beta1**state.steps))
+
+
+def _rate(config: TrainingConfig, progress: float) -> float:
+    """Learning rate at `progress` 0..1: a short rise, then half a cosine to 1 % of the peak."""
+    rise = 0.05
+    if progress < rise:
+        return config.learning_rate * (0.1 + 0.9 * progress / rise)
+    fall = (progress - rise) / (1 - rise)
+    return config.learning_rate * (0.01 + 0.99 * 0.5 * (1 + float(torch.cos(torch.tensor(torch.pi * fall)))))
+
+
+def _epoch(state: TrainingState, layout: Ensemble, rows: Rows, train: Tensor, s: Tensor, config: TrainingConfig) -> None:
+    """Pass once over the rows; `train` (members, n) says which rows each member may use."""
+    order = torch.randperm(len(rows.x), generator=torch.Generator().manual_seed(config.seed * 1_000_003 + state.epoch))
+    batches = torch.split(order, config.batch)
+    for number, index in enumerate(batches):
+        for w in state.weights:
+            w.requires_grad_(True)
+        errors = _errors(layout.replaced(state.weights), rows, index, s, config.bound)
+        mask = train[:, index]
+        loss = ((errors * mask).sum(dim=1) / mask.sum(dim=1).clamp(min=1)).sum()
+        gradients = torch.autograd.grad(loss, state.weights)
+        for w in state.weights:
+            w.requires_grad_(False)
+        _adamw(state, gradients, _rate(config, (state.epoch + number / len(batches)) / config.epochs), config.weight_decay)
+    state.epoch += 1
+
+
+def _watch(state: TrainingState, layout: Ensemble, rows: Rows, watch: Tensor, s: Tensor, config: TrainingConfig) -> None:
+    """Note each member's error on the rows it watches (members, n) and keep its best weights."""
+    ensemble = layout.replaced(state.weights)
+    pieces = [_errors(ensemble, rows, slice(i, i + 65_536), s, config.bound) for i in range(0, len(rows.x), 65_536)]
+    errors = torch.cat(pieces, dim=1)
+    error = (errors * watch).sum(dim=1) / watch.sum(dim=1).clamp(min=1)
+    better = error < state.best_error
+    state.best_error = torch.where(better, error, state.best_error)
+    state.best_epoch = torch.where(better, torch.tensor(float(state.epoch)), state.best_epoch)
+    for kept, w in zip(state.best, state.weights, strict=True):
+        kept[better] = w[better]
+    state.history.append(float(error.mean()))
+
+
+def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: TrainingConfig, state: TrainingState,
+                 checkpoint: Callable[[TrainingState], None] | None = None, progress: Progress | None = None) -> Ensemble:
+    """Return the ensemble at each member's best epoch; `watched` (members, units); continues from `state`.
+
+    `checkpoint` is called after every epoch; stopping (Ctrl-C) between two calls loses at most one epoch.
+    """
+    watch = watched[:, rows.unit]
+    train = ~watch
+    s = rows.target.pow(2).mean(dim=0).sqrt() + 1e-9
+    while state.epoch < config.epochs and bool((state.epoch - state.best_epoch < config.patience).any()):
+        _epoch(state, layout, rows, train, s, config)
+        _watch(state, layout, rows, watch if bool(watch.any()) else train, s, config)
+        if checkpoint is not None:
+            checkpoint(state)
+        if progress is not None:
+            progress(state.epoch, config.epochs, state.history[-1])
+    return layout.replaced([w.double() for w in state.best])

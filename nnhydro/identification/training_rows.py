@@ -1,0 +1,79 @@
+"""The rows that a network is trained on: features, scale, target and which member of the ensemble watches which recording."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from nnhydro.errors import CampaignError
+from nnhydro.features.feature_set import features
+from nnhydro.identification.config import TrainingConfig
+from nnhydro.models.learned import view_of
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.splitting import Unit, validation_split
+
+ROWS_PER_CUTOFF = 4.0  # rows kept a period of the cut-off: a low-passed signal holds no more
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """n rows in float32: inputs x (n, k) with their parity (k,), Morison scale S and target (n, joints) N m, unit number (n,)."""
+
+    x: Tensor
+    parity: Tensor
+    scale: Tensor
+    target: Tensor
+    unit: Tensor
+
+
+def torque_rms(chosen: Sequence[Unit]) -> Tensor:
+    """Return the rms torque (joints,) N m over the units `chosen`, in one pass."""
+    squares, count = 0.0, 0
+    for unit in chosen:
+        for segment in unit.segments():
+            assert segment.tau is not None
+            squares = squares + (segment.tau[segment.keep] ** 2).sum(axis=0)
+            count += int(segment.keep.sum())
+    if count == 0:
+        raise CampaignError("no recording holds a stretch of finite rows long enough to train on: see nnhydro check")
+    return tensor(np.sqrt(np.asarray(squares) / count)) + 1e-9
+
+
+def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tensor, base: StripTheory | None) -> tuple[Tensor, ...]:
+    motion = Motion.of(segment)
+    view = view_of(arm, motion, floor)
+    target = tensor(segment.tau if segment.tau is not None else 0.0)
+    if base is not None:
+        target = target - tensor(segment.seen(base.torque(motion).numpy()))
+    stride = 1 if segment.low_pass is None else max(1, int(1 / (ROWS_PER_CUTOFF * segment.low_pass.cutoff_hz * segment.dt)))
+    rows = torch.from_numpy(np.flatnonzero(segment.keep)[::stride].copy())
+    x = features(view, config.features)
+    return x.joined()[rows].float(), view.scale[rows].float(), target[rows].float(), x.parity().float()
+
+
+def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: StripTheory | None) -> Rows:
+    """Return the rows of the units `chosen`; a hybrid's target is what its baseline leaves."""
+    parts: list[tuple[Tensor, ...]] = []
+    for number, unit in enumerate(chosen):
+        for segment in unit.segments():
+            part = _of_segment(segment, arm, config, floor, base)
+            parity = part[3]
+            parts.append((*part[:3], torch.full((len(part[0]),), number)))
+    x, scale, target, unit_number = (torch.cat(column) for column in zip(*parts, strict=True))
+    return Rows(x, parity, scale, target, unit_number)
+
+
+def watched_units(chosen: Sequence[Unit], config: TrainingConfig) -> Tensor:
+    """Return (members, units) bool: which units each member watches for early stopping instead of training on them."""
+    watched = torch.zeros(config.members, len(chosen), dtype=torch.bool)
+    for member in range(config.members):
+        _, watch = validation_split(range(len(chosen)), chosen, config.validation_share, config.seed + member)
+        watched[member, list(watch)] = True
+    return watched
