@@ -1,0 +1,160 @@
+"""The tree is the data flow: who may import whom, what is loaded when, what ships."""
+
+import ast
+import json
+import shutil
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import nnhydro
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "nnhydro"
+ORDER = ("recordings", "physics", "effects", "features", "models", "identification", "evaluation", "simulation", "diagnosis", "report",
+         "cli")
+DATA = ("demo",)  # folders that hold files, not modules
+ENTRY = ("__main__",)  # may import anything, is imported by nothing
+HEAVY = ("torch", "matplotlib", "sklearn", "pandas", "scipy")
+LONGEST = 450  # lines; 300 is where a file begins to do two things
+
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+EVERYTHING = sorted(p for folder in ("nnhydro", "tests", "datasets", "training") for p in (ROOT / folder).rglob("*.py"))
+
+
+def name_of(path):
+    return str(path.relative_to(ROOT))
+
+
+def imports(path):
+    """Every module that the file imports, at its top or inside its functions, with the line; relative imports begin with a dot."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level:
+            yield "." * node.level + (node.module or ""), node.lineno
+        elif isinstance(node, ast.ImportFrom):
+            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+
+
+def level(module):
+    """Place in the order of a dotted nnhydro module: 0 for the modules that all else cites (conventions, errors, ...)."""
+    parts = module.split(".")
+    if len(parts) > 1 and parts[1] in ENTRY:
+        return len(ORDER) + 1
+    return ORDER.index(parts[1]) + 1 if len(parts) > 1 and parts[1] in ORDER else 0
+
+
+def module_of(path):
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def library(module):
+    return module.split(".")[0]
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_imports_point_upstream_only(path):
+    own = level(module_of(path))
+    for module, line in imports(path):
+        assert not module.startswith("."), f"{name_of(path)}:{line} imports relatively: write the full name"
+        if library(module) == "nnhydro":
+            assert level(module) <= own, f"{name_of(path)}:{line} imports {module}, which lies downstream of it"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_libraries_stay_in_their_part_of_the_tree(path):
+    place = path.relative_to(PACKAGE).parts
+    for module, line in imports(path):
+        where = f"{name_of(path)}:{line}"
+        if library(module) == "torch":
+            assert level(module_of(path)) >= level("nnhydro.physics"), f"{where}: torch begins at physics"
+        if library(module) == "pandas":
+            assert place[:2] == ("recordings", "readers") or place[0] == "report", f"{where}: pandas belongs to readers and report"
+        if library(module) == "matplotlib":
+            assert place[0] == "report", f"{where}: matplotlib belongs to report"
+        assert library(module) not in ("datasets", "training", "tests"), f"{where}: the package takes paths, it does not import {module}"
+
+
+def test_every_folder_of_the_package_has_its_place():
+    folders = {p.name for p in PACKAGE.iterdir() if p.is_dir() and p.name != "__pycache__"}
+    assert folders <= {*ORDER, *DATA}, f"{folders - {*ORDER, *DATA}} have no place in the order of imports"
+
+
+@pytest.mark.parametrize("path", EVERYTHING, ids=name_of)
+def test_no_file_is_too_long_to_read(path):
+    lines = len(path.read_text().splitlines())
+    assert lines <= LONGEST, f"{name_of(path)} has {lines} lines"
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "datasets").glob("*/truth.py")), ids=name_of)
+def test_the_truth_of_a_data_set_knows_nothing_of_nnhydro(path):
+    assert "nnhydro" not in {library(module) for module, _ in imports(path)}
+
+
+@pytest.mark.parametrize("folder", ["datasets", "training"])
+def test_what_is_never_imported_is_no_package(folder):
+    assert not list((ROOT / folder).rglob("__init__.py"))
+
+
+def test_the_public_names_are_few():
+    public = [name for name in nnhydro.__all__ if not name.startswith("_")]
+    assert len(public) <= 25
+
+
+@pytest.mark.parametrize("name", nnhydro.__all__)
+def test_every_public_name_is_there(name):
+    assert getattr(nnhydro, name) is not None
+    assert name in dir(nnhydro)
+
+
+def test_an_unknown_public_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no_such_name"):
+        nnhydro.no_such_name  # noqa: B018
+
+
+def loaded_by(code):
+    """The heavy libraries in memory after `code` ran in a fresh interpreter."""
+    report = f"import json, sys; sys.stderr.write(json.dumps([m for m in {HEAVY!r} if m in sys.modules]))"
+    result = subprocess.run([sys.executable, "-c", f"{code}\n{report}"], capture_output=True, text=True, check=True, cwd=ROOT)
+    return json.loads(result.stderr.splitlines()[-1])
+
+
+@pytest.mark.parametrize("code", ["import nnhydro", "import nnhydro.cli.main", "from nnhydro.cli.main import run; run(['--help'])"])
+def test_what_only_asks_for_help_loads_no_heavy_library(code):
+    assert loaded_by(code) == []
+
+
+def test_help_comes_at_once():
+    seconds = []
+    for _ in range(5):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "nnhydro", "--help"], capture_output=True, check=True, cwd=ROOT)
+        seconds.append(time.perf_counter() - start)
+        if seconds[-1] < 0.5:
+            return
+    pytest.fail(f"nnhydro --help took {min(seconds):.2f} s at best of five; 0.5 s is the limit")
+
+
+@pytest.mark.slow
+def test_the_wheel_holds_the_package_and_nothing_else(tmp_path):
+    source = tmp_path / "source"
+    for folder in ("nnhydro", "tests", "datasets", "training", "docs"):
+        if (ROOT / folder).exists():
+            shutil.copytree(ROOT / folder, source / folder, ignore=shutil.ignore_patterns("__pycache__", "*.csv.gz", "runs", "golden"))
+    for file in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / file, source / file)
+    subprocess.run([sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path)], cwd=source, check=True,
+                   capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    tops = {name.split("/")[0] for name in names}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"nnhydro"}
+    assert "nnhydro/py.typed" in names, "without py.typed no type checker sees the hints"
+    assert {f"nnhydro/{p.relative_to(PACKAGE)}" for p in SOURCES} <= set(names)
+    demo = {f"nnhydro/{p.relative_to(PACKAGE)}" for p in (PACKAGE / "demo").rglob("*") if p.suffix in (".csv", ".yaml", ".toml", ".md")}
+    assert demo <= set(names), f"the demo's {demo - set(names)} do not ship"
