@@ -159,13 +159,30 @@ def test_a_load_of_the_water_is_nothing_at_rest_and_proportional_to_density(kind
     assert_close(torque(term, arm(links, density=2000.0), motion), 2 * torque(term, arm(links), motion))
 
 
-@pytest.mark.parametrize("kind", list(filter(dissipative, TERMS)))
+def remembers(kind):
+    """Does the load depend on the motion before?"""
+    a, motion = arm(2), run(2)
+    term = TERMS[kind].started(a)
+    cut = replace(motion, **{name: getattr(motion, name)[20:] for name in ("t", "q", "qd", "qdd", "u0", "du0")})
+    return not torch.allclose(torque(term, a, motion)[20:], torque(term, a, cut))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in TERMS if dissipative(kind) and not remembers(kind)])
 @LINKS
 @pytest.mark.parametrize("make", [states, run])
 def test_a_dissipative_load_never_adds_energy(kind, links, make):
     a, motion = arm(links), hub_at_rest(make(links, seed=51))
     power = (torque(TERMS[kind].started(a), a, motion) * motion.qd).sum(-1)
     assert (power >= -1e-12).all()  # what the drives supply is lost
+
+
+@pytest.mark.parametrize("kind", [kind for kind in TERMS if dissipative(kind) and remembers(kind)])
+@LINKS
+def test_a_dissipative_load_with_a_memory_takes_energy_over_a_run_from_rest(kind, links):
+    a = arm(links)
+    for seed in range(51, 56):
+        motion = hub_at_rest(run(links, seed=seed))
+        assert torch.trapezoid((torque(TERMS[kind].started(a), a, motion) * motion.qd).sum(-1), motion.t) > 0
 
 
 def test_some_loads_are_of_the_water_and_some_dissipate():
