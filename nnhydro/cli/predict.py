@@ -1,0 +1,33 @@
+"""`nnhydro predict`: torques for motions."""
+
+from pathlib import Path
+
+import typer
+
+from nnhydro.report.screen import JSON, emit, say
+
+
+def predict(
+    model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
+    files: list[Path] = typer.Argument(help="Motions: CSV or Parquet with t_s, q1_rad, ...; torque columns are ignored."),
+    out: Path = typer.Option(..., "--out", help="Folder for the torques, one CSV a motion."),
+    json: bool = JSON,
+) -> None:
+    """Write what this rig's torque sensors would read for each motion: one finite row for every row of the input."""
+    from nnhydro.errors import require
+    from nnhydro.models.prediction import predict as torques
+    from nnhydro.models.prediction_file import write_prediction
+    from nnhydro.models.storage import load_model
+    from nnhydro.recordings.readers.files import read_recording
+
+    loaded = load_model(model)
+    stems = [file.stem for file in files]
+    require(len(set(stems)) == len(stems), f"two motions are called {max(stems, key=stems.count)!r}: rename one, both would be written to "
+            f"{out / (max(stems, key=stems.count) + '.csv')}")
+    predictions = [torques(loaded, read_recording(file, loaded.arm, torque=False)) for file in files]
+    written = [write_prediction(prediction, out / f"{prediction.name}.csv") for prediction in predictions]
+    if json:
+        emit({"written": [str(path) for path in written], "rows": [len(p.t) for p in predictions]})
+        return
+    for path, prediction in zip(written, predictions, strict=True):
+        say(f"{path}: {len(prediction.t)} rows")

@@ -1,0 +1,22 @@
+"""Write predicted torques as the contract's CSV."""
+
+from pathlib import Path
+
+import numpy as np
+
+from nnhydro.conventions import TIME, column
+from nnhydro.files import write_text
+from nnhydro.models.prediction import Prediction
+
+
+def write_prediction(prediction: Prediction, path: Path) -> Path:
+    """Write t_s, tau1_Nm, ... (and tau1_std_Nm, ... where known) to `path`, whole or not at all; times keep every digit."""
+    joints = range(1, prediction.tau.shape[1] + 1)
+    names = [TIME, *(column("tau", j) for j in joints)]
+    values = [prediction.t, *prediction.tau.T]
+    if prediction.std is not None:
+        names += [column("tau_std", j) for j in joints]
+        values += [*prediction.std.T]
+    rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
+    write_text(path, "\n".join([",".join(names), *rows]) + "\n")
+    return path

@@ -1,0 +1,98 @@
+"""Model folders: model.json (schema, arm, filter, terms, provenance), weights.safetensors where there are tensors, and a digest of both.
+
+Nothing in them is executed: JSON and safetensors only. The digest tells whether a file was changed after it was written.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from torch import Tensor
+
+from nnhydro.conventions import SCHEMA_MODEL
+from nnhydro.errors import ArmError, ModelError
+from nnhydro.files import json_text, whole_folder
+from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.network import Ensemble
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.load_sum import Loads
+from nnhydro.recordings.arm import Arm, parse_arm
+from nnhydro.recordings.preprocessing import Preparation
+
+MODEL, WEIGHTS, DIGEST = "model.json", "weights.safetensors", "digest.txt"
+MAX_BYTES = 500_000_000
+
+
+def _digest(folder: Path) -> str:
+    digest = hashlib.sha256()
+    for name in (MODEL, WEIGHTS):
+        if (folder / name).exists():
+            digest.update(name.encode() + (folder / name).read_bytes())
+    return digest.hexdigest()
+
+
+def save_model(model: TorqueModel, out: Path) -> Path:
+    """Write `model` to the folder `out`, whole or not at all; an existing model folder is replaced. Returns `out`."""
+    from safetensors.torch import save_file
+
+    document = {"schema": SCHEMA_MODEL, "kind": model.kind, "arm": model.arm.document(), "preparation": model.preparation.document(),
+                "conventions": "torques are what the drives supply; C_M is the added-mass coefficient; angles joint-relative",
+                "model": model.document(), "fit": model.fit}
+    with whole_folder(out, DIGEST) as work:
+        (work / MODEL).write_text(json_text(document), encoding="utf-8")
+        if model.arrays():
+            save_file({name: tensor.contiguous() for name, tensor in model.arrays().items()}, work / WEIGHTS)
+        (work / DIGEST).write_text(_digest(work) + "\n", encoding="utf-8")
+    return out
+
+
+def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> StripTheory:
+    return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]))
+
+
+def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:
+    layers = int(document["layers"])
+    ordered = [tensors[f"ensemble.{i}"] for i in range(2 * layers + 1)]
+    ensemble = Ensemble(tuple(ordered[:layers]), tuple(ordered[layers:-1]), ordered[-1])
+    base = document["baseline"]
+    scaling = {key: tensors[key] for key in ("floor", "centre", "spread", "parity", "lowest", "highest")}
+    return LearnedTorque(arm, how, fit, tuple(document["features"]), float(document["bound"]), **scaling, ensemble=ensemble,
+                         baseline=None if base is None else _strip_theory(base, {}, arm, how, {}))
+
+
+_KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned}
+
+
+def _checked(folder: Path) -> dict[str, Any]:
+    if not (folder / MODEL).is_file():
+        raise ModelError(f"{folder}: is not a model folder (no {MODEL}): nnhydro identify, train and diagnose write them")
+    if sum(path.stat().st_size for path in folder.iterdir() if path.is_file()) > MAX_BYTES:
+        raise ModelError(f"{folder}: larger than {MAX_BYTES} bytes: is this a model of ours?")
+    stored = (folder / DIGEST).read_text(encoding="utf-8").strip() if (folder / DIGEST).is_file() else ""
+    if stored != _digest(folder):
+        raise ModelError(f"{folder}: its files do not match {DIGEST}: they were changed after the model was written; make it again")
+    try:
+        document = json.loads((folder / MODEL).read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as cause:
+        raise ModelError(f"{folder / MODEL}: is not valid JSON: {cause}") from cause
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA_MODEL:
+        found = document.get("schema") if isinstance(document, dict) else type(document).__name__
+        raise ModelError(f"{folder / MODEL}: schema {found!r}: this version reads {SCHEMA_MODEL!r}")
+    return document
+
+
+def load_model(folder: Path) -> TorqueModel:
+    """Return the model in `folder`; raises ModelError with one line where it is missing, changed or not understood."""
+    from safetensors import SafetensorError
+    from safetensors.torch import load_file
+
+    document = _checked(folder)
+    try:
+        tensors = load_file(folder / WEIGHTS) if (folder / WEIGHTS).exists() else {}
+        arm = parse_arm(document["arm"], str(folder / MODEL))
+        how = Preparation.parse(document["preparation"])
+        return _KINDS[document["kind"]](document["model"], tensors, arm, how, document["fit"])
+    except (KeyError, TypeError, ValueError, SafetensorError, ArmError) as cause:
+        raise ModelError(f"{folder}: cannot be understood ({type(cause).__name__}: {cause}): make the model again") from cause
