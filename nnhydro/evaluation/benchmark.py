@@ -17,7 +17,7 @@ from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.recordings.repeats import noise_floor, repeat_groups
+from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit, folds, units
 
@@ -135,7 +135,7 @@ def benchmark(campaign: Campaign, models: Sequence[str] = (), fold_count: int = 
     config = config or TrainingConfig(seed=seed)
     entered = contenders(models or default_names(campaign.arm), campaign, config)
     how = campaign.plan(config.cutoff_hz)
-    all_units = units(campaign, how, seed, repeat_groups(campaign, how))
+    all_units = units(campaign, how, seed, group_names(campaign))
     split = folds(all_units, fold_count, seed)
     standings = {contender.name: Standing(contender.name) for contender in entered}
     for number, held_out in enumerate(split):

@@ -24,7 +24,7 @@ from nnhydro.recordings.low_pass import LowPass
 Array = NDArray[np.float64]
 HIGHEST = 25.0  # Hz, McLain & Rock's cut-off: arms driven by motors hold little above it
 LOWEST = 1.0  # Hz
-SIGNAL_OVER_NOISE = 4.0  # a line counts as motion from here on; a line of white noise is rarely 4 times its mean
+SIGNAL_OVER_NOISE = 2.0  # a band counts as motion from here on: the mean of a dozen noisy lines hardly doubles by chance
 BANDS_PER_OCTAVE = 4
 
 
@@ -48,35 +48,41 @@ def _acceleration_spectrum(x: Array, dt: float, power_of_w: int) -> tuple[Array,
     return np.asarray(f[1:], dtype=float), np.asarray((power * (2.0 * np.pi * f) ** power_of_w)[1:], dtype=float)
 
 
-def noise_law(f: Array, spectrum: Array) -> Array:
-    """Return the noise part a f^p, 0 <= p <= 4, of an acceleration spectrum at the frequencies `f` (Hz); zero where none rises.
-
-    The law is fitted to the band means from the valley beyond the largest band up to 0.8 of the Nyquist frequency.
-    """
-    edges = np.exp2(np.arange(np.log2(LOWEST), np.log2(max(0.8 * f[-1], 2 * LOWEST)), 1.0 / BANDS_PER_OCTAVE))
+def _bands(f: Array, spectrum: Array) -> tuple[Array, Array, Array]:
+    """Centre (Hz), mean power of a line and number of lines of each band of a quarter octave, from half the lowest cut-off on."""
+    edges = np.exp2(np.arange(np.log2(LOWEST) - 1, np.log2(f[-1]) + 1 / BANDS_PER_OCTAVE, 1 / BANDS_PER_OCTAVE))
     index = np.digitize(f, edges)
-    bands = [(float(np.sqrt(f[index == i][0] * f[index == i][-1])), float(spectrum[index == i].mean()))
-             for i in range(1, len(edges)) if (index == i).sum() >= 2]
-    if len(bands) < 4:
-        return np.zeros_like(f)
-    centre, level = np.array(bands).T
-    top = int(np.argmax(level[: max(len(level) // 2, 1)]))
-    valley = top + int(np.argmin(level[top:]))
-    if len(level) - valley < 3 or level[-1] <= 2.0 * level[valley]:
-        return np.zeros_like(f)
-    slope = float(np.clip(np.polyfit(np.log(centre[valley:]), np.log(level[valley:]), 1)[0], 0.0, 4.0))
-    height = float(np.exp(np.mean(np.log(level[valley:]) - slope * np.log(centre[valley:]))))
-    result: Array = height * f**slope
+    lines = np.bincount(index, minlength=len(edges) + 1)[1:]
+    power = np.bincount(index, spectrum, minlength=len(edges) + 1)[1:]
+    there = lines > 0
+    return edges[there] * 2 ** (0.5 / BANDS_PER_OCTAVE), power[there] / lines[there], lines[there].astype(float)
+
+
+def noise_law(centre: Array, level: Array) -> Array:
+    """Return the noise part a f^p, 0 <= p <= 4, of an acceleration spectrum in bands at `centre` (Hz); zero where none rises.
+
+    The law is fitted from the valley beyond the largest band up to 0.8 of the highest frequency.
+    """
+    low = centre <= 0.8 * centre[-1]
+    x, y = centre[low], level[low]
+    top = int(np.argmax(y[: max(len(y) // 2, 1)])) if len(y) else 0
+    valley = top + int(np.argmin(y[top:])) if len(y) else 0
+    if len(y) - valley < 3 or y[-1] <= 2.0 * y[valley]:
+        return np.zeros_like(centre)
+    slope = float(np.clip(np.polyfit(np.log(x[valley:]), np.log(y[valley:]), 1)[0], 0.0, 4.0))
+    height = float(np.exp(np.mean(np.log(y[valley:]) - slope * np.log(x[valley:]))))
+    result: Array = height * centre**slope
     return result
 
 
 def _errors(x: Array, dt: float, power_of_w: int, grid: Array) -> Array:
     """E(f_c) of one channel on the `grid` of cut-offs, (rad/s^2)^2."""
-    f, spectrum = _acceleration_spectrum(x, dt, power_of_w)
-    noise = noise_law(f, spectrum)
-    motion = np.where(spectrum > SIGNAL_OVER_NOISE * noise, spectrum - noise, 0.0)
-    errors = [(noise * (g := LowPass(float(c)).gain(f)) ** 2 + motion * (1.0 - g) ** 2).sum() for c in grid]
-    result: Array = np.maximum(errors, 1e-12 * spectrum.sum() + 1e-30)  # a locked joint: log(0)
+    centre, level, lines = _bands(*_acceleration_spectrum(x, dt, power_of_w))
+    noise = noise_law(centre, level)
+    motion = np.where(level > SIGNAL_OVER_NOISE * noise, level - noise, 0.0)
+    gain = np.stack([LowPass(float(c)).gain(centre) for c in grid])
+    errors = (lines * (noise * gain**2 + motion * (1.0 - gain) ** 2)).sum(axis=1)
+    result: Array = np.maximum(errors, 1e-12 * (lines * level).sum() + 1e-30)  # a locked joint: log(0)
     return result
 
 
