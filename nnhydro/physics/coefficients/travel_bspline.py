@@ -1,0 +1,62 @@
+"""A freer coefficient curve over the travel: B-splines with a penalty on their bends, for more data than twelve slews.
+
+    C(s/D) = C_0 b_0(u) + sum_{k=1..K} c_k b_k(u),    u = min(s / (D end), 1)              [-]
+    penalty  lambda sum_k (c_{k-1} - 2 c_k + c_{k+1})^2,   c_0 = C_0, c_{K+1} = c_K
+
+b_k are the clamped uniform B-splines of degree 3 (2 for K = 1) on 0..1; the last two share c_K, so that the curve ends level and stays
+constant beyond `end` diameters. The penalty draws it towards a straight line; its weight is chosen by generalised cross-validation or
+on left-out recordings (identification/penalised.py). Source: Eilers & Marx's P-splines [MEM]; the end conditions are ours.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+
+@lru_cache(maxsize=16)
+def _knots(count: int) -> tuple[int, NDArray[np.float64]]:
+    """Degree and clamped uniform knots of count + 2 B-splines."""
+    degree = min(3, count + 1)
+    inner = np.linspace(0, 1, count + 3 - degree)
+    return degree, np.concatenate([np.zeros(degree), inner, np.ones(degree)])
+
+
+def _all(s_over_D: Tensor, end: float, count: int) -> Tensor:
+    """Values of all count + 2 B-splines, (..., count + 2)."""
+    from scipy.interpolate import BSpline
+
+    degree, knots = _knots(count)
+    u = (s_over_D / end).clamp(max=1.0).numpy()
+    if not u.size:
+        return torch.zeros(*u.shape, count + 2, dtype=torch.float64)
+    dense = BSpline.design_matrix(u.ravel(), knots, degree).toarray()
+    return torch.from_numpy(dense.reshape(*u.shape, count + 2))
+
+
+def basis(s_over_D: Tensor, end: float, count: int) -> Tensor:
+    """Return b_1 ... b_K at the travel `s_over_D` (...), as (..., count)."""
+    every = _all(s_over_D, end, count)
+    return torch.cat([every[..., 1:count], every[..., count:].sum(-1, keepdim=True)], dim=-1)
+
+
+def fixed(s_over_D: Tensor, end: float, count: int) -> Tensor:
+    """Return b_0 at the travel `s_over_D` (...): 1 at rest."""
+    return _all(s_over_D, end, count)[..., 0]
+
+
+def bends(count: int, start: float) -> tuple[Tensor, Tensor]:
+    """Return D (count, count) and d (count,): the second differences of the coefficients are D c + d, `start` the value at rest."""
+    full = torch.zeros(count, count + 2, dtype=torch.float64)
+    for k in range(count):
+        full[k, k:k + 3] = torch.tensor([1.0, -2.0, 1.0], dtype=torch.float64)
+    D = full[:, 1:count + 1].clone()
+    D[:, -1] += full[:, count + 1]
+    return D, start * full[:, 0]
+
+
+def curve(s_over_D: Tensor, end: float, start: float, c: Tensor) -> Tensor:
+    """Return C(s/D) for the value `start` at rest and the coefficients `c` (K,)."""
+    return start * fixed(s_over_D, end, len(c)) + basis(s_over_D, end, len(c)) @ c

@@ -1,0 +1,33 @@
+"""Drag across each link with a free coefficient curve C_D(s/D) of K penalised B-splines, 0 at rest: for more data than twelve slews.
+
+    tau_j = sum_strips 1/2 rho D C_D(s/D) |w| w b_j ds,   C_D(s/D) = sum_k c_k b_k(s / (D tau_s))       [N m]
+
+K is the number of values of `c`; the curve is the arm's, constant beyond `tau_s` diameters (coefficients/travel_bspline.py).
+Source: McLain & Rock (1998), eq. (1); the form of the curve is ours.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+from torch import Tensor
+
+from nnhydro.physics.coefficients.travel_bspline import basis
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import LinearTerm, Values, parameter
+from nnhydro.physics.travel_term import TravelTerm, strip_columns
+
+
+@final
+@dataclass(frozen=True)
+class BsplineDrag(TravelTerm, LinearTerm):
+    """Drag with C_D(s/D) of as many B-splines as `c` has values."""
+
+    kind: ClassVar[str] = "bspline_drag"
+    c: Values = parameter("1", 0.8, (-3.0, 5.0), "coefficients of the B-splines of C_D(s/D)", per="arm")
+    tau_s: Values = parameter("1", 10.0, (2.0, 40.0), "travel in diameters after which C_D is steady", per="arm", linear=False)
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d c, (n, joints, K)."""
+        state = self.state(flow)
+        phi = basis(state.s_over_D, self.tau_s[0], len(self.c))
+        return strip_columns(state.strips, self.unit_load(state, added_mass=False), phi).sum(2)

@@ -1,0 +1,73 @@
+"""Viscous memory of the boundary layer (Basset's force of a cylinder): the past acceleration weighted with 1/sqrt of the time since.
+
+    f(x, t) = C_H 2 rho D sqrt(pi nu) int_0^t dw/dt'(x, t') / sqrt(t - t') dt'          [N/m], along n_i
+
+Half of it is wall friction, half the pressure of the displaced flow, of a thin laminar boundary layer on a wall velocity 2 w sin(angle):
+C_H = 1 then. It is the half-order part of Stokes' and Wang's force on an oscillating cylinder, 4 (pi beta)^(-1/2) in the inertia
+coefficient, beta = D^2/(nu T). It holds while the flow is attached (about a diameter of travel).
+The integral is exact for a velocity that is linear between the rows: a step of acceleration a gives 2 a [sqrt(t - t_k) - sqrt(t - t_k+1)].
+Motion before the first row is taken to have been steady; steady rows have no history. The kernel is positive: from rest to any state the
+force takes energy. In a uniform acceleration a from rest f = C_H 4 rho D sqrt(pi nu t) a.
+Source: derived here from Stokes' first problem; the coefficient agrees with Stokes-Wang as in [MEM].
+"""
+
+from dataclasses import dataclass
+from math import pi
+from typing import ClassVar, final
+
+import torch
+from torch import Tensor
+
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import LinearTerm, Values, parameter
+
+CHUNK = 512  # rows of the direct sum held at once
+EVEN = 1e-6  # steps that differ by less than this share count as even
+
+
+def _even(t: Tensor, rate: Tensor) -> Tensor:
+    """The convolution on an even grid, by fast Fourier transform."""
+    n, dt = len(t), float(t[-1] - t[0]) / (len(t) - 1)
+    root = torch.arange(n, dtype=torch.float64).sqrt() * 2 * dt**0.5
+    kernel = torch.cat([torch.zeros(1, dtype=torch.float64), root.diff()])  # weight of the step that ended k - 1 rows ago, at index k
+    size = 2 * n
+    spectrum = torch.fft.rfft(kernel, size)[:, None] * torch.fft.rfft(rate, size, dim=0)
+    convolved: Tensor = torch.fft.irfft(spectrum, size, dim=0)
+    return convolved[:n]
+
+
+def half_derivative(t: Tensor, v: Tensor) -> Tensor:
+    """Return int dv/dt' / sqrt(t - t') dt' (n, k) for `v` (n, k) linear between the times `t` (n,) s."""
+    if len(t) < 2:
+        return torch.zeros_like(v)
+    dt = torch.diff(t)
+    rate = torch.diff(v, dim=0) / dt[:, None]
+    if float(dt.max() - dt.min()) <= EVEN * float(dt.mean()):
+        return _even(t, torch.cat([rate, torch.zeros_like(rate[:1])]))
+    parts = [torch.zeros_like(v[:1])]
+    for first in range(1, len(t), CHUNK):
+        rows = t[first:first + CHUNK, None]
+        reach = (rows - t).clamp(min=0).sqrt()
+        parts.append(2 * (reach[:, :-1] - reach[:, 1:]) @ rate)
+    return torch.cat(parts)
+
+
+@final
+@dataclass(frozen=True)
+class HistoryForce(LinearTerm):
+    """Basset's force across each link."""
+
+    kind: ClassVar[str] = "history_force"
+    C_H: Values = parameter("1", 1.0, (0.0, 10.0), "history coefficient (1: thin laminar boundary layer, attached flow)")
+
+    def loads(self, flow: Flow) -> tuple[Tensor, Tensor]:
+        """Return force (n, links) N along n_i and moment (n, links) N m about the link's own joint, for C_H = 1."""
+        if flow.motion.steady:
+            return torch.zeros_like(flow.A), torch.zeros_like(flow.A)
+        slope, offset = half_derivative(flow.motion.t, torch.cat([flow.A, flow.B], dim=1)).chunk(2, dim=1)
+        k, L = 2 * flow.rho * flow.D * (pi * flow.nu) ** 0.5, flow.L
+        return k * (slope * L**2 / 2 + offset * L), k * (slope * L**3 / 3 + offset * L**2 / 2)
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d C_H, (n, joints, links)."""
+        return flow.normal_columns(*self.loads(flow))
