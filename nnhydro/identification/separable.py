@@ -1,0 +1,174 @@
+"""Separable least squares: linear in theta for each value of one or two shape parameters nu, so that only nu is searched.
+
+    minimise  E(nu) = min_theta |y - X(nu) theta|^2 + |z - Z theta|^2
+
+For each nu the linear problem is solved exactly by QR of [X | y], block by block (a recording, a slew) and then over the blocks. The
+corner of R is the root of E itself, without the cancellation of normal equations, so that E may be searched down to rounding.
+E is tabulated over the whole range of nu before the best of its minima are polished: no start value, no local minimum missed that the
+table shows. Source: Golub & Pereyra's variable projection [MEM]; McLain & Rock (1998), eq. (33) is of this form.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Energy = Callable[[tuple[float, ...]], float]
+Reduced = Callable[[tuple[float, ...]], Array]  # nu -> blocks (blocks, p + 1, p + 1): R of [X | y] of each
+POLISHED = 3  # minima of the table that are polished
+CONVERGED = 1e-7  # relative change of nu at which the polishing of the best stops
+ORTHOGONAL = 1e-3  # deviation of the first pass of Cholesky up to which the second makes it exact
+ROUGHLY = 1e-3  # and of the others, which only have to show that they are worse
+
+
+def reduced(X: Array, y: Array) -> Array:
+    """Return R (p + 1, p + 1), upper triangular, of [X | y]; X (n, p), y (n,).
+
+    Cholesky's factor of X'X, once more on the orthogonalised columns, is as accurate as Householder's where X has full rank and several
+    times as fast on tall blocks; else Householder's is taken.
+    """
+    p = X.shape[1]
+    R = np.zeros((p + 1, p + 1))
+    try:
+        first = np.linalg.cholesky(X.T @ X).T
+        Q = X @ np.linalg.inv(first)
+        second = np.linalg.cholesky(Q.T @ Q).T
+    except np.linalg.LinAlgError:
+        return _householder(np.column_stack([X, y]))
+    if np.abs(second - np.eye(p)).max() > ORTHOGONAL:
+        return _householder(np.column_stack([X, y]))
+    Q = Q @ np.linalg.inv(second)
+    R[:p, :p], R[:p, p] = second @ first, Q.T @ y
+    R[p, p] = np.linalg.norm(y - Q @ R[:p, p])
+    return R
+
+
+def _householder(rows: Array) -> Array:
+    size = rows.shape[1]
+    if len(rows) < size:
+        rows = np.concatenate([rows, np.zeros((size - len(rows), size))])
+    return np.asarray(np.linalg.qr(rows, mode="r"), dtype=float)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """Solution of the linear problem at one nu."""
+
+    theta: Array  # (p,)
+    energy: float  # E, prior included
+    condition: float  # of X with its columns scaled to 1
+
+
+def solve(blocks: Array, prior: Array | None = None) -> Linear:
+    """Return the solution over stacked `blocks` (blocks, p + 1, p + 1) and rows [Z | z] of a `prior` (r, p + 1)."""
+    size = blocks.shape[-1]
+    rows = blocks.reshape(-1, size)
+    R = _householder(rows if prior is None else np.concatenate([rows, prior]))
+    scale = np.maximum(np.linalg.norm(R[:-1, :-1], axis=0), 1e-300)
+    U, s, Vt = np.linalg.svd(R[:-1, :-1] / scale)
+    keep = s > 1e-12 * s[0]
+    theta = Vt.T[:, keep] @ ((U.T @ R[:-1, -1])[keep] / s[keep]) / scale
+    residual = R[:, -1] - R[:, :-1] @ theta
+    return Linear(theta, float(residual @ residual), float(s[0] / max(s[-1], 1e-300)))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SeparableFit:
+    """The minimum, and the whole profile E(nu) that shows it is one."""
+
+    nu: tuple[float, ...]
+    theta: Array  # (p,)
+    energy: float
+    condition: float
+    grid: tuple[Array, ...]  # values of each nu
+    profile: Array  # E on the grid
+    minima: tuple[tuple[float, ...], ...]  # polished minima, best first
+    evaluations: int
+    at_bound: bool
+
+    @property
+    def note(self) -> str:
+        """A sentence for the reader where the result must not be taken at face value, else empty."""
+        if self.at_bound:
+            return "the travel scale ended on its bound: these motions do not show where the curve becomes constant"
+        if self.condition > 1e6:
+            return "some ordinates are hardly excited: judge the curve, not its ordinates, and only where the motions went"
+        return ""
+
+
+def _local_minima(profile: Array) -> list[tuple[int, ...]]:
+    """Indices of the grid points that no neighbour along an axis undercuts, best first."""
+    padded = np.pad(profile, 1, constant_values=np.inf)
+    inner = tuple(slice(1, -1) for _ in profile.shape)
+    lowest = np.ones(profile.shape, dtype=bool)
+    for axis in range(profile.ndim):
+        lowest &= (profile <= np.roll(padded, 1, axis)[inner]) & (profile <= np.roll(padded, -1, axis)[inner])
+    found = [tuple(int(i) for i in index) for index in np.argwhere(lowest)]
+    return sorted(found, key=lambda index: float(profile[index]))
+
+
+def _polish(energy: Energy, grid: Sequence[Array], index: tuple[int, ...], tolerance: float) -> tuple[float, ...]:
+    """nu of the minimum between the neighbours of a grid point."""
+    from scipy.optimize import minimize, minimize_scalar
+
+    box = [(float(g[max(i - 1, 0)]), float(g[min(i + 1, len(g) - 1)])) for g, i in zip(grid, index, strict=True)]
+    start = [float(g[i]) for g, i in zip(grid, index, strict=True)]
+    if len(box) == 1:
+        found = minimize_scalar(lambda nu: energy((float(nu),)), bounds=box[0], method="bounded", options={"xatol": tolerance})
+        best: tuple[float, ...] = (float(found.x),)
+    else:
+        options: Any = {"xatol": max(tolerance, 1e-4), "fatol": 0.0, "maxfev": 80}
+
+        def at(nu: Array) -> float:
+            return energy(tuple(nu.tolist()))
+
+        many = minimize(at, np.array(start), method="Nelder-Mead", bounds=box, options=options)
+        best = tuple(float(x) for x in many.x)
+    return min(best, tuple(start), key=energy)
+
+
+def separable(at: Reduced, grid: Sequence[Array], prior: Array | None = None, polished: int = POLISHED) -> SeparableFit:
+    """Return the best nu and theta; `grid` tabulates each component of nu, ends included, at least three values each."""
+    seen: dict[tuple[float, ...], Linear] = {}
+
+    def linear(nu: tuple[float, ...]) -> Linear:
+        if nu not in seen:
+            seen[nu] = solve(at(nu), prior)
+        return seen[nu]
+
+    def energy(nu: tuple[float, ...]) -> float:
+        return linear(nu).energy
+
+    shape = tuple(len(g) for g in grid)
+    profile = np.array([energy(tuple(float(x) for x in nu)) for nu in product(*grid)]).reshape(shape)
+    candidates = _local_minima(profile)[:polished]
+    minima = sorted((_polish(energy, grid, index, CONVERGED if k == 0 else ROUGHLY) for k, index in enumerate(candidates)), key=energy)
+    best = linear(minima[0])
+    edge = any(abs(x - g[0]) < 1e-3 * (g[-1] - g[0]) or abs(x - g[-1]) < 1e-3 * (g[-1] - g[0])
+               for x, g in zip(minima[0], grid, strict=True))
+    return SeparableFit(minima[0], best.theta, best.energy, best.condition, tuple(grid), profile, tuple(minima), len(seen), edge)
+
+
+def bootstrap(at: Reduced, grid: Array, draws: int, seed: int, prior: Array | None = None) -> tuple[Array, Array]:
+    """Return nu (draws,) and theta (draws, p) refitted to blocks drawn with replacement; one nu, searched on `grid` (k,)."""
+    stacks = np.stack([at((float(nu),)) for nu in grid])  # (k, blocks, p + 1, p + 1)
+    gram = stacks.swapaxes(-1, -2) @ stacks
+    count, size = gram.shape[1], gram.shape[-1]
+    known = np.zeros((size, size)) if prior is None else prior.T @ prior
+    rng = np.random.default_rng(seed)
+    ridge = 1e-12 * np.eye(size - 1)
+    nus, thetas = np.empty(draws), np.empty((draws, size - 1))
+    for draw in range(draws):
+        times = np.bincount(rng.integers(0, count, count), minlength=count).astype(float)
+        G = np.einsum("b,kbpq->kpq", times, gram) + known
+        H, g = G[:, :-1, :-1], G[:, :-1, -1]
+        theta = np.linalg.solve(H + ridge * np.trace(H, axis1=1, axis2=2)[:, None, None], g[..., None])[..., 0]
+        best = int(np.argmin(G[:, -1, -1] - (theta * g).sum(1)))
+        nus[draw], thetas[draw] = grid[best], theta[best]
+    return nus, thetas
