@@ -1,0 +1,32 @@
+"""`nnhydro simulate`: a tow-tank campaign from a recipe."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nnhydro.report.screen import JSON, emit, say, table
+
+RecipeArgument = Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Arm, terms of the truth, motions, controller, sensors, seed.")]
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign; one made by a recipe before is replaced whole.")]
+
+
+def simulate(recipe: RecipeArgument, out: OutOption, json: bool = JSON) -> None:
+    """Make a tow-tank campaign on paper: arm, motions, terms of the truth, controller, sensors, seed.
+
+    Terms of the truth are the load terms of the models (rigid_body, normal_drag, added_mass, friction, ...). Motions are tow, slew,
+    rotation, fourier, file and steady (a grid of steady runs).
+    """
+    from nnhydro.simulation.campaign_writer import write_campaign
+    from nnhydro.simulation.recipe import read_recipe
+
+    read = read_recipe(recipe)
+    made = write_campaign(read, out)
+    if json:
+        emit({"campaign": str(out), "name": read.settings.name, "seed": read.settings.seed, "terms": list(read.loads.terms),
+              "files": [{"file": m.file, "kind": m.kind, "rows": m.rows, "seconds": m.seconds} for m in made]})
+        return
+    table(f"{out}: {read.arm.name}, seed {read.settings.seed}", ("file", "motion", "rows", "seconds"),
+          [(m.file, m.kind, str(m.rows), "" if m.seconds is None else f"{m.seconds:.2f}") for m in made])
+    say(f"Truth: {', '.join(read.loads.terms)}")
+    say(f"Next: nnhydro check {out}")

@@ -1,0 +1,110 @@
+"""Forward dynamics under a controller: fixed steps of the classical Runge-Kutta method, torque held between controller instants.
+
+    qdd = M^-1 (tau - h),  tau constant from one controller instant to the next
+
+All motions are stepped side by side as one batch: the cost is that of the longest.
+Source: Kutta (1901); the zero-order hold is that of a digital controller.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from nnhydro.errors import ConfigError, require
+from nnhydro.physics.motion import tensor
+from nnhydro.simulation.controller import TorqueLaw
+from nnhydro.simulation.motions.motion_kind import Reference, State
+from nnhydro.simulation.plant import Plant
+from nnhydro.simulation.run import MAX_ROWS, Run, grid
+
+RUNAWAY = 1e3  # rad/s: no arm gets there
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep torch on one thread: on tensors of a few rows the others only wait for each other, up to a hundred times longer."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Commands:
+    """The references of m motions on the half-step grid, as tensors with time first."""
+
+    q: Tensor  # (2 n - 1, m, joints)
+    qd: Tensor
+    qdd: Tensor
+    u0: Tensor  # (2 n - 1, m)
+    du0: Tensor
+
+    @staticmethod
+    def of(references: Mapping[str, Reference], t: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> "_Commands":
+        states = [reference.at(np.minimum(t, reference.duration)) for reference in references.values()]
+        return _Commands(*(torch.stack([tensor(state[k]) for state in states], dim=1) for k in range(5)))
+
+
+def _step(plant: Plant, c: _Commands, row: int, h: float, q: Tensor, qd: Tensor, tau: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """One Runge-Kutta step from row `row` of the half-step grid: q, qd after `h` s, and qdd at its beginning."""
+
+    def acceleration(half: int, q: Tensor, qd: Tensor) -> Tensor:
+        t = torch.full((len(q),), (row + half) * h / 2, dtype=torch.float64)
+        return plant.acceleration(tau, t, q, qd, c.u0[row + half], c.du0[row + half])
+
+    a1 = acceleration(0, q, qd)
+    v2 = qd + h / 2 * a1
+    a2 = acceleration(1, q + h / 2 * qd, v2)
+    v3 = qd + h / 2 * a2
+    a3 = acceleration(1, q + h / 2 * v2, v3)
+    v4 = qd + h * a3
+    a4 = acceleration(2, q + h * v3, v4)
+    return q + h / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4), a1
+
+
+def _require_tame(qd: Tensor, t: float, names: list[str]) -> None:
+    if not bool((qd.abs() < RUNAWAY).all()):
+        wild = names[int((~(qd.abs() < RUNAWAY)).any(dim=1).nonzero()[0])]
+        raise ConfigError(f"motion {wild!r}: the arm runs away at t = {t:.3g} s: lower controller.kp and kd, or raise substeps and "
+                          "controller.rate_hz")
+
+
+@_one_thread()
+def controlled(references: Mapping[str, Reference], plant: Plant, law: TorqueLaw, rate_hz: float, hold: int) -> list[Run]:
+    """Return one run a reference: `plant` under `law`, which acts every `hold` steps of 1/`rate_hz` s.
+
+    Each begins in its reference's own state. Raises ConfigError where the arm has no inertia or runs away.
+    """
+    grids = {name: grid(reference, rate_hz) for name, reference in references.items()}
+    n, h, names = max(len(t) for t in grids.values()), 1.0 / rate_hz, list(references)
+    require(n * len(names) < MAX_ROWS, f"the {len(names)} motions under a controller take {n} steps each, too many: shorten them or lower "
+            "sample_rate_hz or substeps")
+    c = _Commands.of(references, np.arange(2 * n - 1) * h / 2)
+    q, qd = c.q[0], c.qd[0]
+    plant.require_inertia(torch.zeros(len(names), dtype=torch.float64), q, c.u0[0])
+    out = [torch.empty(n, *q.shape, dtype=torch.float64) for _ in range(4)]  # q, qd, qdd, tau
+    tau = torch.zeros_like(q)
+    for k in range(n):
+        row = 2 * min(k, n - 2)  # the last instant takes its acceleration from a step that is not used
+        if k % hold == 0:
+            now = torch.full((len(names),), k * h, dtype=torch.float64)
+            tau = law.torque(c.q[2 * k] - q, c.qd[2 * k] - qd, c.qdd[2 * k], now, q, qd, c.u0[2 * k], c.du0[2 * k])
+        _require_tame(qd, k * h, names)
+        after = _step(plant, c, row, h, q, qd, tau)
+        for kept, value in zip(out, (q, qd, after[2], tau), strict=True):
+            kept[k] = value
+        q, qd = after[0], after[1]
+    made = []
+    for i, (name, t) in enumerate(grids.items()):
+        q_i, qd_i, qdd_i, tau_i = (x[:len(t), i].numpy().copy() for x in out)
+        speed, slope = (x[: 2 * len(t) : 2, i].numpy().copy() for x in (c.u0, c.du0))
+        made.append(Run(name, rate_hz, State(q_i, qd_i, qdd_i, speed, slope), tau_i))
+    return made
