@@ -13,7 +13,7 @@ _PUBLIC = {
     "open_campaign": "nnhydro.recordings.campaign",
     "Loads": "nnhydro.physics.load_sum",
     "identify": "nnhydro.identification.identify",
-    "train": "nnhydro.models.training",
+    "train": "nnhydro.identification.train",
     "benchmark": "nnhydro.evaluation.benchmark",
     "save_model": "nnhydro.models.storage",
     "load_model": "nnhydro.models.storage",
