@@ -19,32 +19,32 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Energy = Callable[[tuple[float, ...]], float]
 Reduced = Callable[[tuple[float, ...]], Array]  # nu -> blocks (blocks, p + 1, p + 1): R of [X | y] of each
-POLISHED = 3  # minima of the table that are polished
-CONVERGED = 1e-7  # relative change of nu at which the polishing of the best stops
-ORTHOGONAL = 1e-3  # deviation of the first pass of Cholesky up to which the second makes it exact
-ROUGHLY = 1e-3  # and of the others, which only have to show that they are worse
+POLISHED = 3  # minima of the table that are looked at; those that cannot be the best are only estimated
+CONVERGED = 1e-7  # relative change of nu at which the polishing stops
+WELL = 1e-3  # share of a column that the others must leave for normal equations to serve
 
 
 def reduced(X: Array, y: Array) -> Array:
     """Return R (p + 1, p + 1), upper triangular, of [X | y]; X (n, p), y (n,).
 
-    Cholesky's factor of X'X, once more on the orthogonalised columns, is as accurate as Householder's where X has full rank and several
-    times as fast on tall blocks; else Householder's is taken.
+    Cholesky's factor of X'X with a residual that is computed, not subtracted, serves well-conditioned columns (an error of theta enters
+    the residual squared) several times as fast as Householder's on tall blocks; else Householder's is taken.
     """
-    p = X.shape[1]
-    R = np.zeros((p + 1, p + 1))
+    scale = np.sqrt(np.einsum("np,np->p", X, X))
+    if len(X) < X.shape[1] + 1 or not scale.all():
+        return _householder(np.column_stack([X, y]))
+    gram, projected = (X.T @ X) / np.outer(scale, scale), (X.T @ y) / scale
     try:
-        first = np.linalg.cholesky(X.T @ X).T
-        Q = X @ np.linalg.inv(first)
-        second = np.linalg.cholesky(Q.T @ Q).T
+        R = np.linalg.cholesky(gram).T
     except np.linalg.LinAlgError:
         return _householder(np.column_stack([X, y]))
-    if np.abs(second - np.eye(p)).max() > ORTHOGONAL:
+    if np.abs(np.diag(R)).min() < WELL:
         return _householder(np.column_stack([X, y]))
-    Q = Q @ np.linalg.inv(second)
-    R[:p, :p], R[:p, p] = second @ first, Q.T @ y
-    R[p, p] = np.linalg.norm(y - Q @ R[:p, p])
-    return R
+    c = np.linalg.solve(R.T, projected)
+    correction = (X.T @ (y - X @ (np.linalg.solve(R, c) / scale))) / scale  # one step of refinement
+    c = c + np.linalg.solve(R.T, correction)
+    rest = np.linalg.norm(y - X @ (np.linalg.solve(R, c) / scale))
+    return np.block([[R * scale, c[:, None]], [np.zeros((1, len(c))), np.array([[rest]])]])
 
 
 def _householder(rows: Array) -> Array:
@@ -88,7 +88,7 @@ class SeparableFit:
     condition: float
     grid: tuple[Array, ...]  # values of each nu
     profile: Array  # E on the grid
-    minima: tuple[tuple[float, ...], ...]  # polished minima, best first
+    minima: tuple[tuple[float, ...], ...]  # best first; the others to a tenth of the grid
     evaluations: int
     at_bound: bool
 
@@ -111,6 +111,20 @@ def _local_minima(profile: Array) -> list[tuple[int, ...]]:
         lowest &= (profile <= np.roll(padded, 1, axis)[inner]) & (profile <= np.roll(padded, -1, axis)[inner])
     found = [tuple(int(i) for i in index) for index in np.argwhere(lowest)]
     return sorted(found, key=lambda index: float(profile[index]))
+
+
+def _vertex(profile: Array, grid: Sequence[Array], index: tuple[int, ...]) -> tuple[tuple[float, ...], float]:
+    """The lowest point of the parabolas through a grid point and its neighbours along each axis: an estimate of nu and E there."""
+    nu, lowest = [float(g[i]) for g, i in zip(grid, index, strict=True)], float(profile[index])
+    for axis, (g, i) in enumerate(zip(grid, index, strict=True)):
+        if 0 < i < len(g) - 1:
+            x = np.asarray(g[i - 1:i + 2] - g[i])
+            y = np.take(profile, [i - 1, i, i + 1], axis)[tuple(slice(None) if k == axis else j for k, j in enumerate(index))]
+            a, b, _ = np.polyfit(x, y - y[1], 2)
+            if a > 0:
+                nu[axis] -= float(b / (2 * a))
+                lowest -= float(b**2 / (4 * a))
+    return tuple(nu), lowest
 
 
 def _polish(energy: Energy, grid: Sequence[Array], index: tuple[int, ...], tolerance: float) -> tuple[float, ...]:
@@ -147,8 +161,14 @@ def separable(at: Reduced, grid: Sequence[Array], prior: Array | None = None, po
 
     shape = tuple(len(g) for g in grid)
     profile = np.array([energy(tuple(float(x) for x in nu)) for nu in product(*grid)]).reshape(shape)
-    candidates = _local_minima(profile)[:polished]
-    minima = sorted((_polish(energy, grid, index, CONVERGED if k == 0 else ROUGHLY) for k, index in enumerate(candidates)), key=energy)
+    found: list[tuple[float, tuple[float, ...]]] = []
+    for index in _local_minima(profile)[:polished]:
+        nu, lowest = _vertex(profile, grid, index)
+        if len(nu) > 1 or not found or lowest < found[0][0]:
+            nu = _polish(energy, grid, index, CONVERGED)
+            lowest = energy(nu)
+        found = sorted([*found, (lowest, nu)])
+    minima = [nu for _, nu in found]
     best = linear(minima[0])
     edge = any(abs(x - g[0]) < 1e-3 * (g[-1] - g[0]) or abs(x - g[-1]) < 1e-3 * (g[-1] - g[0])
                for x, g in zip(minima[0], grid, strict=True))

@@ -24,7 +24,7 @@ from nnhydro.physics.motion import tensor
 from nnhydro.physics.state_loads import added_mass_curve, drag_curve, with_tau_s
 
 Array = NDArray[np.float64]
-GRID = np.linspace(2.0, 15.0, 27)  # diameters: half a diameter apart; the known minima lie 2.4 apart
+GRID = np.linspace(2.0, 15.0, 21)  # diameters: 0.65 apart; the known minima lie 2.4 apart
 DRAWS = 200  # bootstrap draws: a 95 % bound is then known to about 1.5 %
 NEAR = np.linspace(-2.0, 2.0, 17)  # diameters around the optimum searched in each draw
 

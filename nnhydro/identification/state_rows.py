@@ -14,7 +14,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.physics.coefficients.travel_spline import cardinal_matrix, powers, stretched
+from nnhydro.physics.coefficients.travel_spline import KNOTS, cardinal_matrix
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.state_added_mass import StateAddedMass
@@ -26,6 +26,7 @@ from nnhydro.physics.strips import Strips
 Array = NDArray[np.float64]
 Pair = tuple[Flow, Tensor]  # motion and joint torques (n, joints) N m (LOAD)
 Rows = Callable[[tuple[float, ...]], tuple[Array, Array]]  # nu -> X (n, joints, p), y (n, joints)
+BLOCK = 2048  # rows: ten strips of them and what is made of them fit a second-level cache
 CURVES: Final = (StateDrag, StateAddedMass, StateAtRest)
 
 
@@ -66,23 +67,38 @@ def rows_of(loads: Loads, pairs: Sequence[Pair]) -> Rows:
     assert isinstance(drag, StateDrag)
     assert isinstance(rest, StateAtRest)
     states = [drag.state(flow) for flow, _ in pairs]
-    travels = torch.cat([state.s_over_D.flatten(1) for state in states])  # (n, links s)
-    loads_of = [[drag.unit_load(state, added_mass=mass) for mass in (False, True)] for state in states]
-    weights = torch.cat([torch.cat([to_joint_weights(state.strips, f) for f in both], dim=1)
-                         for state, both in zip(states, loads_of, strict=True)])  # (n, 2 joints, links s)
-    tau = torch.cat([torque for _, torque in pairs])
-    joints, start = tau.shape[1], rest.C_M0[0]
-    basis, at_rest = cardinal_matrix()[:, 1:], cardinal_matrix()[:, 0]
-    whole = weights[:, joints:].sum(2)
+    travels = np.ascontiguousarray(torch.cat([state.s_over_D.flatten(1) for state in states]).numpy().T)  # (links s, n)
+    by_kind = [torch.cat([to_joint_weights(state.strips, drag.unit_load(state, added_mass=mass)) for state in states])
+               for mass in (False, True)]
+    weights = np.ascontiguousarray(torch.cat(by_kind, dim=1).permute(1, 2, 0).numpy())  # (2 joints, links s, n): drag, inertia
+    tau = torch.cat([torque for _, torque in pairs]).numpy()
+    start, matrix = rest.C_M0[0], cardinal_matrix().numpy()
+    joints = tau.shape[1]
+    whole = weights[joints:].sum(1).T
 
     def rows(nu: tuple[float, ...]) -> tuple[Array, Array]:
-        scales = nu if len(nu) == 2 else (*nu, *nu)
-        if scales[0] == scales[1]:
-            sums = (weights @ powers(stretched(travels, scales[0]))).tensor_split(2, dim=1)
+        if len(nu) == 1 or nu[0] == nu[1]:
+            both = power_sums(travels / nu[0], weights)
         else:
-            halves = weights.tensor_split(2, dim=1)
-            sums = tuple(half @ powers(stretched(travels, tau_s)) for half, tau_s in zip(halves, scales, strict=True))
-        X = torch.cat([part @ basis for part in sums], dim=2)
-        return X.numpy(), (tau - start * (whole + sums[1] @ at_rest)).numpy()
+            both = np.concatenate([power_sums(travels / nu[0], weights[:joints]), power_sums(travels / nu[1], weights[joints:])])
+        cardinal = matrix.T @ both  # (2 joints, 7, n): phi_0 - 1, phi_1 ... phi_6
+        X = np.concatenate([cardinal[:joints, 1:], cardinal[joints:, 1:]], axis=1).transpose(2, 0, 1)
+        return X, tau - start * (whole + cardinal[joints:, 0].T)
 
     return rows
+
+
+def power_sums(u: Array, weights: Array) -> Array:
+    """Return sum_strips a phi (k, 7, n) of the `weights` (k, strips, n), phi the powers of the spline at `u` (strips, n).
+
+    A block of rows and one power at a time, so that the work stays in the processor's cache.
+    """
+    sums = np.empty((len(weights), KNOTS + 1, u.shape[1]))
+    for first in range(0, u.shape[1], BLOCK):
+        rows = slice(first, first + BLOCK)
+        block, a = np.minimum(u[:, rows], 1.0), weights[:, :, rows]
+        sums[:, 0, rows] = (a * block).sum(1)
+        for knot in range(KNOTS):
+            ramp = np.maximum(block - knot / KNOTS, 0.0)
+            sums[:, knot + 1, rows] = (a * (ramp * ramp * ramp)).sum(1)
+    return sums
