@@ -9,8 +9,8 @@ from typing import final
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm, read_arm
 from nnhydro.recordings.preprocessing import Preparation, plan, prepare, steady_segment
-from nnhydro.recordings.readers.files import read_recording, read_steady
-from nnhydro.recordings.readers.table import SUFFIXES
+from nnhydro.recordings.readers.column_map import FILE, ColumnMap, read_column_map
+from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable, read_recording, read_steady
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
 
@@ -30,6 +30,7 @@ class Campaign:
     read: Callable[[str], Recording]
     steady: tuple[SteadyTable, ...] = ()
     root: Path | None = None
+    map_sha256: str = ""  # of the column mapping that the files were read through, "" where there is none
     _cache: dict[str, Recording] = field(default_factory=dict, repr=False)
 
     @staticmethod
@@ -54,6 +55,11 @@ class Campaign:
         for name in self.names:
             yield self.load(name)
 
+    def verify(self) -> None:
+        """Read every recording once; raises RecordingError at the first that cannot be used."""
+        for _ in self.recordings():
+            pass
+
     def plan(self, cutoff_hz: float | None = None) -> Preparation:
         """Return how this campaign's recordings are prepared (filter and cut-off); see `preprocessing.plan`."""
         return plan(self.recordings(), cutoff_hz) if self.names else Preparation(None)
@@ -73,38 +79,63 @@ class Campaign:
             digest.update(f"{name}:{self.load(name).origin.sha256}".encode())
         for table in sorted(self.steady, key=lambda table: table.name):
             digest.update(f"{table.name}:{table.origin.sha256}".encode())
+        digest.update(self.map_sha256.encode())
         return digest.hexdigest()
 
 
 def _files(folder: Path) -> dict[str, Path]:
-    """Tables in `folder` by stem; raises where two share a stem or a file is of another kind."""
+    """Recordings in `folder` by name; hidden files are passed over. Raises where two share a name or a file is of another kind."""
     found: dict[str, Path] = {}
     if not folder.is_dir():
+        if folder.exists():
+            raise CampaignError(f"{folder}: is a file: it must be the folder that holds the runs")
         return found
     for path in sorted(folder.iterdir()):
-        if path.name.startswith(".") or path.is_dir():
+        if path.name.startswith("."):
             continue
-        if path.suffix not in SUFFIXES:
-            raise CampaignError(f"{path}: is neither CSV nor Parquet: move it out of {folder.name}/ or convert it")
-        if path.stem in found:
-            raise CampaignError(f"{path}: the name {path.stem!r} is taken by {found[path.stem].name}: rename one")
-        found[path.stem] = path
+        if path.is_dir() and not is_bag_folder(path):
+            raise CampaignError(f"{path}: is a folder: move its files up into {folder.name}/, or start its name with a dot to leave it out")
+        if not is_readable(path):
+            kinds = ", ".join(FORMATS)
+            raise CampaignError(f"{path}: is none of {kinds}: convert it, move it out of {folder.name}/ or start its name with a dot")
+        name = path.name if path.is_dir() else path.stem
+        if name in found:
+            raise CampaignError(f"{path}: the name {name!r} is taken by {found[name].name}: rename one")
+        found[name] = path
     return found
 
 
-def open_campaign(root: Path) -> Campaign:
-    """Return the campaign in the folder `root`; raises CampaignError, ArmError or RecordingError with one line."""
+def _require_folder(root: Path) -> None:
     if not root.is_dir():
         raise CampaignError(f"{root}: {'is a file' if root.exists() else 'does not exist'}: give the campaign's folder (it holds arm.yaml)")
+
+
+def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
+    """Return the campaign in the folder `root`; raises CampaignError, ArmError, ConfigError or RecordingError with one line.
+
+    `column_map` is a mapping of foreign columns (YAML); by default columns.yaml in `root`, where there is one.
+    """
+    _require_folder(root)
     if not (root / "arm.yaml").is_file():
         inside = sorted(path.parent.name for path in root.glob("*/arm.yaml"))
         hint = f"it holds the campaigns {', '.join(inside[:5])}: give one of them" if inside else "write one; the README shows it"
         raise CampaignError(f"{root}: has no arm.yaml: {hint}")
     arm = read_arm(root / "arm.yaml")
+    beside = root / FILE if (root / FILE).is_file() else None
+    given = column_map or beside
+    mapping: ColumnMap | None = None if given is None else read_column_map(given)
     files = _files(root / "recordings")
-    steady = tuple(read_steady(path, arm) for path in _files(root / "steady").values())
+    steady = tuple(read_steady(path, arm, mapping) for path in _files(root / "steady").values())
     if not files and not steady:
         raise CampaignError(f"{root}: holds neither recordings/*.csv nor steady/*.csv: put the runs there")
-    return Campaign(arm, tuple(files), lambda name: read_recording(files[name], arm), steady, root)
+    return Campaign(arm, tuple(files), lambda name: read_recording(files[name], arm, column_map=mapping), steady, root,
+                    "" if mapping is None else mapping.sha256)
 
 
+def open_campaigns(root: Path, column_map: Path | None = None) -> tuple[Campaign, ...]:
+    """Return the campaign in `root`, or those in its sub-folders, one an arm, where `root` has no arm.yaml but they do."""
+    _require_folder(root)
+    inside = sorted(path.parent for path in root.glob("*/arm.yaml") if not path.parent.name.startswith("."))
+    if (root / "arm.yaml").is_file() or not inside:
+        return (open_campaign(root, column_map),)
+    return tuple(open_campaign(folder, column_map) for folder in inside)

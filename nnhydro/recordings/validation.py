@@ -23,6 +23,13 @@ def _key(location: tuple[int | str, ...]) -> str:
     return text
 
 
+def _child(node: dict[str, Any], part: int | str) -> Any:
+    """Schema of the item or key `part` of `node`, None where it has none."""
+    if isinstance(part, int):
+        return node.get("items")
+    return node.get("properties", {}).get(part, node.get("additionalProperties"))
+
+
 def _known_keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
     """Keys that the sub-model at `location[:-1]` accepts, for 'did you mean'."""
     schema: dict[str, Any] = model.model_json_schema()
@@ -35,8 +42,7 @@ def _known_keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list
 
     nodes = options(schema)
     for part in location[:-1]:
-        step = [node["items"] if isinstance(part, int) else node["properties"][part]
-                for node in nodes if (isinstance(part, int) and "items" in node) or part in node.get("properties", {})]
+        step = [child for node in nodes if isinstance(child := _child(node, part), dict)]
         nodes = [resolved for node in step for resolved in options(node)]
     return [key for node in nodes for key in node.get("properties", {})]
 
@@ -55,8 +61,13 @@ def one_line(where: str, cause: ValidationError, model: type[BaseModel]) -> str:
         return f"{where}: key {key!r} is missing: add it{more}"
     message = str(first["msg"]).removeprefix("Value error, ")
     value = first["input"]
-    got = f", got {value!r}" if isinstance(value, int | float | str) else ""
+    got = f", got {_short(value)}" if isinstance(value, int | float | str) else ""
     return f"{where}: {key or 'the file'}: {message}{got}{more}"
+
+
+def _short(value: float | str) -> str:
+    text = hex(value) if isinstance(value, int) and abs(value) > 10**18 else repr(value)  # decimal text of huge integers is refused
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def validated(model: type[M], document: dict[str, Any], where: str, error: type[NnhydroError]) -> M:

@@ -23,8 +23,11 @@ class _StrictLoader(yaml.SafeLoader):
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[str] = set()
         for key, _ in node.value:
+            line = key.start_mark.line + 1
+            if not isinstance(key.value, str):
+                raise yaml.YAMLError(f"line {line}: a list or mapping stands where a key is expected: write 'key: value'")
             if key.value in seen:
-                raise yaml.YAMLError(f"line {key.start_mark.line + 1}: the key {key.value!r} stands there twice, remove one")
+                raise yaml.YAMLError(f"line {line}: the key {key.value!r} stands there twice, remove one")
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 
@@ -32,16 +35,22 @@ class _StrictLoader(yaml.SafeLoader):
 def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
     """Return the mapping in `path`; raise `error` with one line if it is missing, too large, not YAML or not a mapping."""
     try:
+        if path.exists() and not path.is_file():
+            raise error(f"{path}: is not a regular file: give a YAML file")
         size = path.stat().st_size
         if size > MAX_BYTES:
             raise error(f"{path}: {size} bytes are too many for a settings file (limit {MAX_BYTES}): is this the right file?")
-        document = yaml.load(path.read_text(encoding="utf-8"), _StrictLoader)
+        document = yaml.load(path.read_text(encoding="utf-8-sig"), _StrictLoader)
     except OSError as cause:
         raise error(f"{path}: cannot be read ({cause.strerror or cause}): check the path and its permissions") from cause
     except UnicodeDecodeError as cause:
         raise error(f"{path}: is not UTF-8 text (byte {cause.start}): save it as UTF-8") from cause
-    except (yaml.YAMLError, RecursionError, ValueError) as cause:
+    except (yaml.YAMLError, RecursionError, ValueError, OverflowError, TypeError) as cause:
         raise error(f"{path}: is not valid YAML: {' '.join(str(cause).split())[:300]}") from cause
     if not isinstance(document, dict):
-        raise error(f"{path}: holds {type(document).__name__} instead of 'key: value' lines")
+        found = "nothing" if document is None else f"a {type(document).__name__}"
+        raise error(f"{path}: holds {found} instead of 'key: value' lines: is this the right file?")
+    strange = next((key for key in document if not isinstance(key, str)), None)
+    if strange is not None:
+        raise error(f"{path}: the key {strange!r} is no word: write 'key: value' lines")
     return document

@@ -5,6 +5,9 @@ Source: Rivera (1995), section 3.3 (pulley ratio r: ours).
 """
 
 import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,40 +15,76 @@ from numpy.typing import NDArray
 from nnhydro.conventions import CLOCK, TIME, column
 from nnhydro.errors import RecordingError, require
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.readers.table import Columns
+from nnhydro.recordings.readers.table import FIRST_ROW, Columns
 from nnhydro.recordings.recording import Origin, Recording, SteadyTable
 
 Array = NDArray[np.float64]
-_JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d+)(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm)$")
+ABSURD = 1e9  # rad, rad/s, m/s, N m: no arm does that; loggers write such numbers where a sensor gave nothing
+MIN_ROWS = 4
+_JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm)$")
 
 
-def _numbers(columns: Columns, name: str) -> Array | None:
-    values = columns.get(name)
-    return values if isinstance(values, np.ndarray) else None
+@final
+@dataclass(frozen=True)
+class Named:
+    """Columns under our names, the header as it stands in the file, the row number of the first row, and what was done."""
+
+    columns: Columns
+    header: tuple[str, ...] = ()
+    first_row: int = FIRST_ROW
+    steps: tuple[str, ...] = ()
+
+    def numbers(self, name: str) -> Array | None:
+        """Return the column called `name`, None where it is not there."""
+        values = self.columns.get(name)
+        return values if isinstance(values, np.ndarray) else None
 
 
-def _joints(columns: Columns, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
+def _missing(named: Named, name: str, where: str) -> RecordingError:
+    stem = name.split("_")[0]
+    near = sorted(other for other in named.header if stem[-1].isdigit() and other.startswith(stem) and other != name)[:3]
+    near = near or get_close_matches(name, named.header, n=2)
+    seen = ", ".join(map(repr, named.header[:6])) or "no columns"
+    hint = f"it has {', '.join(map(repr, near))}: rename it" if near else f"it has {seen}: add the column"
+    return RecordingError(f"{where}: column {name!r} is missing: {hint}, or name the foreign one with --map FILE")
+
+
+def _require_sane(named: Named, where: str) -> None:
+    for name, values in named.columns.items():
+        if isinstance(values, np.ndarray) and name not in (TIME, CLOCK):
+            absurd = np.flatnonzero((np.abs(values) > ABSURD) & np.isfinite(values))
+            if len(absurd):
+                row = int(absurd[0])
+                raise RecordingError(f"{where}: column {name!r}, row {row + named.first_row}: {values[row]:.3g} is absurd ({len(absurd)} "
+                                     "such rows): leave cells empty where the sensor gave nothing, or map the unit with --map FILE")
+
+
+def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
     """The columns of one channel side by side (n, links); None where none is there; raises where only some are."""
     names = [column(channel, joint + 1) for joint in range(arm.n_links)]
-    there = [name for name in names if _numbers(columns, name) is not None]
-    absent = [name for name in names if name not in there]
-    if not there and not required:
+    found = [values for name in names if (values := named.numbers(name)) is not None]
+    if not found and not required:
         return None
-    if absent:
-        near = sorted(name for name in columns if name.startswith(absent[0].split("_")[0]))[:3]
-        hint = f"it has {near}: rename or map them" if near else "add the column, or name the foreign one with --map FILE"
-        raise RecordingError(f"{where}: column {absent[0]!r} is missing: {hint}")
-    stacked = np.column_stack([columns[name] for name in names]).astype(float)
     for name in names:
-        require(bool(np.isfinite(np.asarray(columns[name], dtype=float)).any()), f"{where}: column {name!r} holds no finite number: "
-                "remove the column or repair the file", RecordingError)
-    return stacked
+        values = named.numbers(name)
+        if values is None:
+            raise _missing(named, name, where)
+        require(bool(np.isfinite(values).any()), f"{where}: column {name!r} holds no finite number: remove the column or repair the file",
+                RecordingError)
+    return np.column_stack(found).astype(float)
 
 
-def _refuse_foreign_joints(columns: Columns, arm: Arm, where: str) -> None:
-    for name in columns:
+def _single(named: Named, name: str, where: str) -> Array | None:
+    values = named.numbers(name)
+    require(values is None or bool(np.isfinite(values).any()), f"{where}: column {name!r} holds no finite number: remove the column or "
+            "repair the file", RecordingError)
+    return values
+
+
+def _refuse_foreign_joints(named: Named, arm: Arm, where: str, torque: bool = True) -> None:
+    for name in named.header:
         match = _JOINT_COLUMN.match(name)
-        if match and not 1 <= int(match[1]) <= arm.n_links:
+        if match and not 1 <= int(match[1]) <= arm.n_links and (torque or not name.startswith("tau")):
             raise RecordingError(f"{where}: column {name!r} names joint {match[1]}, but arm.yaml has {arm.n_links} link(s): "
                                  "add the link to arm.yaml or remove the column")
 
@@ -56,43 +95,45 @@ def _relative(angles: Array | None, arm: Arm) -> Array | None:
     return np.column_stack([angles[:, 0], arm.drive.pulley_ratio * (angles[:, 1] - angles[:, 0])])
 
 
-def recording_from_columns(columns: Columns, arm: Arm, name: str, origin: Origin, torque: bool = True) -> Recording:
-    """Return the recording that `columns` hold; with `torque`, torque columns are required; raises RecordingError naming the column."""
+def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, torque: bool = True) -> Recording:
+    """Return the recording that `named` holds; with `torque`, torque columns are required; raises RecordingError naming the column."""
     where = origin.path or name
-    _refuse_foreign_joints(columns, arm, where)
-    t = _numbers(columns, TIME)
+    _refuse_foreign_joints(named, arm, where, torque)
+    t = _single(named, TIME, where)
     if t is None:
-        raise RecordingError(f"{where}: column {TIME!r} is missing: add it, or name the foreign one with --map FILE")
-    require(len(t) >= 4, f"{where}: holds {len(t)} rows: a recording needs at least 4", RecordingError)
-    q = _joints(columns, "q", arm, where, required=True)
+        raise _missing(named, TIME, where)
+    require(len(t) >= MIN_ROWS, f"{where}: holds {len(t)} row(s): a recording needs at least {MIN_ROWS}; remove the file", RecordingError)
+    _require_sane(named, where)
+    q = _joints(named, "q", arm, where, required=True)
     assert q is not None
     belt = arm.drive.angle2 == "absolute"
-    return Recording(name, t, _relative(q, arm), tau=_joints(columns, "tau", arm, where, required=torque),  # type: ignore[arg-type]
-                     qd=_relative(_joints(columns, "qd", arm, where), arm), qdd=_relative(_joints(columns, "qdd", arm, where), arm),
-                     u0=_numbers(columns, column("u0")), du0=_numbers(columns, column("du0")),
-                     tau_sim=_joints(columns, "tau_sim", arm, where), clock=_numbers(columns, CLOCK), origin=origin,
-                     steps=("second angle: motor's to joint's",) if belt else ())
+    return Recording(name, t, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
+                     qd=_relative(_joints(named, "qd", arm, where), arm), qdd=_relative(_joints(named, "qdd", arm, where), arm),
+                     u0=_single(named, column("u0"), where), du0=_single(named, column("du0"), where),
+                     tau_sim=_joints(named, "tau_sim", arm, where) if torque else None, clock=_single(named, CLOCK, where), origin=origin,
+                     steps=(*named.steps, "second angle: motor's to joint's") if belt else named.steps)
 
 
-def steady_from_columns(columns: Columns, arm: Arm, name: str, origin: Origin) -> SteadyTable:
-    """Return the steady table that `columns` hold; raises RecordingError naming the column and the row."""
+def steady_from_columns(named: Named, arm: Arm, name: str, origin: Origin) -> SteadyTable:
+    """Return the steady table that `named` holds; raises RecordingError naming the column and the row."""
     where = origin.path or name
-    _refuse_foreign_joints(columns, arm, where)
-    q = _joints(columns, "q", arm, where, required=True)
-    tau = _joints(columns, "tau", arm, where, required=True)
+    _refuse_foreign_joints(named, arm, where)
+    _require_sane(named, where)
+    q = _joints(named, "q", arm, where, required=True)
+    tau = _joints(named, "tau", arm, where, required=True)
     assert q is not None
     assert tau is not None
     zeros = np.zeros_like(q)
-    qd = _joints(columns, "qd", arm, where)
-    u0 = _numbers(columns, column("u0"))
-    runs = columns.get("run")
+    qd = _joints(named, "qd", arm, where)
+    u0 = _single(named, column("u0"), where)
+    runs = named.columns.get("run")
     names = tuple(str(run) for run in runs) if runs is not None else tuple(f"{name}:{row + 1}" for row in range(len(q)))
     table = SteadyTable(name, names, _relative(q, arm), _relative(zeros if qd is None else qd, arm),  # type: ignore[arg-type]
-                        np.zeros(len(q)) if u0 is None else u0, tau, _joints(columns, "tau_std", arm, where),
-                        _joints(columns, "tau_sim", arm, where), origin)
+                        np.zeros(len(q)) if u0 is None else u0, tau, _joints(named, "tau_std", arm, where),
+                        _joints(named, "tau_sim", arm, where), origin)
     for channel in (table.q, table.qd, table.u0, table.tau):
         bad = np.flatnonzero(~np.isfinite(channel.reshape(len(table), -1)).all(axis=1))
         if len(bad):
-            raise RecordingError(f"{where}: row {bad[0] + 2} (run {names[int(bad[0])]!r}) has an empty or infinite value: "
+            raise RecordingError(f"{where}: row {bad[0] + named.first_row} (run {names[int(bad[0])]!r}) has an empty or infinite value: "
                                  "a steady run needs angles, speeds and torques; remove the row")
     return table

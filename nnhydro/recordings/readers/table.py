@@ -1,83 +1,103 @@
-"""Read a table of numbers (CSV or Parquet) into named columns, with the limits that files from outside need."""
+"""A table of named columns as readers hand it on, the limits that files from outside need, and what counts as a number."""
 
 import hashlib
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.conventions import CHANNELS, CLOCK, TIME
 from nnhydro.errors import RecordingError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array | tuple[str, ...]]
 MAX_BYTES = 4_000_000_000
 MAX_COLUMNS = 2_000
 MAX_ROWS = 50_000_000
-SUFFIXES = (".csv", ".parquet")
+FIRST_ROW = 2  # rows are counted as in a spreadsheet: the header is row 1
+_TIME_OF_DAY = re.compile(r"\s*(\d{4}-\d\d-\d\d|\d{1,2}:\d\d)")
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*$")
+
+
+@final
+@dataclass(frozen=True)
+class Request:
+    """What a reader is asked for: columns of numbers, columns of text, and the joints of a robot's joint-state log by name."""
+
+    numbers: frozenset[str]
+    text: frozenset[str] = frozenset()
+    links: int = 1
+    joints: tuple[str, ...] = ()  # names in a JointState log, from the base outwards
+    topic: str | None = None
+
+
+@final
+@dataclass(frozen=True)
+class Table:
+    """The requested columns that were there, the names of all columns, and what the reader did."""
+
+    columns: Columns
+    header: tuple[str, ...]
+    first_row: int = FIRST_ROW
+    steps: tuple[str, ...] = ()
+
+
+Reader = Callable[[Path, Request], Table]
 
 
 def sha256_of(path: Path) -> str:
-    """Return the sha256 of the file `path` in hex, read in pieces."""
+    """Return the sha256 of the file `path` (or of all files of the folder `path`) in hex, read in pieces."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while piece := file.read(1 << 20):
-            digest.update(piece)
+    for part in sorted(path.iterdir()) if path.is_dir() else [path]:
+        if not part.is_file():
+            continue
+        with part.open("rb") as file:
+            while piece := file.read(1 << 20):
+                digest.update(piece)
     return digest.hexdigest()
 
 
-def read_table(path: Path, text: tuple[str, ...] = ()) -> Columns:
-    """Return the columns of the CSV or Parquet file `path`; those named in `text` as strings, all others as float64 (empty: NaN).
-
-    Raises RecordingError with one line naming the file, the column and the row of what cannot be a number.
-    """
-    import pandas as pd
-
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise RecordingError(f"{path}: larger than {MAX_BYTES} bytes: split the run")
-        if path.suffix == ".parquet":
-            import pyarrow.parquet as pq
-
-            meta = pq.ParquetFile(path).metadata
-            if meta.num_rows > MAX_ROWS or meta.num_columns > MAX_COLUMNS:
-                raise RecordingError(f"{path}: {meta.num_rows} rows x {meta.num_columns} columns are too many for one run: split it")
-            frame = pd.read_parquet(path)
-        else:
-            frame = pd.read_csv(path, dtype=dict.fromkeys(text, str), skipinitialspace=True, comment="#", encoding="utf-8-sig",
-                                index_col=False, nrows=MAX_ROWS + 1)
-    except OSError as cause:
-        raise RecordingError(f"{path}: cannot be read ({cause.strerror or cause}): check the path and its permissions") from cause
-    except UnicodeDecodeError as cause:
-        raise RecordingError(f"{path}: is not UTF-8 text (byte {cause.start}): save it as UTF-8 CSV or as Parquet") from cause
-    except (ValueError, pd.errors.ParserError, pd.errors.EmptyDataError) as cause:
-        raise RecordingError(f"{path}: is not a readable table: {' '.join(str(cause).split())[:200]}") from cause
-    if frame.shape[1] > MAX_COLUMNS or len(frame) > MAX_ROWS:
-        raise RecordingError(f"{path}: {len(frame)} rows x {frame.shape[1]} columns are too many for one run: split it")
-    return {str(name).strip(): _values(frame[name], str(name), path, name in text) for name in frame.columns}
+def require_size(path: Path) -> None:
+    """Raise RecordingError where `path` is no regular file, empty or larger than one run may be."""
+    if not path.is_file():
+        raise RecordingError(f"{path}: {'is not a regular file' if path.exists() else 'does not exist'}: check the path (a broken link?)")
+    size = path.stat().st_size
+    if size > MAX_BYTES:
+        raise RecordingError(f"{path}: holds {size} bytes, more than {MAX_BYTES}: split the run into several files")
+    if size == 0:
+        raise RecordingError(f"{path}: is empty: the log was never written; remove the file or record again")
 
 
-def _values(series: "pd.Series", name: str, path: Path, text: bool) -> Array | tuple[str, ...]:
-    """One column as numbers, or as strings; text in a column of the contract is refused, in a foreign column it becomes NaN."""
-    import pandas as pd
-
-    if text:
-        return tuple(str(value) for value in series)
-    values: Array = pd.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-    bad = np.flatnonzero(np.isnan(values) & series.notna().to_numpy())
-    if len(bad) and name.strip() in _strict_names():
-        row = int(bad[0])
-        raise RecordingError(f"{path}: column {name!r}, row {row + 2}: {series.iloc[row]!r} is not a number: correct it or leave it empty")
-    return values
+def require_shape(path: Path, rows: int, columns: int) -> None:
+    """Raise RecordingError where a table is too large for one run, or has no rows."""
+    if rows > MAX_ROWS or columns > MAX_COLUMNS:
+        raise RecordingError(f"{path}: {rows} rows x {columns} columns are too many (limits {MAX_ROWS}, {MAX_COLUMNS}): split the run")
+    if rows == 0:
+        raise RecordingError(f"{path}: holds a header but no rows: the log was cut off; remove the file or record again")
 
 
-def _strict_names() -> frozenset[str]:
-    """Names of columns that must be numeric: those of the contract (others are kept out of the way)."""
-    names = {TIME, CLOCK}
-    for channel in CHANNELS.values():
-        names.update(channel.column(j) for j in range(1, 11)) if channel.per_joint else names.add(channel.column())
-    return frozenset(names)
+def require_unique(path: Path, header: Sequence[str], wanted: frozenset[str]) -> None:
+    """Raise RecordingError where a wanted column stands twice in the header: nobody knows which one is meant."""
+    twice = [name for name, count in Counter(header).items() if count > 1 and name in wanted]
+    if twice:
+        raise RecordingError(f"{path}: column {twice[0]!r} stands there {Counter(header)[twice[0]]} times: rename or remove one")
+
+
+def not_a_number(path: Path, name: str, row: int, value: Any) -> RecordingError:
+    """Return the error for a cell that is no number, with the likely cause."""
+    text = repr(value)[:60]
+    if isinstance(value, str) and _DECIMAL_COMMA.match(value):
+        return RecordingError(f"{path}: column {name!r}, row {row}: {text} has a decimal comma: save the file with decimal points")
+    if isinstance(value, str) and _TIME_OF_DAY.match(value):
+        return RecordingError(f"{path}: column {name!r}, row {row}: {text} is a date or time of day: write seconds since the start")
+    return RecordingError(f"{path}: column {name!r}, row {row}: {text} is not a number: correct it or leave it empty")
+
+
+def wrong_kind(path: Path, name: str, kind: str) -> RecordingError:
+    """Return the error for a column that holds `kind` instead of real numbers."""
+    remedy = "write seconds since the start" if "time" in kind or "date" in kind else "write plain real numbers"
+    return RecordingError(f"{path}: column {name!r} holds {kind}, not real numbers: {remedy}")

@@ -1,0 +1,39 @@
+"""`nnhydro check`: read a campaign, say what is derived and what looks wrong."""
+
+from pathlib import Path
+
+import typer
+
+from nnhydro.report.screen import JSON, emit, say
+
+
+def check(
+    campaign: Path = typer.Argument(help="Folder of the campaign (arm.yaml, recordings/, steady/), or a folder of campaigns."),
+    column_map: Path | None = typer.Option(None, "--map", help="YAML file: foreign columns and their units; default columns.yaml there."),
+    cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    json: bool = JSON,
+) -> None:
+    """Read every file of a campaign, print what was given, derived and looks wrong, and what to do about it."""
+    from nnhydro.errors import ConfigError, RecordingError, require
+    from nnhydro.recordings.campaign import open_campaigns
+    from nnhydro.recordings.survey import survey
+    from nnhydro.report.survey_table import document, print_survey
+
+    require(cutoff is None or 0 < cutoff < 1e6, f"--cutoff {cutoff}: give a positive frequency in Hz", ConfigError)
+    documents, failed = [], []
+    campaigns = open_campaigns(campaign, column_map)
+    for one in campaigns:
+        one.verify()
+        found, name = survey(one, cutoff), str(one.root)
+        failed += [f"{name}: {oddity.message}" for oddity in found.errors]
+        if json:
+            documents.append(document(found, name))
+            continue
+        if len(campaigns) > 1:
+            say(f"== {one.arm.name} ({name})")
+        print_survey(found, name)
+    if json:
+        emit(documents[0] if len(documents) == 1 else {"campaigns": documents})
+    if failed:
+        more = f" (and {len(failed) - 1} more)" if len(failed) > 1 else ""
+        raise RecordingError(f"{failed[0]}{more}")

@@ -1,0 +1,93 @@
+"""An oddity, and what a check is: it looks for one cause of trouble and says what to do about it."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Literal, TypeVar, final
+
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.checks.reading import Reading
+from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.recording import SteadyTable
+
+Severity = Literal["error", "warning", "note"]  # error: the recording cannot be used as it is
+
+
+@final
+@dataclass(frozen=True)
+class Oddity:
+    """One finding: in which recording (None: in the campaign), how bad, where, what it is, and what to do."""
+
+    recording: str | None
+    severity: Severity
+    where: str  # column, and rows or times
+    what: str
+    remedy: str
+    check: str = ""
+
+    @property
+    def message(self) -> str:
+        """The finding in one line."""
+        head = f"{self.recording}: " if self.recording else ""
+        return f"{head}{self.where}: {self.what}: {self.remedy}" if self.where else f"{head}{self.what}: {self.remedy}"
+
+    def document(self) -> dict[str, str | None]:
+        """Return the finding as JSON holds it."""
+        return {"check": self.check, "recording": self.recording, "severity": self.severity, "where": self.where, "what": self.what,
+                "remedy": self.remedy}
+
+
+class Check(ABC):
+    """What every check says about itself: `id`, what it looks for, and the remedy."""
+
+    id: ClassVar[str]
+    looks_for: ClassVar[str]
+    remedy: ClassVar[str]
+
+
+class RecordingCheck(Check):
+    """A check of one recording at a time."""
+
+    @abstractmethod
+    def find(self, reading: Reading) -> Iterator[Oddity]:
+        """Yield what is odd about one recording."""
+
+
+class ArmCheck(Check):
+    """A check of the arm as arm.yaml states it."""
+
+    @abstractmethod
+    def find(self, arm: Arm) -> Iterator[Oddity]:
+        """Yield what is odd about the arm."""
+
+
+class TableCheck(Check):
+    """A check of one steady table."""
+
+    @abstractmethod
+    def find(self, table: SteadyTable, arm: Arm) -> Iterator[Oddity]:
+        """Yield what is odd about the table."""
+
+
+class CampaignCheck(Check):
+    """A check across recordings; runs only where every recording is usable."""
+
+    @abstractmethod
+    def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
+        """Yield what is odd about the campaign."""
+
+
+C = TypeVar("C", bound=type[Check])
+CHECKS: dict[str, Check] = {}
+
+
+def check(kind: C) -> C:
+    """Register a check; its card must be complete and its id new."""
+    for key in ("id", "looks_for", "remedy"):
+        if not getattr(kind, key, ""):
+            raise TypeError(f"check {kind.__name__} has no {key}")
+    if kind.id in CHECKS:
+        raise TypeError(f"two checks are called {kind.id!r}")
+    CHECKS[kind.id] = kind()
+    return kind

@@ -1,0 +1,105 @@
+"""What a check sees of one recording: the recording, the arm, and what several checks need of it, computed once."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.conventions import CHANNELS, column
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.preprocessing import stretches
+from nnhydro.recordings.readers.table import FIRST_ROW
+from nnhydro.recordings.recording import Recording
+
+Array = NDArray[np.float64]
+CHANNEL_FIELDS = ("t", *CHANNELS, "clock")
+BLOCK = 0.02  # s: increments over so long a time are read off encoders without most of their noise
+
+
+@final
+@dataclass(frozen=True)
+class Reading:
+    """One recording and its arm."""
+
+    recording: Recording  # infinities are NaN here
+    arm: Arm
+
+    @staticmethod
+    def of(r: Recording, arm: Arm) -> "Reading":
+        """Return what checks see of `r`."""
+        channels = {name: x for name in CHANNEL_FIELDS if (x := getattr(r, name, None)) is not None}
+        endless: dict[str, Any] = {name: np.where(np.isinf(x), np.nan, x) for name, x in channels.items() if np.isinf(x).any()}
+        return Reading(replace(r, **endless) if endless else r, arm)
+
+    @property
+    def name(self) -> str:
+        """Name of the recording."""
+        return self.recording.name
+
+    @cached_property
+    def dt(self) -> float:
+        """Median step of time, s; nan where there is none."""
+        steps = np.diff(self.recording.t)
+        steps = steps[np.isfinite(steps) & (steps > 0)]
+        return float(np.median(steps)) if len(steps) else float("nan")
+
+    @cached_property
+    def ordered(self) -> bool:
+        """Whether time runs forward throughout (NaN aside)."""
+        steps = np.diff(self.recording.t)
+        return bool((steps[np.isfinite(steps)] > 0).all())
+
+    @cached_property
+    def stretches(self) -> tuple[tuple[int, int], ...]:
+        """Gap-free, finite stretches of rows; none where time is out of order."""
+        return stretches(self.recording) if self.ordered else ()
+
+    def channels(self) -> Iterator[tuple[str, Array]]:
+        """Yield (column, values) of every channel there is, joints one by one."""
+        for key in CHANNELS:
+            values = getattr(self.recording, key, None)
+            if isinstance(values, np.ndarray):
+                if values.ndim == 2:
+                    for joint in range(values.shape[1]):
+                        yield column(key, joint + 1), values[:, joint]
+                else:
+                    yield column(key), values
+
+    def blocks(self, start: int, stop: int) -> NDArray[np.int64]:
+        """Return row numbers about `BLOCK` seconds apart within one stretch."""
+        step = max(round(BLOCK / self.dt), 1)
+        return np.arange(start, stop, step)
+
+    @cached_property
+    def moved(self) -> Array:
+        """Range of every angle, rad (links,); 0 where nothing is finite."""
+        q = self.recording.q
+        return np.array([np.ptp(x[np.isfinite(x)]) if np.isfinite(x).any() else 0.0 for x in q.T])
+
+    @cached_property
+    def towed(self) -> bool:
+        """Whether the carriage moves."""
+        u0 = self.recording.u0
+        return u0 is not None and bool(np.nanmax(np.abs(u0), initial=0.0) > 1e-3)
+
+
+def rows(start: int, stop: int | None = None) -> str:
+    """Return 'row 5' or 'rows 5 to 9', `start` and the last row before `stop` counted from 0, printed as a spreadsheet counts."""
+    last = start if stop is None else stop - 1
+    return f"row {start + FIRST_ROW}" if last <= start else f"rows {start + FIRST_ROW} to {last + FIRST_ROW}"
+
+
+def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return (start, stop) of every run of True in `flags`."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def quantum(x: Array) -> float:
+    """Return the smallest step between neighbouring distinct values of `x`, 0 where it is constant."""
+    steps = np.abs(np.diff(x[np.isfinite(x)]))
+    steps = steps[steps > 0]
+    return float(np.percentile(steps, 1)) if len(steps) else 0.0

@@ -1,0 +1,27 @@
+"""Time that repeats or runs backward: two logs in one file, or a clock that was set."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
+from nnhydro.recordings.checks.reading import Reading, rows
+
+
+@check
+class TimeOrder(RecordingCheck):
+    """t_s must increase from row to row."""
+
+    id = "time_order"
+    looks_for = "rows whose time is not later than that of the row before"
+    remedy = "two logs in one file, or a clock that was set? Split the file there or drop the rows"
+
+    def find(self, reading: Reading) -> Iterator[Oddity]:
+        """Yield one finding where time repeats, one where it runs backward."""
+        t = reading.recording.t
+        steps = np.diff(t)
+        for kind, wrong in (("repeats", np.flatnonzero(steps == 0)), ("runs backward", np.flatnonzero(steps < 0))):
+            if len(wrong):
+                row = int(wrong[0]) + 1
+                yield Oddity(reading.name, "error", f"t_s, {rows(row)}", f"time {kind} ({t[row - 1]:.6g} s, then {t[row]:.6g} s; "
+                             f"{len(wrong)} such rows)", self.remedy)

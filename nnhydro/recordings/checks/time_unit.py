@@ -1,0 +1,25 @@
+"""Time in milli-, micro- or nanoseconds: no arm is sampled less than twice a second."""
+
+from collections.abc import Iterator
+
+from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
+from nnhydro.recordings.checks.reading import Reading
+
+SLOW = 0.5  # s: at 500 Hz, milliseconds give steps of 2; half the rate would lie below the lowest cut-off
+
+
+@check
+class TimeUnit(RecordingCheck):
+    """t_s must be in seconds."""
+
+    id = "time_unit"
+    looks_for = "steps of time so long that the column must be in another unit"
+    remedy = "map it with its unit, 't_s: {from: t_s, unit: %s}' in columns.yaml or --map FILE"
+
+    def find(self, reading: Reading) -> Iterator[Oddity]:
+        """Yield a finding where the median step exceeds half a second."""
+        if not reading.dt > SLOW:
+            return
+        unit, ratio = next((u, r) for u, r, top in (("ms", 1e3, 500.0), ("us", 1e6, 5e5), ("ns", 1e9, float("inf"))) if reading.dt <= top)
+        yield Oddity(reading.name, "error", "t_s",
+                     f"the rows are {reading.dt:.4g} s apart; in {unit} that would be {ratio / reading.dt:.4g} Hz", self.remedy % unit)

@@ -1,0 +1,127 @@
+"""A column mapping: which foreign column is which channel, and in what unit.
+
+```yaml
+columns:
+  t_s: {from: "Time (ms)", unit: ms}
+  q1_rad: {from: shoulder, unit: deg, sign: -1, offset: 90}
+  tau1_Nm: {from: T1, unit: lbf in}
+  u0_m_s: carriage              # already in SI
+steady: {tau1_Nm: {from: mean T1, unit: N mm}}   # for the tables in steady/
+joints: [shoulder, elbow]       # for ROS bags
+topic: /joint_states
+```
+
+    SI value = unit * scale * (sign * value + offset)        offset in the foreign unit
+"""
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, Literal, final
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from nnhydro.errors import ConfigError, RecordingError
+from nnhydro.recordings.readers.table import Array, Columns, Table, sha256_of
+from nnhydro.recordings.readers.units import TARGETS, factor
+from nnhydro.recordings.validation import Settings, validated
+from nnhydro.recordings.yaml_file import read_yaml
+
+FILE = "columns.yaml"
+FOLDERS = ("recordings", "steady", "unseen")
+
+
+class Source(Settings):
+    """Where a channel comes from: foreign column, its unit (SI by default), own scale, sign and offset."""
+
+    from_: str = Field(alias="from", min_length=1, max_length=500)
+    unit: str | None = Field(default=None, max_length=40)
+    scale: float = Field(default=1.0, ge=-1e12, le=1e12)
+    sign: Literal[1, -1] = 1
+    offset: float = Field(default=0.0, ge=-1e12, le=1e12)
+
+    @field_validator("scale")
+    @classmethod
+    def _not_zero(cls, value: float) -> float:
+        if value == 0:
+            raise ValueError("a scale of 0 would wipe the channel out")
+        return value
+
+
+class MapFile(Settings):
+    """The whole mapping file."""
+
+    columns: dict[str, Source] = Field(default_factory=dict)
+    steady: dict[str, Source] = Field(default_factory=dict)
+    joints: tuple[str, ...] = Field(default=(), max_length=10)
+    topic: str | None = Field(default=None, max_length=500)
+
+    @field_validator("columns", "steady", mode="before")
+    @classmethod
+    def _name_alone(cls, value: Any) -> Any:
+        return {key: {"from": v} if isinstance(v, str) else v for key, v in value.items()} if isinstance(value, dict) else value
+
+
+@final
+@dataclass(frozen=True)
+class ColumnMap:
+    """A checked mapping: every target is a channel, every unit known."""
+
+    path: str
+    sha256: str
+    settings: MapFile
+
+    def sources(self, steady: bool) -> dict[str, Source]:
+        """Return the sources by target for recordings, or for steady tables."""
+        return self.settings.steady if steady else self.settings.columns
+
+
+def _require_known(where: str, targets: dict[str, Source]) -> None:
+    for target, source in targets.items():
+        if target not in TARGETS:
+            close = get_close_matches(target, TARGETS, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else "channels are called t_s, q1_rad, dq1_rad_s, tau1_Nm, u0_m_s, ..."
+            raise ConfigError(f"{where}: {target!r} is not a channel: {hint} (left: our name, 'from': the name in the file)")
+        if source.unit is not None:
+            try:
+                factor(source.unit, target)
+            except ConfigError as cause:
+                raise ConfigError(f"{where}: {cause}") from cause
+
+
+def parse_column_map(document: dict[str, Any], where: str, sha256: str = "") -> ColumnMap:
+    """Return the mapping that `document` describes; raises ConfigError naming `where` and the key."""
+    settings = validated(MapFile, document, where, ConfigError)
+    _require_known(where, settings.columns)
+    _require_known(where, settings.steady)
+    return ColumnMap(where, sha256, settings)
+
+
+def read_column_map(path: Path) -> ColumnMap:
+    """Return the mapping in the YAML file `path`; raises ConfigError with one line."""
+    return parse_column_map(read_yaml(path, ConfigError), str(path), sha256_of(path))
+
+
+def map_beside(path: Path) -> ColumnMap | None:
+    """Return the mapping `columns.yaml` of the campaign that holds the file `path`, None where there is none."""
+    found = path.absolute().parent.parent / FILE
+    return read_column_map(found) if path.absolute().parent.name in FOLDERS and found.is_file() else None
+
+
+def mapped(table: Table, sources: dict[str, Source], where: str) -> Columns:
+    """Return the columns of `table` under our names and in SI; raises RecordingError where a source is absent or a name is taken."""
+    used = {source.from_ for source in sources.values()}
+    columns: Columns = {name: values for name, values in table.columns.items() if name not in used}
+    for target, source in sources.items():
+        if source.from_ not in table.columns:
+            close = get_close_matches(source.from_, table.header, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else f"it has {', '.join(map(repr, table.header[:6]))}"
+            raise RecordingError(f"{where}: column {source.from_!r}, mapped to {target}, is not there: {hint}")
+        if target in columns:
+            raise RecordingError(f"{where}: has a column {target!r} already, but the mapping takes it from {source.from_!r}: remove one")
+        values = np.asarray(table.columns[source.from_], dtype=float)
+        unit = 1.0 if source.unit is None else factor(source.unit, target)
+        converted: Array = unit * source.scale * (source.sign * values + source.offset)
+        columns[target] = converted
+    return columns

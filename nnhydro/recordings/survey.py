@@ -1,0 +1,155 @@
+"""Look a whole campaign over: what was given, what is derived, what is odd, and how the arm meets the water."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.checks import CHECKS
+from nnhydro.recordings.checks.jitter import jitter
+from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck
+from nnhydro.recordings.checks.reading import Reading
+from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.recording import Recording, SteadyTable
+from nnhydro.recordings.repeats import NoiseFloor, noise_floor
+
+Array = NDArray[np.float64]
+CHANNELS = {"q": "q", "qd": "dq", "qdd": "ddq", "u0": "u0", "du0": "du0", "tau": "tau", "tau_sim": "tau_sim", "clock": "clock"}
+ORDER = ("error", "warning", "note")
+
+
+@final
+@dataclass(frozen=True)
+class Entry:
+    """What one recording holds."""
+
+    name: str
+    rows: int
+    duration_s: float
+    rate_hz: float
+    jitter: float  # of the median step
+    given: tuple[str, ...]
+    derived: tuple[str, ...]
+    steps: tuple[str, ...]  # what the reader did
+
+
+@final
+@dataclass(frozen=True)
+class LinkFacts:
+    """How one link meets the water at its tip."""
+
+    slenderness: float  # L / D
+    top_speed_m_s: float
+    reynolds: float | None  # of the top speed; None for a dry arm
+    travel: float  # longest stroke of the tip without reversal, in diameters
+
+
+@final
+@dataclass(frozen=True)
+class Survey:
+    """All that `nnhydro check` reports."""
+
+    entries: tuple[Entry, ...]
+    tables: tuple[tuple[str, int], ...]  # steady tables: name, runs
+    oddities: tuple[Oddity, ...]
+    how: Preparation | None  # None where an error keeps the recordings from being prepared
+    floor: NoiseFloor | None
+    links: tuple[LinkFacts, ...]
+
+    @property
+    def errors(self) -> tuple[Oddity, ...]:
+        """The findings that make the campaign unusable."""
+        return tuple(oddity for oddity in self.oddities if oddity.severity == "error")
+
+
+def entry(reading: Reading) -> Entry:
+    """Return what one recording holds."""
+    r = reading.recording
+    given = tuple(label for key, label in CHANNELS.items() if getattr(r, key) is not None)
+    needed = ("qd", "qdd") if r.u0 is None else ("qd", "qdd", "du0")
+    derived = tuple(CHANNELS[key] for key in needed if getattr(r, key) is None)
+    rate = 1.0 / reading.dt if reading.dt > 0 else float("nan")
+    times = r.t[np.isfinite(r.t)]
+    return Entry(r.name, len(r), float(np.ptp(times)) if len(times) else 0.0, rate, jitter(reading), given, derived, r.steps)
+
+
+def tip_speed(arm: Arm, link: int, q: Array, qd: Array, u0: Array) -> Array:
+    """Return the normal speed w_i(L_i) = A_i L_i + B_i of the tip of `link` (from 0), m/s (n,). Source: Rivera (1995), 3-1-10."""
+    speed: Array = qd[:, : link + 1].sum(axis=1) * arm.L[link] + u0 * np.cos(q[:, : link + 1].sum(axis=1))
+    for j in range(link):
+        speed = speed + arm.L[j] * qd[:, : j + 1].sum(axis=1) * np.cos(q[:, j + 1: link + 1].sum(axis=1))
+    return speed
+
+
+def _tips(arm: Arm, r: Recording) -> Iterator[tuple[int, Array, Array]]:
+    """(link, steps of time, normal speeds of its tip) over the blocks of a recording."""
+    reading = Reading.of(r, arm)
+    for start, stop in reading.stretches:
+        at = reading.blocks(start, stop)
+        if len(at) > 2:
+            dt = np.diff(r.t[at])
+            u0 = np.zeros(len(dt)) if r.u0 is None else r.u0[at[:-1]]
+            qd = np.diff(r.q[at], axis=0) / dt[:, None]
+            for link in range(arm.n_links):
+                yield link, dt, tip_speed(arm, link, r.q[at[:-1]], qd, u0)
+
+
+def _stroke(dt: Array, w: Array) -> float:
+    """Longest path without reversal, m."""
+    turn = np.concatenate([[0], np.cumsum(np.diff(np.sign(w)) != 0)]).astype(int)
+    return float(np.bincount(turn, weights=np.abs(w) * dt).max()) if len(w) else 0.0
+
+
+def facts(campaign: Campaign) -> tuple[LinkFacts, ...]:
+    """Return slenderness, top speed, Reynolds number and travel of every link."""
+    arm = campaign.arm
+    top, stroke = np.zeros(arm.n_links), np.zeros(arm.n_links)
+    for r in campaign.recordings():
+        for link, dt, w in _tips(arm, r):
+            top[link] = max(top[link], float(np.percentile(np.abs(w), 99.5)))
+            stroke[link] = max(stroke[link], _stroke(dt, w))
+    for table in campaign.steady:
+        for link in range(arm.n_links):
+            top[link] = max(top[link], float(np.abs(tip_speed(arm, link, table.q, table.qd, table.u0)).max(initial=0.0)))
+    nu = arm.fluid.kinematic_viscosity_m2_s
+    return tuple(LinkFacts(float(arm.L[i] / arm.D[i]), float(top[i]), None if arm.dry else float(top[i] * arm.D[i] / nu),
+                           float(stroke[i] / arm.D[i])) for i in range(arm.n_links))
+
+
+def _of_recordings(campaign: Campaign) -> tuple[list[Entry], list[Oddity]]:
+    entries, found = [], []
+    for r in campaign.recordings():
+        reading = Reading.of(r, campaign.arm)
+        entries.append(entry(reading))
+        for check in CHECKS.values():
+            if isinstance(check, RecordingCheck):
+                found += [replace(oddity, check=check.id) for oddity in check.find(reading)]
+    return entries, found
+
+
+def _of_arm_and_tables(arm: Arm, tables: tuple[SteadyTable, ...]) -> Iterator[Oddity]:
+    for check in CHECKS.values():
+        if isinstance(check, ArmCheck):
+            yield from (replace(oddity, check=check.id) for oddity in check.find(arm))
+        elif isinstance(check, TableCheck):
+            for table in tables:
+                yield from (replace(oddity, check=check.id) for oddity in check.find(table, arm))
+
+
+def survey(campaign: Campaign, cutoff_hz: float | None = None) -> Survey:
+    """Return all that can be said about a campaign; raises RecordingError where a file cannot be read at all."""
+    entries, found = _of_recordings(campaign)
+    found += _of_arm_and_tables(campaign.arm, campaign.steady)
+    how, floor, links = None, None, tuple[LinkFacts, ...]()
+    if not any(oddity.severity == "error" for oddity in found):
+        how = campaign.plan(cutoff_hz)
+        for check in CHECKS.values():
+            if isinstance(check, CampaignCheck):
+                found += [replace(oddity, check=check.id) for oddity in check.find(campaign, how)]
+        floor, links = noise_floor(campaign, how), facts(campaign)
+    ordered = sorted(found, key=lambda oddity: ORDER.index(oddity.severity))
+    return Survey(tuple(entries), tuple((table.name, len(table)) for table in campaign.steady), tuple(ordered), how, floor, links)
