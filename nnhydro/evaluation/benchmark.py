@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import SCHEMA_BENCHMARK
+from nnhydro.errors import require
 from nnhydro.evaluation.contenders import Contender, contenders, default_names
 from nnhydro.evaluation.metrics import Misfit, error_interval
 from nnhydro.identification.config import TrainingConfig
@@ -55,6 +56,7 @@ class Benchmark:
     noise_floor: float | None
     seed: int
     config: TrainingConfig
+    left_out: tuple[str, ...] = ()  # recordings without a stretch of finite rows
 
     def ranking(self) -> list[str]:
         """Return the names, best first."""
@@ -75,6 +77,7 @@ class Benchmark:
                                                         for name, s in self.standings.items()}})
         low_pass = self.how.low_pass
         return {"schema": SCHEMA_BENCHMARK, "protocol": PROTOCOL, "noise_floor": self.noise_floor, "models": models, "folds": parts,
+                "left_out": list(self.left_out),
                 "cutoff_hz": None if low_pass is None else low_pass.cutoff_hz, "seed": self.seed,
                 "config": self.config.model_dump(mode="json"), "versions": versions() | {"campaign_sha256": self.campaign.sha256()}}
 
@@ -100,6 +103,10 @@ def misfit_of(model: TorqueModel, unit: Unit) -> Misfit | None:
     parts = [Misfit.of(segment.tau[segment.keep], modelled(model, segment)[segment.keep])
              for segment in unit.segments() if segment.tau is not None and segment.keep.any()]
     return Misfit.total(parts) if parts else None
+
+
+def _comparable(unit: Unit) -> bool:
+    return any(segment.tau is not None and bool(segment.keep.any()) for segment in unit.segments())
 
 
 def _fit_fold(number: int, held_out: tuple[int, ...], entered: Sequence[Contender], standings: dict[str, Standing], of: Campaign,
@@ -132,13 +139,19 @@ def benchmark(campaign: Campaign, models: Sequence[str] = (), fold_count: int = 
     `models`: baselines, `network`, `hybrid` or model folders (all that suit the arm by default). Repeats of one motion share a fold.
     Raises ConfigError for an unknown name, CampaignError where fewer than two motions leave nothing to hold out.
     """
+    require(seed >= 0, f"seed {seed}: give 0 or a positive number")
     config = config or TrainingConfig(seed=seed)
     entered = contenders(models or default_names(campaign.arm), campaign, config)
     how = campaign.plan(config.cutoff_hz)
-    all_units = units(campaign, how, seed, group_names(campaign))
+    every = units(campaign, how, seed, group_names(campaign))
+    usable = [_comparable(unit) for unit in every]
+    all_units = tuple(unit for unit, use in zip(every, usable, strict=True) if use)
+    left_out = tuple(unit.name for unit, use in zip(every, usable, strict=True) if not use)
+    if report is not None and left_out:
+        report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(left_out)}")
     split = folds(all_units, fold_count, seed)
     standings = {contender.name: Standing(contender.name) for contender in entered}
     for number, held_out in enumerate(split):
         _fit_fold(number, held_out, entered, standings, campaign, how, all_units, len(split), report)
     floor = noise_floor(campaign, how)
-    return Benchmark(campaign, how, all_units, split, standings, None if floor is None else floor.error, seed, config)
+    return Benchmark(campaign, how, all_units, split, standings, None if floor is None else floor.error, seed, config, left_out)

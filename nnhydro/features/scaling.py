@@ -1,8 +1,9 @@
 """The Morison scale: how large a torque at each drive the motion can be expected to need.
 
-    S_j = sum_{i>=j} l_ji [ 1/2 rho D_i L_i V_i^2 + (rho pi D_i^2/4) L_i W_i + m_i W_i ] + S_0j           [N m]
+    S_j = sum_{i>=j} l_ji [ 1/2 rho D_i L_i V_i^2 + (rho pi D_i^2/4) L_i W_i + m_i R_i ] + S_0j           [N m]
 
     V_i^2 = B_i^2 + (A_i L_i)^2,  W_i = |N_i| + |M_i| L_i     speed and acceleration scales of link i       [m^2/s^2, m/s^2]
+    R_i = |a_i| + (|M_i| + A_i^2) L_i                         acceleration scale of its mass; a_i that of its joint  [m/s^2]
     l_ji  = L_j + ... + L_{i-1} + L_i/2                       reach of link i from joint j                  [m]
     S_0j  a floor, so that friction at rest can be expressed
 
@@ -28,6 +29,12 @@ def acceleration_scale(flow: Flow) -> Tensor:
     return flow.N.abs() + flow.M.abs() * flow.L
 
 
+def rigid_scale(flow: Flow) -> Tensor:
+    """Return R (n, links) m/s^2: unlike W it holds the centripetal acceleration, all that loads an arm without water at constant rates."""
+    joint = torch.hypot(flow.N + flow.A * flow.u_x, flow.du_x - flow.A * flow.B)
+    return joint + (flow.M.abs() + flow.A**2) * flow.L
+
+
 def _reach(flow: Flow) -> Tensor:
     """l_ji (joints, links) m, zero for links inboard of the joint."""
     L = flow.L
@@ -36,13 +43,16 @@ def _reach(flow: Flow) -> Tensor:
 
 
 def morison_scale(flow: Flow, floor: Tensor) -> Tensor:
-    """Return S (n, joints) N m with the floor (joints,) N m; at a belt drive, motor 1 carries the sum of both joints' scales."""
+    """Return S (n, joints) N m with the floor (joints,) N m; at a belt drive, motor 1 carries what the belt adds."""
     arm = flow.arm
-    mass = torch.tensor([link.mass_kg for link in arm.links], dtype=torch.float64) + flow.rho * pi * flow.D**2 / 4 * flow.L
-    force = 0.5 * flow.rho * flow.D * flow.L * speed_scale(flow) ** 2 + mass * (acceleration_scale(flow) + arm.gravity_m_s2)
+    mass = torch.tensor([link.mass_kg for link in arm.links], dtype=torch.float64)
+    water = flow.rho * pi * flow.D**2 / 4 * flow.L
+    force = (0.5 * flow.rho * flow.D * flow.L * speed_scale(flow) ** 2 + water * acceleration_scale(flow) + mass * rigid_scale(flow)
+             + (mass + water) * arm.gravity_m_s2)
     S = force @ _reach(flow).T
     if arm.drive.kind == "remote":
-        S = torch.stack([S[:, 0] + S[:, 1], arm.drive.pulley_ratio * S[:, 1]], dim=1)
+        r = arm.drive.pulley_ratio
+        S = torch.stack([S[:, 0] + r * S[:, 1], r * S[:, 1]], dim=1)
     gear = torch.tensor([arm.gear_of(j).ratio if arm.gear_of(j).torque_at == "motor" else 1.0 for j in range(arm.n_links)],
                         dtype=torch.float64)
     return S / gear + floor

@@ -18,6 +18,7 @@ from nnhydro.physics.transmission import to_drives
 
 STRIPS = 10  # a link; McLain & Rock found no gain beyond four
 MEMORIES = (1.0, 5.0)  # diameters: the vortex pair's growth and the street's
+LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
 
 
@@ -54,7 +55,8 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
 def wake(view: View) -> Features:
     """Return, for each memory, the scaled drag torques with one or both speeds taken from the wake, and m against w near the tips.
 
-    odd:  torques of 1/2 rho D {|m| w, |w| m, |m| m} over the links, divided by the Morison scale
+    odd:  x/sqrt(1 + (x/LARGE)^2), x the torques of 1/2 rho D {|m| w, |w| m, |m| m} over the links divided by the Morison scale, which
+          knows nothing of the motion before: where a link stops in the wake of a fast motion x alone has no bound
     even: 2 m w/(m^2 + w^2) at 0.55 and 0.95 of each link
     """
     flow = view.flow
@@ -66,7 +68,8 @@ def wake(view: View) -> Features:
         for product in (m.abs() * w, w.abs() * m, m.abs() * m):
             load = pressure * product
             torque = flow.normal_columns(load.sum(dim=2), (load * x).sum(dim=2)).sum(dim=2)
-            odd.append(to_drives(torque, flow.arm) / view.scale)
+            scaled = to_drives(torque, flow.arm) / view.scale
+            odd.append(scaled / torch.hypot(torch.ones_like(scaled), scaled / LARGE))
         tips = torch.tensor([STRIPS // 2, STRIPS - 1])
         agreement = 2 * m * w / (m**2 + w**2 + STILL**2)
         even.append(agreement[:, :, tips].flatten(1))

@@ -13,6 +13,7 @@ from typing import final
 import torch
 from torch import Tensor
 
+from nnhydro.errors import ModelError
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.training_rows import Rows
 from nnhydro.models.network import Ensemble, bounded, mirrored
@@ -57,10 +58,14 @@ class TrainingState:
 
     @staticmethod
     def load(path: Path) -> "TrainingState":
-        """Return the state that `save` wrote."""
+        """Return the state that `save` wrote; raises ModelError where the file is damaged."""
+        from safetensors import SafetensorError
         from safetensors.torch import load_file
 
-        tensors = load_file(path)
+        try:
+            tensors = load_file(path)
+        except (SafetensorError, OSError) as cause:
+            raise ModelError(f"{path}: is damaged ({cause}): start anew without --resume") from cause
 
         def group(name: str) -> list[Tensor]:
             return [tensors[f"{name}.{i}"] for i in range(sum(key.startswith(f"{name}.") for key in tensors))]

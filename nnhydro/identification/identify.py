@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 
 import nnhydro
-from nnhydro.errors import CampaignError
+from nnhydro.errors import CampaignError, require
 from nnhydro.identification.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.identification.prior import Prior, prior
 from nnhydro.identification.statistics import Statistics, columns_and_offset, of_segment, total
@@ -95,14 +95,16 @@ def _notes(loads: Loads, solution: Solution, before: Prior) -> list[str]:
     posterior_sd = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
     notes = []
     bounds = [bound for term in loads.linear().values() for bound in term.linear_bounds()]
-    for theta, sd, known, (low, high) in zip(solution.theta, posterior_sd, prior_sd, bounds, strict=True):
+    for theta, sd, known, assumed, (low, high) in zip(solution.theta, posterior_sd, prior_sd, before.mean.tolist(), bounds, strict=True):
         span = 1e-9 * max(1.0, abs(float(theta)))
         if known <= 1e-150:
             notes.append("known exactly beforehand")
         elif theta <= low + span or theta >= high - span:
             notes.append("ended on its bound: another cause may be hiding here")
         elif sd > 0.7 * known:
-            notes.append("these recordings do not excite it: the value is what was assumed")
+            moved = abs(float(theta) - assumed) > 0.5 * known
+            notes.append("these recordings tell it only together with others: it moved within what was known beforehand" if moved else
+                         "these recordings do not excite it: the value is what was assumed")
         else:
             notes.append("")
     return notes
@@ -127,6 +129,7 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
 
     Raises ConfigError for an unknown name, CampaignError or RecordingError where the data cannot be used.
     """
+    require(seed >= 0, f"seed {seed}: give 0 or a positive number")
     chosen = baseline(model)
     how = campaign.plan(cutoff_hz)
     loads = chosen.start(campaign.arm)

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from nnhydro.errors import RecordingError
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.preprocessing import Preparation, even_grid, plan, prepare, time_steps
+from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, even_grid, plan, prepare, time_steps
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
+MOST_ROWS = 1_000_000  # of an even grid across a gap
 
 
 @final
@@ -42,35 +43,57 @@ def _finite_motion(recording: Recording) -> Recording:
 
 
 def _bridged(motion: Recording) -> Recording:
-    """The motion on an even grid across any gap: a prediction must have a row everywhere."""
-    grid = even_grid(np.asarray(motion.t))
-    if len(grid) > 4 * len(motion):  # a long gap: as many rows as there are, evenly spaced, would lose the motion; refuse instead
-        longest = int(np.argmax(np.diff(motion.t)))
-        raise RecordingError(f"{motion.origin.path or motion.name}: a gap of {motion.t[longest + 1] - motion.t[longest]:g} s after row "
-                             f"{longest + 2} is longer than the motion around it: split the file there")
+    """The motion on an even grid across gaps and jitter, monotone between its rows: for rows that no stretch of `prepare` holds."""
+    from scipy.interpolate import PchipInterpolator
+
+    t = np.asarray(motion.t)
+    count = max(len(even_grid(t)), MIN_ROWS)
+    if count > max(MOST_ROWS, 4 * len(t)):
+        longest = int(np.argmax(np.diff(t)))
+        raise RecordingError(f"{motion.origin.path or motion.name}: a gap of {t[longest + 1] - t[longest]:g} s after row "
+                             f"{longest + 2} is too long beside the few rows around it: split the file there")
+    grid = np.linspace(t[0], t[-1], count)
 
     def onto(x: Array | None) -> Array | None:
-        if x is None:
-            return None
-        flat = x.reshape(len(x), -1)
-        return np.column_stack([np.interp(grid, motion.t, column) for column in flat.T]).reshape(len(grid), *x.shape[1:])
+        return None if x is None else np.asarray(PchipInterpolator(t, x)(grid))
 
     q = onto(motion.q)
     assert q is not None
     return replace(motion, t=grid, q=q, qd=onto(motion.qd), qdd=onto(motion.qdd), u0=onto(motion.u0), du0=onto(motion.du0), clock=None)
 
 
+def _complete(motion: Recording) -> bool:
+    """True where no derivative is missing."""
+    return motion.qd is not None and motion.qdd is not None and (motion.u0 is None or motion.du0 is not None)
+
+
 def _how(model: TorqueModel, motion: Recording) -> Preparation:
     """The model's own preparation; a cut-off chosen from this motion where the model needed none but this motion does."""
-    if motion.qd is not None and motion.qdd is not None:
+    if _complete(motion):
         return Preparation(None)
     return model.preparation if model.preparation.low_pass is not None else plan(iter([motion]))
+
+
+def _whole(motion: Recording, how: Preparation) -> Segment:
+    """All of the motion as one segment: as it is given where nothing has to be derived, else bridged."""
+    if not _complete(motion):
+        (segment,) = prepare(_bridged(motion), how, with_torque=False)
+        return segment
+    n, zero = len(motion), np.zeros(len(motion))
+    assert motion.qd is not None
+    assert motion.qdd is not None
+    u0, du0 = (zero if x is None else x for x in (motion.u0, motion.du0))
+    return Segment(motion.name, motion.t, motion.q, motion.qd, motion.qdd, u0, du0, None, np.ones(n, dtype=bool), stop_row=n)
 
 
 def _on_segment(model: TorqueModel, segment: Segment) -> tuple[Array, Array | None]:
     motion = Motion.of(segment)
     std = model.std(motion)
     return segment.seen(model.torque(motion).numpy()), None if std is None else std.numpy()
+
+
+def _at(times: Array, grid: Array, values: Array) -> Array:
+    return np.column_stack([np.interp(times, grid, column) for column in values.T])
 
 
 def predict(model: TorqueModel, recording: Recording) -> Prediction:
@@ -84,13 +107,13 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
     how = _how(model, motion)
     segments = list(prepare(motion, how, with_torque=False))
     if sum(segment.stop_row - segment.start_row for segment in segments) != len(motion):
-        segments = list(prepare(_bridged(motion), how, with_torque=False))
-    t = np.concatenate([segment.t for segment in segments])
-    parts = [_on_segment(model, segment) for segment in segments]
-
-    def at_rows(values: Array) -> Array:
-        return np.column_stack([np.interp(motion.t, t, column) for column in values.T])
-
-    tau = at_rows(np.concatenate([part[0] for part in parts]))
-    stds = [part[1] for part in parts if part[1] is not None]
-    return Prediction(recording.name, np.asarray(motion.t), tau, at_rows(np.concatenate(stds)) if stds else None)
+        segments.insert(0, replace(_whole(motion, how), start_row=0, stop_row=len(motion)))
+    tau, std = np.empty_like(motion.q), np.empty_like(motion.q)
+    knows = False
+    for segment in segments:  # what `_whole` says stands only where no stretch of its own holds the row
+        rows = slice(segment.start_row, segment.stop_row)
+        on_grid, scatter = _on_segment(model, segment)
+        tau[rows] = _at(motion.t[rows], segment.t, on_grid)
+        if scatter is not None:
+            knows, std[rows] = True, _at(motion.t[rows], segment.t, scatter)
+    return Prediction(recording.name, np.asarray(motion.t), tau, std if knows else None)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from nnhydro.conventions import TIME, column
+from nnhydro.errors import ConfigError
 from nnhydro.files import write_text
 from nnhydro.models.prediction import Prediction
 
@@ -18,5 +19,8 @@ def write_prediction(prediction: Prediction, path: Path) -> Path:
         names += [column("tau_std", j) for j in joints]
         values += [*prediction.std.T]
     rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
-    write_text(path, "\n".join([",".join(names), *rows]) + "\n")
+    try:
+        write_text(path, "\n".join([",".join(names), *rows]) + "\n")
+    except OSError as cause:
+        raise ConfigError(f"{path}: cannot be written ({cause.strerror or cause}): name a folder that you may write to") from cause
     return path

@@ -8,16 +8,18 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from torch import Tensor
 
 from nnhydro.conventions import SCHEMA_MODEL
-from nnhydro.errors import ArmError, ModelError
+from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.files import json_text, whole_folder
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm, parse_arm
 from nnhydro.recordings.preprocessing import Preparation
 
@@ -65,16 +67,28 @@ def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
 _KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned}
 
 
+def _no_number(constant: str) -> None:
+    raise ValueError(f"{constant} is no number in JSON")
+
+
+def _tried(model: TorqueModel) -> TorqueModel:
+    """Return `model` if it gives finite torques for an arm at rest and one that moves; raises ValueError, RuntimeError where not."""
+    links = np.ones((2, model.arm.n_links)) * [[0.0], [0.5]]
+    if not isinstance(model.fit, dict) or not bool(model.torque(Motion.at(links, links, links, links[:, 0])).isfinite().all()):
+        raise ValueError("its numbers do not fit together")
+    return model
+
+
 def _checked(folder: Path) -> dict[str, Any]:
     if not (folder / MODEL).is_file():
         raise ModelError(f"{folder}: is not a model folder (no {MODEL}): nnhydro identify, train and diagnose write them")
     if sum(path.stat().st_size for path in folder.iterdir() if path.is_file()) > MAX_BYTES:
         raise ModelError(f"{folder}: larger than {MAX_BYTES} bytes: is this a model of ours?")
-    stored = (folder / DIGEST).read_text(encoding="utf-8").strip() if (folder / DIGEST).is_file() else ""
-    if stored != _digest(folder):
+    stored = (folder / DIGEST).read_bytes().strip() if (folder / DIGEST).is_file() else b""
+    if stored != _digest(folder).encode():
         raise ModelError(f"{folder}: its files do not match {DIGEST}: they were changed after the model was written; make it again")
     try:
-        document = json.loads((folder / MODEL).read_text(encoding="utf-8"))
+        document = json.loads((folder / MODEL).read_text(encoding="utf-8"), parse_constant=_no_number)
     except (ValueError, RecursionError) as cause:
         raise ModelError(f"{folder / MODEL}: is not valid JSON: {cause}") from cause
     if not isinstance(document, dict) or document.get("schema") != SCHEMA_MODEL:
@@ -93,6 +107,8 @@ def load_model(folder: Path) -> TorqueModel:
         tensors = load_file(folder / WEIGHTS) if (folder / WEIGHTS).exists() else {}
         arm = parse_arm(document["arm"], str(folder / MODEL))
         how = Preparation.parse(document["preparation"])
-        return _KINDS[document["kind"]](document["model"], tensors, arm, how, document["fit"])
-    except (KeyError, TypeError, ValueError, SafetensorError, ArmError) as cause:
-        raise ModelError(f"{folder}: cannot be understood ({type(cause).__name__}: {cause}): make the model again") from cause
+        return _tried(_KINDS[document["kind"]](document["model"], tensors, arm, how, document["fit"]))
+    except NnhydroError as cause:
+        raise ModelError(f"{folder}: {cause}") from cause
+    except (KeyError, TypeError, AttributeError, ValueError, IndexError, OverflowError, RuntimeError, SafetensorError) as cause:
+        raise ModelError(f"{folder}: cannot be understood ({type(cause).__name__}: {str(cause)[:200]}): make the model again") from cause

@@ -1,0 +1,281 @@
+"""The commands as a user meets them: exit codes, one line for every error, JSON alone on standard output, files whole."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from campaigns import angles_only, campaign, columns_of, planted, recording, steady_table, write_csv, write_folder
+from rigs import arm
+
+from nnhydro.cli.main import run
+from nnhydro.models.storage import load_model
+from nnhydro.recordings.recording import Recording
+
+TINY = "hidden = [8]\nmembers = 2\nepochs = 3\nbatch = 256\n"
+KEYS = {"schema", "protocol", "noise_floor", "models", "folds", "versions"}
+OF_A_MODEL = {"error", "error_ci95", "nrmse", "vaf", "fit_s"}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with a campaign of six recordings, a motion without torque, and a tiny configuration."""
+    root, a = tmp_path_factory.mktemp("place"), arm(2)
+    write_folder(campaign(a, planted(a), 6, noise=0.02, seconds=2.0, rate=50.0), root / "campaign")
+    r = angles_only(recording(a, planted(a), seed=30, seconds=2.0, speed=0.4))
+    write_csv(root / "campaign" / "unseen" / "motion.csv", columns_of(r, torque=False))
+    (root / "tiny.toml").write_text(TINY)
+    return root
+
+
+@pytest.fixture(scope="module")
+def model(place):
+    assert run(["identify", str(place / "campaign"), "--out", str(place / "model"), "--json"]) == 0
+    return place / "model"
+
+
+@pytest.fixture
+def said(capsys):
+    """Run a command; returns exit code, standard output and standard error."""
+
+    def call(*arguments):
+        capsys.readouterr()
+        code = run([str(a) for a in arguments])
+        return code, *capsys.readouterr()
+
+    return call
+
+
+def strict(text):
+    """The one JSON document in `text`, without NaN."""
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def one_line(result, *words):
+    """A user's error: exit 2, nothing on standard output, one line that names what is wrong."""
+    code, out, err = result
+    assert code == 2, err
+    assert out == ""
+    lines = [line for line in err.splitlines() if not line.startswith(("fold ", "epoch "))]
+    assert len(lines) == 1, err
+    assert lines[0].startswith("nnhydro: error: ")
+    assert "Traceback" not in err
+    for word in words:
+        assert str(word) in lines[0]
+
+
+def test_identify_writes_a_model_and_prints_its_coefficients(place, said, tmp_path):
+    code, out, _ = said("identify", place / "campaign", "--out", tmp_path / "m")
+    assert code == 0
+    assert "normal_drag.C_D[1]" in out
+    assert load_model(tmp_path / "m").name == "constant"
+    code, out, _ = said("identify", place / "campaign", "--model", "textbook", "--out", tmp_path / "m", "--json")
+    assert code == 0
+    assert strict(out)["model"] == "textbook"
+    assert load_model(tmp_path / "m").name == "textbook"
+
+
+def test_identify_says_the_same_to_programs(place, said, tmp_path):
+    code, out, _ = said("identify", place / "campaign", "--out", tmp_path / "m", "--json")
+    assert code == 0
+    document = strict(out)
+    for e in document["parameters"].values():
+        assert e["ci95"][0] <= e["value"] <= e["ci95"][1]
+        assert e["unit"]
+    assert document["parameters"]["normal_drag.C_D[2]"]["value"] == pytest.approx(1.3, rel=0.05)
+    assert said("identify", place / "campaign", "--out", tmp_path / "m", "--json")[1] == out
+
+
+def test_a_cutoff_is_taken_as_given(place, said, tmp_path):
+    assert said("identify", place / "campaign", "--out", tmp_path / "m", "--cutoff", "6.5", "--json")[0] == 0
+    assert load_model(tmp_path / "m").preparation.low_pass.cutoff_hz == 6.5
+
+
+def test_train_writes_a_model_and_leaves_no_checkpoint(place, said, tmp_path):
+    code, out, err = said("train", place / "campaign", "--config", place / "tiny.toml", "--out", tmp_path / "m", "--json")
+    assert code == 0
+    assert strict(out)["epochs"] == 3
+    assert "epoch 3/3" in err
+    assert load_model(tmp_path / "m").name == "hybrid"
+    assert [p.name for p in tmp_path.iterdir()] == ["m"]
+
+
+def test_a_training_that_was_interrupted_is_resumed_and_no_other(place, said, tmp_path, monkeypatch):
+    import nnhydro.identification.train as training
+
+    def interrupted(*arguments, **keys):
+        *first, checkpoint, _ = arguments
+
+        def stop(epoch, epochs, error):
+            if epoch == 1:
+                raise KeyboardInterrupt
+        return whole(*first, checkpoint, stop)
+
+    whole = training.train
+    command = ("train", place / "campaign", "--config", place / "tiny.toml", "--out", tmp_path / "m")
+    assert said(*command, "--json")[0] == 0
+    straight = load_model(tmp_path / "m").arrays()
+    one_line(said(*command, "--resume"), "no interrupted training")
+    with monkeypatch.context() as patch:
+        patch.setattr(training, "train", interrupted)
+        code, _, err = said(*command)
+        assert code == 130
+        assert "--resume" in err
+    one_line(said("train", place / "campaign", "--out", tmp_path / "m", "--resume"), "another configuration")
+    assert said(*command, "--resume", "--json")[0] == 0
+    resumed = load_model(tmp_path / "m").arrays()
+    assert all(np.array_equal(straight[key], resumed[key]) for key in straight)
+
+
+def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
+    motion = place / "campaign" / "unseen" / "motion.csv"
+    code, out, _ = said("predict", model, motion, "--out", tmp_path / "torques", "--json")
+    assert code == 0
+    assert strict(out) == {"written": [str(tmp_path / "torques" / "motion.csv")], "rows": [200]}
+    header, *rows = (tmp_path / "torques" / "motion.csv").read_text().splitlines()
+    assert header == "t_s,tau1_Nm,tau2_Nm"
+    source = [line.split(",") for line in motion.read_text().splitlines()[1:]]
+    values = np.array([[float(x) for x in row.split(",")] for row in rows])
+    assert values[:, 0].tolist() == [float(row[0]) for row in source]
+    assert np.isfinite(values).all()
+
+
+def test_predict_takes_many_files_and_refuses_two_of_a_name(place, model, said, tmp_path):
+    files = sorted((place / "campaign" / "recordings").glob("*.csv"))
+    assert said("predict", model, *files, "--out", tmp_path / "torques")[0] == 0
+    assert sorted(p.name for p in (tmp_path / "torques").iterdir()) == [p.name for p in files]
+    other = tmp_path / "other" / files[0].name
+    other.parent.mkdir()
+    other.write_text(files[0].read_text())
+    one_line(said("predict", model, files[0], other, "--out", tmp_path / "none"), files[0].stem)
+    assert not (tmp_path / "none").exists()
+
+
+def test_one_bad_motion_leaves_no_prediction_at_all(place, model, said, tmp_path):
+    (tmp_path / "bad.csv").write_text("t_s,q1_rad,q2_rad\n" + "".join(f"{i / 10},0.1,{'' if i == 5 else 0.2}\n" for i in range(20)))
+    good = place / "campaign" / "unseen" / "motion.csv"
+    one_line(said("predict", model, good, tmp_path / "bad.csv", "--out", tmp_path / "t"), "bad.csv", "row 7")
+    assert not (tmp_path / "t").exists()
+
+
+def test_a_trained_model_predicts_its_uncertainty(place, said, tmp_path):
+    assert said("train", place / "campaign", "--config", place / "tiny.toml", "--out", tmp_path / "m", "--json")[0] == 0
+    assert said("predict", tmp_path / "m", place / "campaign" / "unseen" / "motion.csv", "--out", tmp_path / "t")[0] == 0
+    assert (tmp_path / "t" / "motion.csv").read_text().startswith("t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm\n")
+
+
+BENCH = ("--models", "constant,textbook,network,hybrid", "--folds", "3")
+
+
+def test_benchmark_compares_all_models_on_recordings_held_out_once(place, said, tmp_path):
+    command = ("benchmark", place / "campaign", *BENCH, "--config", place / "tiny.toml", "--out", tmp_path / "b")
+    code, out, _ = said(*command, "--json")
+    assert code == 0
+    document = strict(out)
+    assert document == strict((tmp_path / "b" / "benchmark.json").read_text())
+    assert set(document) >= KEYS
+    assert (document["schema"], document["protocol"]) == ("nnhydro/benchmark/1", "leave-recordings-out")
+    assert set(document["models"]) == {"constant", "textbook", "network", "hybrid"}
+    for result in document["models"].values():
+        assert set(result) >= OF_A_MODEL
+        assert np.isfinite([result["error"], *result["nrmse"], *result["vaf"], result["fit_s"]]).all()
+        assert result["error_ci95"][0] <= result["error"] <= result["error_ci95"][1]
+        assert len(result["nrmse"]) == len(result["vaf"]) == 2
+    held_out = [name for fold in document["folds"] for name in fold["held_out"]]
+    assert sorted(held_out) == [f"run{i}" for i in range(6)]
+    assert all(set(fold["errors"]) == set(document["models"]) for fold in document["folds"])
+    assert document["models"]["constant"]["error"] < document["models"]["textbook"]["error"]
+    assert {p.suffix for p in (tmp_path / "b").iterdir()} == {".json", ".png"}
+
+
+def test_the_same_seed_gives_the_same_benchmark(place, said, tmp_path):
+    def document(seed):
+        options = ("--config", place / "tiny.toml", "--seed", seed, "--out", tmp_path / "b", "--json")
+        result = strict(said("benchmark", place / "campaign", *BENCH, *options)[1])
+        for of_model in result["models"].values():
+            del of_model["fit_s"]
+        return result
+
+    assert document(1) == document(1)
+    assert document(1)["folds"] != document(2)["folds"]
+
+
+def test_the_benchmark_on_the_screen_ends_in_a_verdict(place, said, tmp_path):
+    code, out, _ = said("benchmark", place / "campaign", "--models", "constant,textbook", "--out", tmp_path / "b")
+    assert code == 0
+    assert "On recordings that no fit has seen, constant predicts the torques best" in out
+
+
+def test_a_stored_model_takes_part_unless_it_was_fitted_to_the_campaign(place, model, said, tmp_path):
+    command = ("benchmark", place / "campaign", "--models", f"constant,{model}", "--out", tmp_path / "b")
+    one_line(said(*command), "no recording of it is held out")
+    a = arm(2)
+    other = write_folder(campaign(a, planted(a), 2, seconds=3.0, rate=50.0), tmp_path / "other")
+    code, out, _ = said("benchmark", other, "--models", f"constant,{model}", "--out", tmp_path / "b", "--json")
+    assert code == 0
+    assert set(strict(out)["models"]) == {"constant", "model"}
+
+
+def test_steady_tables_alone_can_be_compared(said, tmp_path):
+    a = arm(2)
+    table = steady_table(a, planted(a), rows=30)
+    write_folder(campaign(a, planted(a), 0), tmp_path / "c")
+    columns = columns_of(Recording("t", np.arange(30.0), table.q, table.tau, u0=table.u0))
+    write_csv(tmp_path / "c" / "steady" / "tows.csv", {name: x for name, x in columns.items() if name != "t_s"})
+    code, out, _ = said("benchmark", tmp_path / "c", "--models", "constant,textbook", "--folds", "3", "--out", tmp_path / "b", "--json")
+    assert code == 0
+    assert strict(out)["models"]["constant"]["error"] < 1e-3
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("identify", "CAMPAIGN", "--model", "nope", "--out", "OUT"), ("nope", "drag-only")),
+    (("identify", "NOWHERE", "--out", "OUT"), ("nowhere", "does not exist")),
+    (("identify", "CAMPAIGN"), ("--out",)),
+    (("identify", "CAMPAIGN", "--cutoff", "-1", "--out", "OUT"), ("-1",)),
+    (("identify", "CAMPAIGN", "--cutoff", "nan", "--out", "OUT"), ("nan",)),
+    (("identify", "CAMPAIGN", "--out", "FILE"), ("is a file",)),
+    (("identify", "CAMPAIGN", "--out", "CAMPAIGN"), ("holds other files",)),
+    (("identify", "CAMPAIGN", "--seed", "-1", "--out", "OUT"), ("seed",)),
+    (("train", "CAMPAIGN", "--config", "NOWHERE", "--out", "OUT"), ("nowhere", "cannot be read")),
+    (("train", "CAMPAIGN", "--config", "FILE", "--out", "OUT"), ("not valid TOML",)),
+    (("predict", "NOWHERE", "MOTION", "--out", "OUT"), ("not a model folder",)),
+    (("predict", "CAMPAIGN", "MOTION", "--out", "OUT"), ("not a model folder",)),
+    (("predict", "MODEL", "NOWHERE", "--out", "OUT"), ("nowhere",)),
+    (("predict", "MODEL", "MOTION", "--out", "FILE"), ("cannot be written",)),
+    (("benchmark", "CAMPAIGN", "--models", "constant,nope", "--out", "OUT"), ("nope", "hybrid")),
+    (("benchmark", "CAMPAIGN", "--models", "constant,constant", "--out", "OUT"), ("twice",)),
+    (("benchmark", "CAMPAIGN", "--models", "CAMPAIGN", "--out", "OUT"), ("not a model folder",)),
+    (("benchmark", "CAMPAIGN", "--folds", "1", "--out", "OUT"), ("--folds",)),
+    (("benchmark", "NOWHERE", "--out", "OUT"), ("does not exist",)),
+    (("benchmark", "CAMPAIGN", "--models", "constant", "--seed", "-1", "--out", "OUT"), ("seed",)),
+], ids=lambda x: " ".join(x) if isinstance(x, tuple) and len(x) > 2 else None)
+def test_a_users_mistake_is_told_in_one_line(arguments, words, place, model, said, tmp_path):
+    (tmp_path / "file").write_text("= not ours")
+    named = {"CAMPAIGN": place / "campaign", "NOWHERE": tmp_path / "nowhere", "OUT": tmp_path / "out", "FILE": tmp_path / "file",
+             "MODEL": model, "MOTION": place / "campaign" / "unseen" / "motion.csv"}
+    one_line(said(*(named.get(a, a) for a in arguments)), *words)
+    assert not (tmp_path / "out").exists()
+    assert (tmp_path / "file").read_text() == "= not ours"
+    assert not list(Path(tmp_path).glob(".*"))
+
+
+def test_a_single_recording_cannot_be_held_out(said, tmp_path):
+    a = arm(1)
+    folder = write_folder(campaign(a, planted(a), 1, seconds=1.0), tmp_path / "c")
+    one_line(said("benchmark", folder, "--models", "constant", "--out", tmp_path / "b"), "record more")
+
+
+def test_a_recording_without_a_finite_torque_stretch_does_not_stop_the_others(said, tmp_path):
+    a = arm(1)
+    folder = write_folder(campaign(a, planted(a), 3, seconds=1.0), tmp_path / "c")
+    r = recording(a, planted(a), seed=9, seconds=1.0)
+    tau = np.where(np.arange(len(r)) % 5 == 0, np.nan, r.tau[:, 0])
+    write_csv(folder / "recordings" / "holes.csv", columns_of(r) | {"tau1_Nm": tau})
+    code, out, err = said("benchmark", folder, "--models", "constant", "--folds", "4", "--out", tmp_path / "b", "--json")
+    assert code == 0, err
+    assert strict(out)["models"]["constant"]["error"] < 1e-6
+    assert strict(out)["left_out"] == ["holes"]
+    assert "holes" in err

@@ -1,0 +1,32 @@
+"""On the tank whose water was computed by other code, the learned models beat the calibrated constants on motions not shown to them."""
+
+from pathlib import Path
+
+import pytest
+
+from nnhydro.evaluation.benchmark import misfit_of
+from nnhydro.evaluation.contenders import contenders
+from nnhydro.evaluation.metrics import Misfit
+from nnhydro.identification.config import TrainingConfig
+from nnhydro.recordings.campaign import open_campaign
+from nnhydro.recordings.repeats import group_names
+from nnhydro.recordings.splitting import folds, units
+
+CAMPAIGN = Path(__file__).parents[2] / "datasets" / "rivera_tank"
+
+
+@pytest.mark.slow
+def test_the_hybrid_is_three_times_better_than_constants_and_the_network_better_still_than_them():
+    campaign = open_campaign(CAMPAIGN)
+    how = campaign.plan()
+    every = units(campaign, how, 0, group_names(campaign))
+    held_out = folds(every, 5, 0)[0]
+    fitted = [unit for i, unit in enumerate(every) if i not in held_out]
+    config = TrainingConfig(members=2, epochs=40)
+    error = {}
+    for contender in contenders(("constant", "network", "hybrid"), campaign, config):
+        model = contender.fit(fitted, campaign.arm, how, None)
+        error[contender.name] = Misfit.total(misfit_of(model, every[i]) for i in held_out).error
+    assert 0.1 < error["constant"] < 0.25
+    assert error["hybrid"] < error["constant"] / 3
+    assert error["network"] < error["constant"]

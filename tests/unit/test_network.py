@@ -1,0 +1,194 @@
+"""The perceptron is the document's, its torques obey the mirror exactly, vanish at rest and stay within their bound."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from campaigns import GIVEN, planted
+from rigs import arm, at_rest, mirrored_about_Y, run, states
+from torch.func import grad, jacrev
+
+from nnhydro.features.feature_set import features
+from nnhydro.identification.config import TrainingConfig
+from nnhydro.models.learned import LearnedTorque, view_of
+from nnhydro.models.network import Ensemble, bounded, mirrored
+from nnhydro.models.strip_theory import StripTheory
+
+GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network.json").read_text())
+EXACT = {"rtol": 1e-12, "atol": 1e-12}
+
+
+def t(x):
+    return torch.tensor(x, dtype=torch.float64)
+
+
+def of_document(nets):
+    """Networks in the document's form (offset weights in the last column) as one ensemble, a member each."""
+    W1, W2 = (torch.stack([t(net[key]).T for net in nets]) for key in ("W1", "W2"))
+    skip = torch.zeros(len(nets), W1.shape[1] - 1, W2.shape[2], dtype=torch.float64)
+    return Ensemble((W1[:, :-1], W2[:, :-1]), (W1[:, -1:], W2[:, -1:]), skip)
+
+
+def z_hat(ensemble, V):
+    """Outputs (outputs,) of an ensemble of one for one input."""
+    return ensemble(V[None])[0, 0]
+
+
+@pytest.mark.parametrize("case", GOLDEN["common_middle_layer"], ids=lambda case: f"{len(case['W1'])} hidden")
+def test_a_common_middle_layer_gives_the_golden_torques_and_gains(case):
+    net = of_document([case])
+    for sample in case["samples"]:
+        V = t(sample["V"])
+        torch.testing.assert_close(z_hat(net, V), t(sample["z_hat"]), **EXACT)
+        torch.testing.assert_close(jacrev(lambda v: z_hat(net, v))(V), t(sample["gain_matrix_dzhat_dV"]), **EXACT)
+
+
+@pytest.mark.parametrize("case", GOLDEN["common_middle_layer"], ids=lambda case: f"{len(case['W1'])} hidden")
+def test_its_gradients_are_the_golden_ones(case):
+    net = of_document([case])
+    for sample in case["samples"]:
+        def loss(tensors, sample=sample):
+            return 0.5 * ((z_hat(net.replaced(tensors), t(sample["V"])) - t(sample["z_target"])) ** 2).sum()
+
+        torch.testing.assert_close(loss(net.tensors()), t(sample["half_squared_error"]), **EXACT)
+        w1, w2, c1, c2, _ = grad(loss)(net.tensors())
+        for weight, offset, golden in ((w1, c1, "grad_W1"), (w2, c2, "grad_W2")):
+            torch.testing.assert_close(torch.cat([weight[0].T, offset[0].T], dim=1), t(sample[golden]), rtol=1e-11, atol=1e-12)
+
+
+def test_a_golden_step_down_the_gradient_gives_the_golden_weights():
+    case, step = GOLDEN["common_middle_layer"][0], GOLDEN["gradient_step_on_case0_sample0"]
+    sample, eta = case["samples"][0], step["eta"]
+    for key in ("W1", "W2"):
+        np.testing.assert_allclose(np.array(case[key]) - eta * np.array(sample[f"grad_{key}"]), step[f"{key}_new"], rtol=1e-12)
+    after = of_document([{"W1": step["W1_new"], "W2": step["W2_new"]}])
+    torch.testing.assert_close(z_hat(after, t(sample["V"])), t(step["z_hat_after"]), **EXACT)
+
+
+@pytest.mark.parametrize("case", GOLDEN["parallel_middle_layers"], ids=lambda case: f"{len(case['V'])} inputs")
+def test_parallel_middle_layers_are_nets_side_by_side(case):
+    nets = [of_document([net]) for net in case["nets"]]  # one a torque, each with a hidden layer of its own
+    V = t(case["V"])
+
+    def side_by_side(v):
+        return torch.cat([z_hat(net, v) for net in nets])
+
+    torch.testing.assert_close(side_by_side(V), t(case["z_hat"]), **EXACT)
+    torch.testing.assert_close(jacrev(side_by_side)(V), t(case["gain_matrix_dzhat_dV"]), **EXACT)
+
+
+def random_ensemble(sizes, members=3, seed=1):
+    g = torch.Generator().manual_seed(seed)
+    layout = Ensemble.fresh(sizes, members, seed)
+    return layout.replaced([torch.randn(w.shape, generator=g, dtype=torch.float64) for w in layout.tensors()])
+
+
+def test_members_of_an_ensemble_do_not_mix():
+    sizes, x = (5, 7, 6, 2), t(np.random.default_rng(1).standard_normal((10, 5)))
+    whole = random_ensemble(sizes)
+    for member in range(3):
+        alone = whole.replaced([w[member:member + 1] for w in whole.tensors()])
+        torch.testing.assert_close(alone(x)[0], whole(x)[member], **EXACT)
+
+
+def test_fresh_networks_give_zero_and_differ_inside():
+    fresh = Ensemble.fresh((4, 8, 2), 2, seed=3)
+    assert not fresh(torch.randn(5, 4)).any()
+    assert not torch.equal(fresh.weights[0][0], fresh.weights[0][1])
+    assert torch.equal(fresh.weights[0], Ensemble.fresh((4, 8, 2), 2, seed=3).weights[0])
+    assert not torch.equal(fresh.weights[0], Ensemble.fresh((4, 8, 2), 2, seed=4).weights[0])
+
+
+def test_the_bound_is_never_passed_and_small_outputs_pass_unchanged():
+    y = torch.linspace(-1e3, 1e3, 1001, dtype=torch.float64)
+    assert float(bounded(y, 2.0).abs().max()) <= 2.0
+    assert float((bounded(y * 1e-6, 2.0) - y * 1e-6).abs().max()) < 1e-9
+
+
+def test_the_mirrored_net_is_odd():
+    parity = t([-1.0, -1.0, 1.0, 1.0])
+    net, x = random_ensemble((4, 9, 2)), t(np.random.default_rng(1).standard_normal((20, 4)))
+    torch.testing.assert_close(mirrored(net, x * parity, parity), -mirrored(net, x, parity), **EXACT)
+
+
+def learned(a, hybrid, bound=2.0, seed=1):
+    """A model with random weights on all the features; the range of its inputs is that of random states."""
+    floor = torch.full((a.n_links,), 0.2, dtype=torch.float64)
+    names = TrainingConfig().features
+    x = features(view_of(a, states(a.n_links, 200, seed=9), floor), names)
+    parity, joined = x.parity(), x.joined()
+    centre = torch.where(parity < 0, 0.0, joined.mean(0))
+    spread = (joined - centre).pow(2).mean(0).sqrt() + 1e-6
+    reach = ((joined - centre) / spread).abs().amax(0)
+    ensemble = random_ensemble((len(parity), 8, a.n_links), seed=seed)
+    base = StripTheory(a, GIVEN, {}, "constant", planted(a)) if hybrid else None
+    return LearnedTorque(a, GIVEN, {}, names, bound, floor, centre, spread, parity, -reach, reach, ensemble, base)
+
+
+KINDS = pytest.mark.parametrize("hybrid", [False, True], ids=["network", "hybrid"])
+LINKS = pytest.mark.parametrize("links", [1, 2, 3])
+
+
+@KINDS
+@LINKS
+@pytest.mark.parametrize("make", [states, run])
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_the_mirrored_motion_gives_the_mirrored_torque_for_any_weights(hybrid, links, make, gravity):
+    model = learned(arm(links, gravity_m_s2=gravity), hybrid)
+    one, other = model.torque(make(links)), model.torque(mirrored_about_Y(make(links)))
+    scale = float(one.abs().max())
+    torch.testing.assert_close(other / scale, -one / scale, rtol=0.0, atol=1e-11)  # sin(pi - q) is sin q to the last digit only
+
+
+def still_and_straight(links):
+    """At rest with the links in line: nothing tells left from right, so no torque can have a sign."""
+    motion = at_rest(links)
+    motion.q[:, 1:] = 0.0
+    return motion
+
+
+@KINDS
+@LINKS
+def test_an_arm_at_rest_in_still_water_needs_no_torque_for_any_weights(hybrid, links):
+    assert not learned(arm(links), hybrid).torque(still_and_straight(links)).any()
+
+
+@KINDS
+@LINKS
+def test_the_correction_stays_within_its_bound_times_the_scale(hybrid, links):
+    a = arm(links)
+    model = learned(a, hybrid, bound=0.5)
+    for motion in (states(links), run(links)):
+        base = model.baseline.torque(motion) if model.baseline is not None else 0.0
+        scale = view_of(a, motion, model.floor).scale
+        assert bool(((model.torque(motion) - base).abs() <= 0.5 * scale + 1e-12).all())
+        assert bool(((model.members(motion) - base).abs() <= 0.5 * scale + 1e-12).all())
+
+
+@KINDS
+def test_the_prediction_is_the_mean_of_the_members_and_their_scatter(hybrid):
+    model = learned(arm(2), hybrid)
+    members = model.members(run(2))
+    assert members.shape == (3, 60, 2)
+    torch.testing.assert_close(model.torque(run(2)), members.mean(0))
+    torch.testing.assert_close(model.std(run(2)), members.std(0))
+
+
+def test_beyond_what_it_has_seen_the_net_holds_its_inputs_at_the_edge():
+    model = learned(arm(2), False)
+    x = model.inputs(view_of(model.arm, states(2, seed=4), model.floor))
+    assert bool(((x >= model.lowest) & (x <= model.highest)).all())
+
+
+def test_torques_have_a_gradient_with_respect_to_every_state():
+    model = learned(arm(2), True)
+
+    def torque(q, qd, qdd):
+        motion = states(2, 1)
+        return model.torque(type(motion)(motion.t, q[None], qd[None], qdd[None], motion.u0, motion.du0, True))[0]
+
+    m = states(2, 1)
+    gains = jacrev(torque, argnums=(0, 1, 2))(m.q[0], m.qd[0], m.qdd[0])
+    assert all(bool(torch.isfinite(g).all()) and g.abs().sum() > 0 for g in gains)
