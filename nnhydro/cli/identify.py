@@ -4,23 +4,24 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say, table
+from nnhydro.report.screen import JSON, MAP, emit, say, table
 
 
 def identify(
     campaign: Path = typer.Argument(help="Folder of the campaign (arm.yaml, recordings/, steady/)."),
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
-    model: str = typer.Option("constant", "--model", help="rigid, textbook, drag-only or constant."),
+    model: str = typer.Option("constant", "--model", help="rigid, textbook, drag-only, constant or state."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstrap."),
+    column_map: Path | None = MAP,
     json: bool = JSON,
 ) -> None:
     """Fit Cd and Cm a link, and masses within what is known of them, with 95 % intervals over recordings."""
     from nnhydro.identification.identify import identify as fit
     from nnhydro.models.storage import save_model
-    from nnhydro.recordings.campaign import open_campaign
+    from nnhydro.recordings.campaign import verified
 
-    fitted = fit(open_campaign(campaign), model, cutoff, seed)
+    fitted = fit(verified(campaign, column_map), model, cutoff, seed)
     save_model(fitted, out)
     if json:
         emit({"model": str(out), **fitted.fit})

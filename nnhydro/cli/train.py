@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, note, say
+from nnhydro.report.screen import JSON, MAP, emit, note, say
 
 
 def train(
@@ -12,6 +12,7 @@ def train(
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
     config: Path | None = typer.Option(None, "--config", help="TOML file with the choices; the defaults are the benchmark's."),
     resume: bool = typer.Option(False, "--resume", help="Go on from where an interrupted training stopped."),
+    column_map: Path | None = MAP,
     json: bool = JSON,
 ) -> None:
     """Train a network or a hybrid on all recordings; a share of them is only watched, for early stopping."""
@@ -20,10 +21,10 @@ def train(
     from nnhydro.identification.config import TrainingConfig, read_config
     from nnhydro.identification.train import train as fit
     from nnhydro.models.storage import save_model
-    from nnhydro.recordings.campaign import open_campaign
+    from nnhydro.recordings.campaign import verified
 
     chosen = read_config(config) if config is not None else TrainingConfig()
-    opened = open_campaign(campaign)
+    opened = verified(campaign, column_map)
     checkpoint, told = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
     identity = json_text({"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()})
     if resume:

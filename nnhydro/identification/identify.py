@@ -14,6 +14,7 @@ from nnhydro.errors import CampaignError, require
 from nnhydro.identification.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.identification.prior import Prior, prior
 from nnhydro.identification.statistics import Statistics, columns_and_offset, of_segment, total
+from nnhydro.identification.travel_scale import has_travel_scale, with_best_travel_scale
 from nnhydro.models.baselines import Baseline, baseline
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
@@ -81,9 +82,15 @@ def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> tuple[Solution,
     return fit(summed, before, correlation), blocks, before
 
 
+def started(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
+    """Return the baseline's terms before the linear fit; a travel scale, where it has one, is chosen for the units `chosen`."""
+    loads = chosen_baseline.start(arm)
+    return with_best_travel_scale(loads, chosen, arm).loads if has_travel_scale(loads) else loads
+
+
 def calibrated(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
     """Return the baseline as a model, fitted to the units `chosen` where its definition says so (no intervals)."""
-    loads = chosen_baseline.start(arm)
+    loads = started(chosen_baseline, chosen, arm)
     if chosen_baseline.calibrated:
         loads = with_parameters(loads, fit_units(loads, chosen, arm)[0].theta)
     return StripTheory(arm, how, {}, chosen_baseline.name, loads)
@@ -132,10 +139,11 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
     require(seed >= 0, f"seed {seed}: give 0 or a positive number")
     chosen = baseline(model)
     how = campaign.plan(cutoff_hz)
-    loads = chosen.start(campaign.arm)
+    all_units = units(campaign, how, seed)
+    loads = started(chosen, all_units, campaign.arm)
     record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions()}
     if chosen.calibrated:
-        solution, blocks, before = fit_units(loads, units(campaign, how, seed), campaign.arm)
+        solution, blocks, before = fit_units(loads, all_units, campaign.arm)
         loads = with_parameters(loads, solution.theta)
         record["parameters"] = {e.name: e.document() for e in estimates(loads, solution, blocks, before, seed)}
         record["rms_residual_Nm"] = solution.rms.tolist()

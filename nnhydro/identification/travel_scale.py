@@ -33,7 +33,7 @@ from nnhydro.recordings.splitting import Unit
 Array = NDArray[np.float64]
 COARSE = np.linspace(2.0, 15.0, 14)  # diameters
 FINE = np.linspace(-1.0, 1.0, 7)  # diameters around the best of them
-MANY = 40  # units that decide; more move tau_s by less than its own uncertainty
+MANY = 16  # units that decide; more move tau_s by less than its own uncertainty
 
 
 @final
@@ -74,6 +74,11 @@ def _energy(stats: Statistics, before: Prior, weight: Array) -> float:
     theta = solve(stats, before, weight).theta
     z = np.linalg.lstsq(before.F, theta - before.mean, rcond=None)[0] if before.F.size else np.zeros(0)
     return float(weight @ residual_energy(stats, theta) + z @ z)
+
+
+def has_travel_scale(loads: Loads) -> bool:
+    """Return whether a term of `loads` has a travel scale tau_s."""
+    return any(f.name == "tau_s" for term in loads.terms.values() for f in term.parameters())
 
 
 def with_best_travel_scale(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> TravelScale:

@@ -9,6 +9,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.state_loads import state_loads
 from nnhydro.recordings.arm import Arm
 
 
@@ -33,6 +34,7 @@ BASELINES = {b.name: b for b in (
     Baseline("textbook", "strip theory with Cd = 1.2, Cm = 1", lambda arm: _water(arm, 1.2, 1.0), calibrated=False),
     Baseline("drag-only", "strip theory with Cd = 1.1, no added mass", lambda arm: _water(arm, 1.1, None), calibrated=False),
     Baseline("constant", "strip theory with one fitted Cd and Cm a link", lambda arm: _water(arm, 1.1, 0.8), calibrated=True),
+    Baseline("state", "strip theory with fitted Cd(s/D), Cm(s/D): McLain & Rock's state-dependent model", state_loads, calibrated=True),
 )}
 
 

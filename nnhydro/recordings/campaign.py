@@ -132,6 +132,13 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
                     "" if mapping is None else mapping.sha256)
 
 
+def verified(root: Path, column_map: Path | None = None) -> Campaign:
+    """Return the campaign in `root` after reading every file of it once: the first that cannot be used is raised now, not midway."""
+    campaign = open_campaign(root, column_map)
+    campaign.verify()
+    return campaign
+
+
 def open_campaigns(root: Path, column_map: Path | None = None) -> tuple[Campaign, ...]:
     """Return the campaign in `root`, or those in its sub-folders, one an arm, where `root` has no arm.yaml but they do."""
     _require_folder(root)

@@ -50,7 +50,8 @@ def _acceleration_spectrum(x: Array, dt: float, power_of_w: int) -> tuple[Array,
 
 def _bands(f: Array, spectrum: Array) -> tuple[Array, Array, Array]:
     """Centre (Hz), mean power of a line and number of lines of each band of a quarter octave, from half the lowest cut-off on."""
-    edges = np.exp2(np.arange(np.log2(LOWEST) - 1, np.log2(f[-1]) + 1 / BANDS_PER_OCTAVE, 1 / BANDS_PER_OCTAVE))
+    top = max(float(f[-1]), LOWEST) if len(f) else LOWEST
+    edges = np.exp2(np.arange(np.log2(LOWEST) - 1, np.log2(top) + 1 / BANDS_PER_OCTAVE, 1 / BANDS_PER_OCTAVE))
     index = np.digitize(f, edges)
     lines = np.bincount(index, minlength=len(edges) + 1)[1:]
     power = np.bincount(index, spectrum, minlength=len(edges) + 1)[1:]
@@ -63,10 +64,12 @@ def noise_law(centre: Array, level: Array) -> Array:
 
     The law is fitted from the valley beyond the largest band up to 0.8 of the highest frequency.
     """
-    low = centre <= 0.8 * centre[-1]
+    low = centre <= 0.8 * centre[-1] if len(centre) else np.zeros(0, dtype=bool)
     x, y = centre[low], level[low]
-    top = int(np.argmax(y[: max(len(y) // 2, 1)])) if len(y) else 0
-    valley = top + int(np.argmin(y[top:])) if len(y) else 0
+    if len(y) < 3:
+        return np.zeros_like(centre)
+    top = int(np.argmax(y[: max(len(y) // 2, 1)]))
+    valley = top + int(np.argmin(y[top:]))
     if len(y) - valley < 3 or y[-1] <= 2.0 * y[valley]:
         return np.zeros_like(centre)
     slope = float(np.clip(np.polyfit(np.log(x[valley:]), np.log(y[valley:]), 1)[0], 0.0, 4.0))

@@ -5,6 +5,7 @@ from typing import Any
 
 import typer
 
+MAP = typer.Option(None, "--map", help="YAML file: foreign columns and their units; columns.yaml in the campaign by default.")
 JSON = typer.Option(False, "--json", help="Print the result as JSON, for programs.")
 
 
