@@ -189,6 +189,13 @@ def test_a_recording_that_begins_under_tow_begins_with_a_full_wake():
     assert all(torch.equal(m, w) for m in found)
 
 
+def test_joints_that_move_from_the_first_row_on_have_no_wake_yet():
+    motion = tow(np.zeros(20))
+    w, found = remembered(replace(motion, qd=torch.ones_like(motion.qd)))
+    assert float(w[0].abs().max()) > 0
+    assert all(not m[0].any() for m in found)
+
+
 def test_steady_runs_have_a_full_wake():
     motion = states(2)
     w, found = remembered(motion, arm(2))

@@ -14,6 +14,7 @@ from nnhydro.identification.least_squares import bootstrap, correlation_time, fi
 from nnhydro.identification.prior import inertial_directions, prior
 from nnhydro.identification.statistics import columns_and_offset, of_segment, residual_energy, total, weighted
 from nnhydro.models.baselines import BASELINES
+from nnhydro.physics.load_term import LinearTerm, term_kinds
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.coulomb_friction import CoulombFriction
 from nnhydro.physics.loads.normal_drag import NormalDrag
@@ -164,6 +165,17 @@ def test_columns_times_parameters_are_the_models_torque():
     (segment,) = campaign(a, loads, 1).segments("run0", GIVEN)
     X, offset = columns_and_offset(loads, segment, a)
     np.testing.assert_allclose(X @ values(loads) + offset, segment.tau, rtol=1e-9, atol=1e-12)
+
+
+def test_what_is_not_linear_in_its_parameters_passes_belt_and_gear_too():
+    a = arm(2, drive="remote", gear={"ratio": 20.0, "efficiency": 0.7, "torque_at": "motor"})
+    kinds = [cls for cls in term_kinds().values() if not issubclass(cls, LinearTerm)]
+    assert kinds
+    for cls in kinds:
+        loads = planted(a).plus("other", cls.started(a))
+        (segment,) = campaign(a, loads, 1).segments("run0", GIVEN)
+        X, offset = columns_and_offset(loads, segment, a)
+        np.testing.assert_allclose(X @ values(planted(a)) + offset, segment.tau, rtol=1e-9, atol=1e-12)
 
 
 def test_the_order_of_recordings_changes_nothing():

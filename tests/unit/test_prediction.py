@@ -16,7 +16,7 @@ from nnhydro.models.prediction_file import write_prediction
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.preprocessing import Preparation, prepare
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 
@@ -62,6 +62,15 @@ def test_the_torques_are_the_models_for_the_derivatives_of_the_motion(links):
     a = arm(links)
     prediction = complete(predict(model_of(a), motion_at(T, links)), motion_at(T, links))
     assert relative(prediction.tau[50:-50], torques_at(T, a)[50:-50]) < 0.01
+
+
+def test_the_torque_passes_the_filter_with_which_the_model_was_made():
+    model, motion = model_of(arm(2), Preparation(LowPass(2.0))), motion_at(T)
+    (segment,) = prepare(motion, model.preparation, with_torque=False)
+    unfiltered = model.torque(Motion.of(segment)).numpy()
+    want = LowPass(2.0).apply(unfiltered, 0.01)
+    assert relative(predict(model, motion).tau, want) < 1e-9
+    assert relative(unfiltered, want) > 0.01
 
 
 def test_given_derivatives_are_taken_as_they_are():
