@@ -9,6 +9,10 @@
     M_i = sum_{p<=i} qdd_p
     N_i = sum_{j<i} L_j [phidd_j cos(phi_i - phi_j) - phid_j (phid_i - phid_j) sin(phi_i - phi_j)] + du0 cos phi_i - u0 A_i sin phi_i
 
+Where the water itself moves with the velocity v(t), the same everywhere, what counts is the motion through it: B - v.n, u_x - v.e, and
+
+    N_i - dv/dt.n_i + A_i v.e_i,    du_x,i - dv/dt.e_i - A_i v.n_i
+
 Source: Rivera (1995), eqs. 3-1-9 to 3-1-14, 3-1-31, 3-1-32 (formulas lost in print; re-derived as plain time derivatives).
 """
 
@@ -26,11 +30,21 @@ from nnhydro.recordings.arm import Arm
 
 @final
 @dataclass(frozen=True, eq=False)
+class Water:
+    """Water that moves, everywhere alike: a current, or a wave that is long beside the arm. World axes X, Y."""
+
+    velocity: Tensor  # (n, 2) m/s
+    acceleration: Tensor  # (n, 2) m/s^2
+
+
+@final
+@dataclass(frozen=True, eq=False)
 class Flow:
-    """The kinematics of `motion` for `arm`; every quantity is computed once, when first asked for."""
+    """The kinematics of `motion` for `arm`; every quantity is computed once, when first asked for. Water is at rest where none is given."""
 
     arm: Arm
     motion: Motion
+    water: Water | None = None
 
     @property
     def rho(self) -> float:
@@ -89,14 +103,24 @@ class Flow:
         return self._inboard * self.L * torch.sin(self._bend)
 
     @cached_property
+    def _met(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:  # (n, links) m/s, m/s, m/s^2, m/s^2
+        """The water's own velocity across and along each link, and its acceleration across and along: v.n, v.e, dv/dt.n, dv/dt.e."""
+        if self.water is None:
+            zero = torch.zeros_like(self.phi)
+            return zero, zero, zero, zero
+        cos, sin = torch.cos(self.phi), torch.sin(self.phi)
+        (vx, vy), (ax, ay) = ((x[:, :1], x[:, 1:]) for x in (self.water.velocity, self.water.acceleration))
+        return vy * cos - vx * sin, vx * cos + vy * sin, ay * cos - ax * sin, ax * cos + ay * sin
+
+    @cached_property
     def B(self) -> Tensor:  # (n, links) m/s
         """Normal velocity of the inboard joint of each link."""
-        return torch.einsum("nij,nj->ni", self.along, self.A) + self.motion.u0[:, None] * torch.cos(self.phi)
+        return torch.einsum("nij,nj->ni", self.along, self.A) + self.motion.u0[:, None] * torch.cos(self.phi) - self._met[0]
 
     @cached_property
     def u_x(self) -> Tensor:  # (n, links) m/s
         """Axial velocity of each link."""
-        return torch.einsum("nij,nj->ni", self.across, self.A) + self.motion.u0[:, None] * torch.sin(self.phi)
+        return torch.einsum("nij,nj->ni", self.across, self.A) + self.motion.u0[:, None] * torch.sin(self.phi) - self._met[1]
 
     @cached_property
     def _turning(self) -> Tensor:  # (n, links i, links j) rad^2/s^2
@@ -108,14 +132,14 @@ class Flow:
         """Normal acceleration (link frame) of the inboard joint of each link."""
         u0, du0 = self.motion.u0[:, None], self.motion.du0[:, None]
         return (torch.einsum("nij,nj->ni", self.along, self.M) - (self.across * self._turning).sum(-1)
-                + du0 * torch.cos(self.phi) - u0 * self.A * torch.sin(self.phi))
+                + du0 * torch.cos(self.phi) - u0 * self.A * torch.sin(self.phi) - self._met[2] + self.A * self._met[1])
 
     @cached_property
     def du_x(self) -> Tensor:  # (n, links) m/s^2
         """Axial acceleration (link frame) of each link."""
         u0, du0 = self.motion.u0[:, None], self.motion.du0[:, None]
         return (torch.einsum("nij,nj->ni", self.across, self.M) + (self.along * self._turning).sum(-1)
-                + du0 * torch.sin(self.phi) + u0 * self.A * torch.cos(self.phi))
+                + du0 * torch.sin(self.phi) + u0 * self.A * torch.cos(self.phi) - self._met[3] - self.A * self._met[0])
 
     @cached_property
     def outboard(self) -> Tensor:  # (joints j, links i)

@@ -1,0 +1,112 @@
+"""All hypotheses: every file of this folder, installed plug-ins (entry points `nnhydro.effects`) and files given by path.
+
+A plug-in is a Python module that declares effects with `@effect`; reading it runs it, so only files of your own belong here.
+"""
+
+import importlib
+import importlib.util
+import pkgutil
+import sys
+from collections.abc import Mapping
+from hashlib import sha256
+from importlib.metadata import entry_points
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from nnhydro.effects.effect import REGISTER, Effect, InstrumentEffect
+from nnhydro.errors import ConfigError, ModelError, NnhydroError, require
+from nnhydro.recordings.arm import Arm
+
+GROUP = "nnhydro.effects"
+_LOADED: set[str] = set()
+
+
+def _load_installed() -> None:
+    import nnhydro.effects as folder
+
+    for module in pkgutil.iter_modules(folder.__path__):
+        importlib.import_module(f"{folder.__name__}.{module.name}")
+    for point in entry_points(group=GROUP):
+        try:
+            point.load()
+        except Exception as cause:
+            raise ConfigError(f"plug-in {point.name!r} ({point.value}) cannot be loaded: {type(cause).__name__}: {cause}: mend or "
+                              "uninstall it") from cause
+
+
+def catalogue() -> Mapping[str, type[Effect]]:
+    """Return every effect by its id: those of the package in order of family, then plug-ins."""
+    if not _LOADED:
+        _load_installed()
+        _LOADED.add(GROUP)
+    ours = [cls for cls in REGISTER.values() if cls.__module__.startswith("nnhydro.effects.")]
+    others = [cls for cls in REGISTER.values() if cls not in ours]
+    return {cls.id: cls for cls in [*sorted(ours, key=lambda cls: (cls.family, cls.id)), *others]}
+
+
+def effect_of_id(name: str) -> type[Effect]:
+    """Return the effect with the id `name`; raises ConfigError listing the ids."""
+    known = catalogue()
+    if name not in known:
+        raise ConfigError(f"unknown effect {name!r}: one of {', '.join(known)}; or give --effects FILE with your own")
+    return known[name]
+
+
+def load_plugin(path: Path) -> tuple[str, ...]:
+    """Run the Python file `path` and return the ids of the effects it adds; raises ConfigError where it has none or fails."""
+    require(path.is_file(), f"--effects {path}: is not a file: give a Python file that declares effects with @effect")
+    catalogue()
+    name = f"nnhydro_plugin_{sha256(str(path.resolve()).encode()).hexdigest()[:12]}"
+    before = {id_: cls for id_, cls in REGISTER.items() if cls.__module__ != name}
+    spec = importlib.util.spec_from_file_location(name, path)
+    require(spec is not None and spec.loader is not None, f"--effects {path}: is not a Python file (.py)")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except NnhydroError as cause:
+        raise ConfigError(f"--effects {path}: {cause}") from cause
+    except Exception as cause:
+        raise ConfigError(f"--effects {path}: fails with {type(cause).__name__}: {cause}") from cause
+    added = tuple(id_ for id_ in REGISTER if id_ not in before)
+    require(bool(added), f"--effects {path}: declares no effect: put @effect before a class (nnhydro effects coulomb_friction shows one)")
+    return added
+
+
+def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | None = None) -> tuple[Effect, ...]:
+    """Return every (joint, grid point) of `effect` that makes sense for `arm`, linear values at their start.
+
+    `torque_peak` (joints,) N m, the largest torque measured at each joint, sets the grids that are given in shares of it
+    (`Effect.torque_scaled`): without it such an effect is left out.
+    """
+    if effect.torque_scaled and torque_peak is None:
+        return ()
+    found = []
+    for place in effect.places(arm):
+        grids = {name: tuple(share * torque_peak[place - 1] for share in grid) if torque_peak and name in effect.torque_scaled else grid
+                 for name, grid in effect.grids().items()}
+        started = effect.started(arm, joint=place)
+        found += [_with(started, dict(zip(grids, point, strict=True))) for point in product(*grids.values())]
+    return tuple(found)
+
+
+def _with(started: Effect, shape: Mapping[str, float]) -> Effect:
+    from dataclasses import replace
+
+    changes: dict[str, Any] = {name: (value,) * len(getattr(started, name)) for name, value in shape.items()}
+    return replace(started, **changes)
+
+
+def instrument_of(document: Mapping[str, Any]) -> InstrumentEffect:
+    """Return the instrument effect that `document` (from its `document()`) describes; raises ModelError naming what does not fit."""
+    kinds = {cls.kind: cls for cls in catalogue().values() if issubclass(cls, InstrumentEffect)}
+    kind = str(document.get("kind"))
+    if kind not in kinds:
+        raise ModelError(f"unknown instrument effect {kind!r}: this version knows {', '.join(kinds)}; was it a plug-in of your own?")
+    try:
+        return kinds[kind](**document.get("parameters", {}), **document.get("options", {}))
+    except TypeError as cause:
+        raise ModelError(f"effect {kind!r}: {cause}") from cause

@@ -1,0 +1,141 @@
+"""What a hypothesis is: a card, columns that are linear in its parameters, and a sentence for people.
+
+    tau_sensor = Y theta + sum_k x_k(motion; phi_k) beta_k             [N m]
+
+    LoadEffect        x_k = columns(flow): torque at the joints, as any load term; a confirmed one is one more term of a sum
+    InstrumentEffect  x_k = columns(seen): change of what the sensors read, linear about no effect; `apply` is the exact reading.
+                      Also for causes that act on the torque of the rest of the model (water that moves, a compliant drive)
+
+`@effect` checks the card and enters the class in the register; the file is the whole registration.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, ClassVar, TypeVar
+
+import torch
+from torch import Tensor
+
+from nnhydro.effects.card import Signature, require_card
+from nnhydro.effects.quantity import Interval, Quantity, told
+from nnhydro.effects.sensor_view import SensorView
+from nnhydro.errors import ModelError, require
+from nnhydro.physics.load_term import LinearTerm
+from nnhydro.physics.parametrised import Parametrised, Values, parameter
+from nnhydro.recordings.arm import Arm
+
+__all__ = ["REGISTER", "Effect", "InstrumentEffect", "LoadEffect", "Signature", "Values", "at_joint", "effect", "parameter"]
+
+
+@dataclass(frozen=True)
+class Effect(Parametrised):
+    """The card, and where the effect acts: `joint` counts from 1 (for `acts` = "link" it is the link), 0 is the whole arm."""
+
+    id: ClassVar[str]
+    family: ClassVar[str]
+    name: ClassVar[str]
+    mechanism: ClassVar[str]
+    equation: ClassVar[str]
+    source: ClassVar[str]
+    signature: ClassVar[Signature]
+    acts: ClassVar[str]
+    needs_water: ClassVar[bool] = False
+    fewest_links: ClassVar[int] = 1
+    own_in_every_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
+    dissipates: ClassVar[bool] = False  # the drive never gets energy back from it, sample by sample, with the hub at rest
+    torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
+
+    joint: int = field(default=0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        whole = isinstance(self.joint, int) and not isinstance(self.joint, bool)
+        fits = whole and (self.joint == 0 if self.acts == "arm" else self.joint >= 1)
+        wanted = "0: it loads the whole arm" if self.acts == "arm" else f"the {self.acts} it acts on, counted from 1"
+        require(fits, f"effect {self.id!r}: joint = {self.joint!r}: give {wanted}", ModelError)
+
+    @classmethod
+    def linear_parameters(cls) -> tuple["Field[Any]", ...]:
+        """Return the fields whose values enter linearly."""
+        return tuple(f for f in cls.parameters() if f.metadata["linear"])
+
+    @classmethod
+    def grids(cls) -> dict[str, tuple[float, ...]]:
+        """Return the grid of each parameter that is not linear."""
+        return {f.name: f.metadata["grid"] for f in cls.parameters() if not f.metadata["linear"]}
+
+    @classmethod
+    def places(cls, arm: Arm) -> tuple[int, ...]:
+        """Return the joints (links) of `arm` at which the effect can act, (0,) for the whole arm, () where it makes no sense."""
+        if (cls.needs_water and arm.dry) or arm.n_links < cls.fewest_links:
+            return ()
+        return (0,) if cls.acts == "arm" else tuple(range(1, arm.n_links + 1))
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Return what a person wants to know, in units: by default the parameters themselves."""
+        linear = dict(zip(self.linear_names(), zip(self.linear_values().tolist(), self.linear_units(), strict=True), strict=True))
+        shape = {f.name: (value, f.metadata["unit"]) for f in self.parameters() if not f.metadata["linear"]
+                 for value in getattr(self, f.name)}
+        return {name: Quantity(value, unit) for name, (value, unit) in (linear | shape).items()}
+
+    def statement(self, intervals: Mapping[str, Interval] | None = None) -> str:
+        """Return the finding as one sentence with numbers and units; `intervals` holds (low, high) by the name of the quantity."""
+        return self.sentence({name: told(q, (intervals or {}).get(name)) for name, q in self.quantities().items()})
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the sentence; `said` holds each quantity as text with unit."""
+        where = f" at {self.acts} {self.joint}" if self.joint else ""
+        return f"{self.name}{where}: {', '.join(f'{name} {text}' for name, text in said.items())}."
+
+
+@dataclass(frozen=True)
+class LoadEffect(Effect, LinearTerm):
+    """A hypothesis that adds torque at the joints: `columns(flow)` (n, joints, p)."""
+
+
+@dataclass(frozen=True)
+class InstrumentEffect(Effect, ABC):
+    """A hypothesis that changes what is read: columns (n, joints, p) linear about no effect, and the exact reading.
+
+    `stage` orders several: 0 the water and the angles the model is given, 1 compliant drives, 2 time, 3 scale, 4 offset, 5 clipping.
+    """
+
+    stage: ClassVar[int]
+
+    @abstractmethod
+    def columns(self, seen: SensorView) -> Tensor:
+        """Return d reading / d linear parameter about no effect, (n, joints, p), p in the order of `linear_names`."""
+
+    @abstractmethod
+    def apply(self, seen: SensorView) -> Tensor:
+        """Return the reading (n, joints) N m with this effect; exactly seen.tau where all values are 0."""
+
+    def change(self, seen: SensorView) -> Tensor:
+        """Return columns times values, (n, joints) N m: `apply` less seen.tau, for small effects."""
+        return self.columns(seen) @ self.linear_values()
+
+
+REGISTER: dict[str, type[Effect]] = {}
+E = TypeVar("E", bound=type[Effect])
+
+
+def effect(cls: E) -> E:
+    """Check the card of `cls` and enter it in the register; raises ModelError naming what is missing or a second effect of the same id."""
+    require_card(cls)
+    known = REGISTER.get(cls.id)
+    again = known is None or (known.__module__, known.__qualname__) == (cls.__module__, cls.__qualname__)
+    require(again, f"effect {cls.__name__}: the id {cls.id!r} is taken by {known}: give it another", ModelError)
+    wrong = [f.name for f in fields(cls) if f.name in ("id", "family", "name", "signature")]
+    require(not wrong, f"effect {cls.__name__}: {wrong} must be class variables: annotate with ClassVar or not at all", ModelError)
+    cls.kind = f"effect:{cls.id}"
+    REGISTER[cls.id] = cls
+    return cls
+
+
+def at_joint(load: Tensor, joint: int, joints: int) -> Tensor:
+    """Return the columns (n, joints, p) of `load` (n, p) that is felt at `joint` (from 1) alone."""
+    require(joint <= joints, f"joint {joint}: this arm has {joints}", ModelError)
+    columns = torch.zeros(len(load), joints, load.shape[1], dtype=torch.float64)
+    columns[:, joint - 1] = load
+    return columns

@@ -1,0 +1,60 @@
+"""A number for people: value, unit, and a 95 % interval where there is one."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import floor, isfinite, log10
+from typing import final
+
+import torch
+from torch import Tensor
+
+Interval = tuple[float, float]
+Z95 = 1.96
+STEP = 1e-3  # of a parameter's standard deviation: step of the numerical derivative
+
+
+@final
+@dataclass(frozen=True)
+class Quantity:
+    """`value` in `unit` ("1" for a pure number)."""
+
+    value: float
+    unit: str
+
+
+def _rounded(value: float, step: float) -> str:
+    """`value` to two figures of `step`, without an exponent where that is readable."""
+    if step <= 0 or not isfinite(step):
+        return f"{value:.3g}"
+    digits = 1 - floor(log10(step))
+    return f"{value:.{max(digits, 0)}f}" if digits <= 6 and abs(value) < 1e6 else f"{value:.3g}"
+
+
+def told(quantity: Quantity, interval: Interval | None = None) -> str:
+    """Return e.g. "0.50 +- 0.03 N m/rad"; an interval that lies far off centre is written out."""
+    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    if interval is None or not all(map(isfinite, interval)):
+        return f"{quantity.value:.3g}{unit}"
+    low, high = interval
+    half = (high - low) / 2
+    if abs(quantity.value - (low + high) / 2) > half / 4:
+        return f"{_rounded(quantity.value, half)}{unit} (95 %: {_rounded(low, half)} to {_rounded(high, half)})"
+    return f"{_rounded(quantity.value, half)} +- {_rounded(half, half)}{unit}"
+
+
+def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Tensor, covariance: Tensor) -> dict[str, Interval]:
+    """Return the 95 % interval of each quantity by the delta method.
+
+    `quantities(values)` with the linear values (p,), `covariance` (p, p) theirs. Good where a quantity is nearly linear over the interval.
+    """
+    centre, deviations = quantities(values), covariance.diagonal().clamp(min=0).sqrt()
+    gradient = {name: torch.zeros(len(values), dtype=torch.float64) for name in centre}
+    for p, deviation in enumerate(deviations.tolist()):
+        if deviation > 0:
+            shift = torch.zeros(len(values), dtype=torch.float64)
+            shift[p] = STEP * deviation
+            up, down = quantities(values + shift), quantities(values - shift)
+            for name in centre:
+                gradient[name][p] = (up[name].value - down[name].value) / (2 * STEP * deviation)
+    halves = {name: Z95 * float((g @ covariance @ g).clamp(min=0).sqrt()) for name, g in gradient.items()}
+    return {name: (centre[name].value - half, centre[name].value + half) for name, half in halves.items()}

@@ -1,0 +1,26 @@
+"""Several instrument effects at once: each acts on what those before it leave, in the order of `stage`."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from torch import Tensor
+
+from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.flow import Flow
+
+
+def with_effects(seen: SensorView, effects: Sequence[InstrumentEffect]) -> SensorView:
+    """Return the view whose `torque_of` holds all of `effects`: its `tau` is the reading with them."""
+    for one in sorted(effects, key=lambda e: e.stage):
+        seen = _with_one(seen, one)
+    return seen
+
+
+def _with_one(seen: SensorView, one: InstrumentEffect) -> SensorView:
+    inner = seen
+
+    def torque_of(flow: Flow) -> Tensor:
+        return one.apply(replace(inner, flow=flow))
+
+    return replace(seen, torque_of=torque_of)

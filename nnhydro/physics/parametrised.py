@@ -1,0 +1,100 @@
+"""A thing with numbers to fit: dataclass fields made by `parameter`, each with unit, start, bounds and meaning, declared once.
+
+Linear parameters enter the torque in proportion; the others shape its columns, and a search over them starts from their `grid`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from typing import Any, ClassVar, Self, final
+
+import torch
+from torch import Tensor
+
+from nnhydro.errors import ModelError, require
+from nnhydro.recordings.arm import Arm
+
+Values = tuple[float, ...]
+PER = ("link", "joint", "arm", "other joint")
+
+
+def parameter(unit: str, start: float, bounds: tuple[float, float], meaning: str, per: str = "link", linear: bool = True,
+              grid: Sequence[float] = ()) -> Any:
+    """Return a dataclass field for a parameter: a tuple with one value a link, a joint, a joint but one, or one for the arm.
+
+    `start` is where fits begin, `bounds` what physics allows, `linear` whether the torque is proportional to it; `grid` holds the values
+    from which a search over a parameter that is not linear starts.
+    """
+    require(per in PER, f"parameter is per {per!r}: one of {PER}")
+    card = {"unit": unit, "start": start, "bounds": bounds, "meaning": meaning, "per": per, "linear": linear, "grid": tuple(grid)}
+    return field(default=MISSING, metadata=card)
+
+
+@dataclass(frozen=True)
+class Parametrised:
+    """Subclasses are frozen dataclasses; their fields made by `parameter` are tuples of floats, the others options."""
+
+    kind: ClassVar[str] = ""  # name in model files
+
+    def __post_init__(self) -> None:
+        for f in self.parameters():
+            values = getattr(self, f.name)
+            try:
+                object.__setattr__(self, f.name, tuple(float(v) for v in values))
+            except (TypeError, ValueError) as cause:
+                raise ModelError(f"term {self.kind!r}: {f.name} = {values!r} is not a list of numbers") from cause
+
+    @classmethod
+    def parameters(cls) -> tuple["Field[Any]", ...]:
+        """Return the dataclass fields that `parameter` made."""
+        return tuple(f for f in fields(cls) if "unit" in f.metadata)
+
+    @classmethod
+    def options(cls) -> tuple["Field[Any]", ...]:
+        """Return the other dataclass fields: choices, not numbers to fit."""
+        return tuple(f for f in fields(cls) if "unit" not in f.metadata)
+
+    @classmethod
+    def started(cls, arm: Arm, **options: Any) -> Self:
+        """Return the term with every parameter at its start value, sized for `arm`."""
+        sizes = {"link": arm.n_links, "joint": arm.n_links, "arm": 1, "other joint": arm.n_links - 1}
+        return cls(**{f.name: (f.metadata["start"],) * sizes[f.metadata["per"]] for f in cls.parameters()}, **options)
+
+    def document(self) -> dict[str, Any]:
+        """Return the term as model files store it."""
+        return {"kind": self.kind, "parameters": {f.name: list(getattr(self, f.name)) for f in self.parameters()},
+                "options": {f.name: getattr(self, f.name) for f in self.options()}}
+
+    def linear_fields(self) -> tuple["Field[Any]", ...]:
+        """Return the fields whose values enter linearly."""
+        return tuple(f for f in self.parameters() if f.metadata["linear"])
+
+    @final
+    def linear_names(self) -> tuple[str, ...]:
+        """Return one name a linear parameter, `C_D[1]` for the first link."""
+        return tuple(f"{f.name}[{i + 1}]" if len(getattr(self, f.name)) > 1 or f.metadata["per"] != "arm" else f.name
+                     for f in self.linear_fields() for i in range(len(getattr(self, f.name))))
+
+    @final
+    def linear_values(self) -> Tensor:
+        """Return the linear parameters as one vector (p,)."""
+        return torch.tensor([v for f in self.linear_fields() for v in getattr(self, f.name)], dtype=torch.float64)
+
+    @final
+    def linear_bounds(self) -> tuple[tuple[float, float], ...]:
+        """Return (lowest, highest) of each linear parameter."""
+        return tuple(f.metadata["bounds"] for f in self.linear_fields() for _ in getattr(self, f.name))
+
+    @final
+    def linear_units(self) -> tuple[str, ...]:
+        """Return the unit of each linear parameter."""
+        return tuple(f.metadata["unit"] for f in self.linear_fields() for _ in getattr(self, f.name))
+
+    @final
+    def with_linear(self, values: Tensor) -> Self:
+        """Return the term with its linear parameters replaced by `values` (p,)."""
+        changes, start = {}, 0
+        for f in self.linear_fields():
+            size = len(getattr(self, f.name))
+            changes[f.name] = tuple(values[start:start + size].tolist())
+            start += size
+        return replace(self, **changes)
