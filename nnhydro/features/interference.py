@@ -1,0 +1,70 @@
+"""One link in the wake of another: drag of the strips that follow in the path of another link.
+
+Seen from the water, a strip moves with velocity v. Going ahead from it along v, the line meets the axis of link p after the distance a, at
+the place x_p along that link: if 0 < x_p < L_p and a > 0, link p has passed there before and left a wake, of half width and strength
+
+    h = D_p/2 + 1/4 sqrt(C_D D_p a),    sigma = 1 / sqrt(1 + a/(k D_p)),  k = 2 and 8
+
+    f = 1/2 rho D |w| y sigma inside(x_p / h) inside((L_p - x_p) / h) behind(a / D_p),   y in {w, a, b}        [N/m]
+
+with smooth steps for inside and behind. Features are the torques of f over each pair (p, i) of neighbours and others, scaled.
+Source: Schlichting, Boundary-Layer Theory (plane wake: width ~ sqrt(C_D D x), deficit ~ 1/sqrt(x)); Rivera (1995), section 2 (tandem
+cylinders); the geometry is ours.
+"""
+
+import torch
+from torch import Tensor
+
+from nnhydro.features.feature_set import Features, View, feature_set
+from nnhydro.features.strips import link_columns
+from nnhydro.features.wake import STILL, STRIPS, memories, stations
+from nnhydro.physics.flow import Flow
+
+ALONG = 0.1  # sine of the angle below which a strip runs along the other link instead of towards it
+REACHES = (2.0, 8.0)  # diameters over which the wake fades
+
+
+def strip_paths(flow: Flow, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Return position and velocity of each strip and the inboard joints' positions, complex: (n, links, s) m, m/s, (n, links) m."""
+    e = torch.exp(1j * flow.phi)
+    joints = torch.cumsum(flow.L * e, dim=1) - flow.L * e
+    speed = 1j * flow.motion.u0[:, None] + torch.cumsum(1j * flow.A * flow.L * e, dim=1) - 1j * flow.A * flow.L * e
+    position = joints[:, :, None] + x * e[:, :, None]
+    return position, speed[:, :, None] + 1j * (flow.A * e)[:, :, None] * x, joints
+
+
+def shielded(flow: Flow, x: Tensor, p: int, i: int) -> list[Tensor]:
+    """Return for each reach how strongly the strips of link i (n, s) lie in the wake of link p, 0 to 1."""
+    position, velocity, joints = strip_paths(flow, x)
+    back = torch.exp(-1j * flow.phi[:, p, None])
+    place, course = (position[:, i] - joints[:, p, None]) * back, velocity[:, i] * back
+    speed = course.abs()
+    course = course / (speed + STILL)
+    ahead = -place.imag * course.imag / (course.imag**2 + ALONG**2)
+    meets = place.real + ahead * course.real
+    D = flow.D[p]
+    far = ahead.clamp(min=0.0)
+    half = D / 2 + torch.sqrt(D * far) / 4
+    inside = torch.sigmoid(2 * meets / half) * torch.sigmoid(2 * (flow.L[p] - meets) / half)
+    behind = torch.sigmoid(4 * (ahead / D - 1))
+    moving = speed**2 / (speed**2 + (10 * STILL) ** 2)
+    return [inside * behind * moving / torch.sqrt(1 + far / (k * D)) for k in REACHES]
+
+
+@feature_set("interference")
+def interference(view: View) -> Features:
+    """Return the scaled drag torques of shielded strips, all odd; none where there is one link."""
+    flow = view.flow
+    x = stations(flow)
+    w, (a, b) = memories(flow, x)
+    pressure = 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
+    columns: list[Tensor] = []
+    for i in range(flow.arm.n_links):
+        for p in (p for p in range(flow.arm.n_links) if p != i):
+            for share in shielded(flow, x, p, i):
+                for y in (w, a, b):
+                    load = torch.zeros_like(w)
+                    load[:, i] = share * (pressure * w.abs() * y)[:, i]
+                    columns += link_columns(view, load, x, i)
+    odd = torch.stack(columns, dim=1) if columns else flow.motion.q[:, :0]
+    return Features(odd, odd[:, :0])
