@@ -1,6 +1,5 @@
 """The arm: geometry, masses, fluid and drive, as arm.yaml states them beforehand."""
 
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -100,12 +99,12 @@ class Arm(Settings):
     def _column(self, key: str) -> NDArray[np.float64]:
         return np.array([getattr(link, key) for link in self.links], dtype=float)
 
-    @cached_property
+    @property
     def L(self) -> NDArray[np.float64]:  # (links,) m
         """Lengths."""
         return self._column("length_m")
 
-    @cached_property
+    @property
     def D(self) -> NDArray[np.float64]:  # (links,) m
         """Outer diameters."""
         return self._column("diameter_m")

@@ -17,6 +17,22 @@ from nnhydro.errors import RecordingError, require
 Array = NDArray[np.float64]
 
 
+MIN_NEAR = 6  # rows at least through which the parabola at an end is drawn
+
+
+def _extension(x: Array, pad: int, near: int) -> Array:
+    """Return `pad` rows that go on after the last of `x` (n, ...): a parabola through the last `near` rows less the reflected rest of `x`."""
+    row = np.arange(-len(x) + 1, pad + 1) / near
+    powers = row[:, None] ** np.arange(3)
+    flat = x.reshape(len(x), -1)
+    coefficients = np.linalg.lstsq(powers[len(x) - near:len(x)], flat[-near:], rcond=None)[0]
+    trend = powers @ coefficients
+    rest = flat[-1] - trend[len(x) - 1]  # the extension starts at the last row itself
+    tail = trend[len(x):] + 2 * rest - (flat - trend[:len(x)])[-2:-pad - 2:-1]
+    result: Array = tail.reshape(pad, *x.shape[1:])
+    return result
+
+
 @final
 @dataclass(frozen=True)
 class LowPass:
@@ -35,9 +51,10 @@ class LowPass:
         return result
 
     def apply(self, x: Array, dt: float) -> Array:
-        """Return `x` (n, ...) evenly sampled every `dt` s, filtered along its first axis; both ends are padded by odd reflection.
+        """Return `x` (n, ...) evenly sampled every `dt` s, filtered along its first axis; a linear operator on `x`.
 
-        A cut-off at or above 0.45 of the sampling rate passes everything. Raises RecordingError below four rows.
+        Both ends are padded by a parabola through the last period of the cut-off, less the reflected rest: an odd reflection alone would
+        force the acceleration to zero where a recording begins or ends in motion. A cut-off at or above 0.45 of the sampling rate passes everything. Raises RecordingError below four rows.
         """
         from scipy.signal import butter, sosfiltfilt
 
@@ -46,8 +63,11 @@ class LowPass:
             return x
         sos = butter(self.order, 2.0 * self.cutoff_hz * dt, output="sos")
         # the ring of the filter lasts about one period of the cut-off; padding three of them keeps it off the record
-        pad = min(len(x) - 1, int(np.ceil(3.0 / (self.cutoff_hz * dt))))
-        result: Array = np.ascontiguousarray(sosfiltfilt(sos, x, axis=0, padtype="odd", padlen=pad))
+        period = 1.0 / (self.cutoff_hz * dt)
+        pad = min(len(x) - 1, int(np.ceil(3.0 * period)))
+        near = min(len(x), max(int(np.ceil(period)), MIN_NEAR))
+        padded = np.concatenate([_extension(x[::-1], pad, near)[::-1], x, _extension(x, pad, near)])
+        result: Array = np.ascontiguousarray(sosfiltfilt(sos, padded, axis=0, padtype=None)[pad:pad + len(x)])
         return result
 
     def document(self) -> dict[str, float | int | str]:

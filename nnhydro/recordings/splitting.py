@@ -71,14 +71,15 @@ def folds(all_units: Sequence[Unit], count: int, seed: int = 0) -> tuple[tuple[i
     """
     groups = sorted({unit.group for unit in all_units})
     if len(groups) < 2:
-        raise CampaignError(f"{len(groups)} recording(s) with motions of their own: holding some out needs at least two; record more motions")
+        raise CampaignError(f"{len(groups)} recording(s) with a motion of their own: holding some out needs at least two; record more")
     count = max(2, min(count, len(groups)))
     rng = np.random.default_rng(seed)
     fold_of: dict[str, int] = {}
+    moving = len({unit.group for unit in all_units if not unit.steady})
     for steady in (False, True):
         kind = sorted({unit.group for unit in all_units if unit.steady == steady})
         for place, index in enumerate(rng.permutation(len(kind))):
-            fold_of[kind[int(index)]] = (place + len(fold_of)) % count if steady else place % count
+            fold_of[kind[int(index)]] = (place + moving * steady) % count
     dealt = tuple(tuple(i for i, unit in enumerate(all_units) if fold_of[unit.group] == k) for k in range(count))
     return tuple(fold for fold in dealt if fold)
 
