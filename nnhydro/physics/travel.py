@@ -11,6 +11,7 @@ What happens at a reversal is an assumption, for the paper has none (rest to res
     keep    s goes on: the old wake counts as much as a new one
     decay   s = r + s_0 exp(-r / (memory D)), r the travel since the reversal and s_0 the s just before it: from keep to reset
 
+A reversal is believed once the strip has come back by 0.03 D (a stop rings, an encoder jitters by less); s counts from where it turned.
 A strip that stands still keeps its s, unless `dwell_s` is given: after so long the water counts as at rest again.
 A recording begins at rest; a strip that moves in its first row (5 % of its own peak) is taken to have moved for ever: s is infinite until
 its first reversal. In steady rows s is infinite: every row is a run that has lasted long.
@@ -19,6 +20,7 @@ Source: McLain & Rock (1998), eqs. (1), (28); the rules for reversals, pauses an
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import torch
@@ -29,6 +31,7 @@ from nnhydro.physics.strips import Strips
 
 RULES = ("reset", "keep", "decay")
 STILL = 1e-3  # m/s: slower than that the sign of the velocity is noise and no reversal is believed
+BACK = 0.03  # diameters: a shorter way back is ringing or encoder noise at the end of a motion, and no reversal is believed
 RUNNING_START = 0.05  # of the strip's peak speed: faster than that in the first row it was under way before the recording
 
 
@@ -62,19 +65,26 @@ def _path(strips: Strips) -> tuple[Tensor, Tensor]:
     return path, torch.cat([zero, at_zero]).cummax(0).values
 
 
-def _direction(w: Tensor) -> tuple[Tensor, Tensor]:
-    """Sign of the latest believable velocity (n, links, s), 0 before the first, and the row where it was seen."""
-    moving = w.abs() > STILL
-    rows = torch.arange(len(w)).reshape(-1, 1, 1).expand_as(w)
-    last = torch.where(moving, rows, torch.zeros_like(rows)).cummax(0).values
-    return torch.where(moving, torch.sign(w), torch.zeros_like(w)).gather(0, last), last
+def _last(moving: Tensor) -> Tensor:
+    """The latest row (n, links, s) at which `moving` was true, 0 before the first."""
+    rows = torch.arange(len(moving)).reshape(-1, 1, 1).expand_as(moving)
+    return torch.where(moving, rows, torch.zeros_like(rows)).cummax(0).values
+
+
+def _direction(w: Tensor, since_zero: Tensor) -> Tensor:
+    """Sign of the latest believable velocity (n, links, s), 0 before the first.
+
+    Believable is a velocity above STILL that has carried the strip `since_zero` > BACK diameters from where it last stood still.
+    """
+    moving = (w.abs() > STILL) & (since_zero > BACK)
+    return torch.where(moving, torch.sign(w), torch.zeros_like(w)).gather(0, _last(moving))
 
 
 def _decayed(since: Tensor, origin: Tensor, reversals: Tensor, rests: Tensor, length: Tensor) -> Tensor:
     """s = r + s_0 exp(-r / length) with s_0 handed on from reversal to reversal; `since` and `origin` as after `reset`."""
     s0, memory = torch.zeros_like(since[0]), torch.zeros_like(since)
     events = (reversals | rests).flatten(1).any(1).nonzero().flatten().tolist()
-    for start, stop in zip(events, [*events[1:], len(since)], strict=True):
+    for start, stop in pairwise([*events, len(since)]):
         r = origin[start] - origin[start - 1] if start else torch.zeros_like(s0)  # travelled from the reversal before to this one
         s0 = torch.where(reversals[start], r + s0 * torch.exp(-r / length), s0)
         s0 = torch.where(rests[start], torch.zeros_like(s0), s0)
@@ -89,11 +99,11 @@ def travel(strips: Strips, rule: TravelRule | None = None) -> Tensor:
     if strips.flow.motion.steady or not len(w):
         return torch.full_like(w, torch.inf)
     path, path_at_zero = _path(strips)
-    sign, last = _direction(w)
+    sign = _direction(w, (path - path_at_zero) / strips.flow.D[:, None])
     started = torch.cat([torch.zeros_like(sign[:1]), sign[:-1]]) != sign  # first believable motion, or a reversal
     reversals = started & (torch.cat([sign[:1], sign[:-1]]) * sign < 0)
     t = strips.flow.motion.t
-    rests = (t[:, None, None] - t[last] > rule.dwell_s) if rule.dwell_s > 0 else torch.zeros_like(reversals)
+    rests = (t[:, None, None] - t[_last(w.abs() > STILL)] > rule.dwell_s) if rule.dwell_s > 0 else torch.zeros_like(reversals)
     restarts = started & ~reversals if rule.at_reversal == "keep" else started
     zero = torch.zeros_like(path)
     origin = torch.where(restarts | (sign == 0), path_at_zero, zero)

@@ -36,8 +36,9 @@ def test_on_a_slew_the_travel_is_the_arc(number):
 def test_after_a_reversal_the_travel_is_the_arc_since_then():
     flow = swinging()
     strips, q = Strips.of(flow), flow.motion.q[:, :, None]
-    back = (flow.motion.t > 1.01) & (flow.motion.t <= 2.0)
-    assert_close(travel(strips)[back], (strips.x * (2.0 - q))[back], atol=1e-6)  # the row of rest is found to rounding, not exactly
+    wanted = strips.x * (2.0 - q)
+    back = ((flow.motion.t > 1.0) & (flow.motion.t <= 2.0))[:, None, None] & (wanted > 0.04 * 0.071)  # the reversal is believed by then
+    assert_close(travel(strips)[back], wanted[back], atol=1e-6)  # the row of rest is found to rounding, not exactly
 
 
 def test_kept_travel_is_the_whole_path():
@@ -121,8 +122,7 @@ def test_travel_is_never_negative_and_grows_between_restarts(seed, links, rule, 
     if rule == "reset":
         w = Strips.of(flow).w
         shrinks = s[1:] < s[:-1] - 1e-12
-        slow = (w[1:].abs() < 5e-2) | (w[:-1].abs() < 5e-2) | (w[1:] * w[:-1] < 0)
-        assert (slow | ~shrinks).all(), "it shrinks only where a strip turns round or rests"
+        assert (s[1:][shrinks] <= 0.03 * 0.07 + 0.1 * float(w.abs().max())).all(), "where it shrinks it begins anew: rows are 0.1 s apart"
 
 
 @given(seed=st.integers(0, 1000), rule=st.sampled_from(RULES))
@@ -143,3 +143,16 @@ def test_twice_the_samples_change_the_travel_four_times_less():
 def test_an_impossible_rule_is_refused(option, hint):
     with pytest.raises(ModelError, match=hint):
         TravelRule(**option)
+
+
+def test_a_stop_that_rings_is_no_reversal():
+    """The end of a slew swings back by 0.01 D: the travel stays that of the slew, and C_M with it."""
+    t = np.linspace(0, 2, 2001)
+    ring = np.where(t > 1, np.exp(-8 * (t - 1)) * np.sin(40 * (t - 1)), 0.0) * 0.01 * 0.071 / 0.65
+    theta = np.where(t < 1, t**2 * (3 - 2 * t), 1.0) + ring
+    rate = np.gradient(theta, t)
+    flow = swing(t, theta, rate, np.gradient(rate, t))
+    s, x = of(flow), Strips.of(flow).x
+    assert (rate < -1e-3).any()
+    assert (s[t > 1] >= 0.99 * x).all()
+    assert_close(of(flow, at_reversal="decay"), of(flow, at_reversal="keep"))

@@ -1,0 +1,28 @@
+"""`nnhydro reproduce` as a person types it."""
+
+import json
+
+import pytest
+
+from nnhydro.cli.main import run
+
+
+def test_it_prints_the_table_says_what_is_missing_and_writes_the_figures(tmp_path, capsys):
+    out = tmp_path / "paper"
+    assert run(["reproduce", "mclain", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    for part in ("43.4 %", "51.5 %", "12.6 %", "4.5 (4 in the abstract)", "Not in the text"):
+        assert part in text
+    assert len(list(out.glob("*.png"))) == 6
+    assert json.loads((out / "reproduction.json").read_text())["errors"]["textbook"] == pytest.approx(0.5149, abs=1e-4)
+
+
+def test_json_is_for_programs(tmp_path, capsys):
+    assert run(["reproduce", "--json", "--out", str(tmp_path / "paper")]) == 0
+    assert json.loads(capsys.readouterr().out)["fitted_constants"]["C_D"] == pytest.approx(0.832, abs=1e-3)
+
+
+def test_an_unknown_paper_is_refused_in_one_line(tmp_path, capsys):
+    assert run(["reproduce", "rivera", "--out", str(tmp_path / "paper")]) == 2
+    assert "the one that can be reproduced is mclain" in capsys.readouterr().err
+    assert not (tmp_path / "paper").exists()
