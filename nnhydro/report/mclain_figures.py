@@ -81,7 +81,7 @@ def slews(result: Reproduction, path: Path) -> Path:
     """Figures 9 to 11: the torque of three slews and four models."""
     figure = _figure(11, 4.2)
     for ax, one, number in zip(figure.subplots(1, 3), result.slews, (9, 10, 11), strict=True):
-        ax.plot(one.t, -one.measured, color="0.6", linewidth=2.6, label=MEASURED)
+        ax.plot(one.t, -one.measured, color="0.78", linewidth=3.4, label=MEASURED)
         for name, tau in one.models.items():
             ax.plot(one.t, -tau, **STYLES[name], label=LABELS[name])
         ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
