@@ -42,6 +42,8 @@ def stations(flow: Flow, per_link: int = STRIPS) -> Tensor:
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     """Return w (n, links, s) m/s at the stations x (links, s) m and m for each memory."""
     w = flow.A[:, :, None] * x + flow.B[:, :, None]
+    if flow.motion.wake is not None:
+        return w, list(flow.motion.wake)
     if flow.motion.steady or len(flow.motion) < 2:
         return w, [w for _ in MEMORIES]
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])

@@ -21,7 +21,9 @@ def tensor(x: ArrayLike) -> Tensor:
 class Motion:
     """n rows of motion of an arm with `links` joints; angles joint-relative, conventions.py for frames and signs.
 
-    In a `steady` motion every row is a run of its own that has lasted long (no order in time, fully developed flow).
+    In a `steady` motion every row is a run of its own that has lasted long (no order in time, fully developed flow). `wake` is what the
+    water behind each strip remembers at each row, where it is known from elsewhere (a controller that steps through time, a question
+    of the kind "what if the wake were empty"); without it, it follows from the rows.
     """
 
     t: Tensor  # (n,) s
@@ -31,6 +33,7 @@ class Motion:
     u0: Tensor  # (n,) m/s
     du0: Tensor  # (n,) m/s^2
     steady: bool = False
+    wake: Tensor | None = None  # (memories, n, links, strips) m/s, features/wake.py
 
     def __len__(self) -> int:
         return len(self.t)
