@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import floor, isfinite, log10
+from math import atan2, floor, hypot, isfinite, log10
 from typing import final
 
 import torch
@@ -58,3 +58,8 @@ def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Te
                 gradient[name][p] = (up[name].value - down[name].value) / (2 * STEP * deviation)
     halves = {name: Z95 * float((g @ covariance @ g).clamp(min=0).sqrt()) for name, g in gradient.items()}
     return {name: (centre[name].value - half, centre[name].value + half) for name, half in halves.items()}
+
+
+def polar(x: float, y: float, unit: str, size: str) -> dict[str, Quantity]:
+    """Return a vector as its length, called `size`, and its direction from +X."""
+    return {size: Quantity(hypot(x, y), unit), "direction": Quantity(atan2(y, x), "rad")}

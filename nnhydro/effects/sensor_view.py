@@ -11,6 +11,7 @@ from torch import Tensor
 
 from nnhydro.physics.flow import Flow, Water
 from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.transmission import joint_torque, sensed_columns
 from nnhydro.recordings.arm import Arm
 
 TorqueOf = Callable[[Flow], Tensor]
@@ -62,6 +63,14 @@ class SensorView:
     def curvature(self) -> Tensor:  # (n, joints) N m/s^2
         """d2 tau / dt2; 0 in steady rows."""
         return self.in_time(self.rate)
+
+    def joint_torque(self, reading: Tensor) -> Tensor:
+        """Return the torques at the joints (n, joints) N m behind a reading: before belt and gear."""
+        return joint_torque(reading, self.motion.qd, self.arm)
+
+    def as_read(self, columns: Tensor) -> Tensor:
+        """Return columns (n, joints, p) of joint torque as the sensors read them, behind belt and gear."""
+        return sensed_columns(columns, self.joint_torque(self.tau), self.motion.qd, self.arm)
 
     def in_time(self, x: Tensor) -> Tensor:
         """Return dx/dt (n, k) of `x` (n, k) along this stretch; 0 in steady rows."""

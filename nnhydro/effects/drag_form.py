@@ -1,0 +1,54 @@
+"""Hypothesis: the drag law has another form with speed or along the span than the baseline's."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.strips import Strips
+from nnhydro.physics.travel_term import unit_drag
+
+STRIPS = 20  # a link
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class DragForm(LoadEffect):
+    """What a law of drag can differ in: a part linear in speed, a part cubic in it, and a taper along each link."""
+
+    id = "drag_form"
+    family = "drag_law"
+    name = "other form of the drag law"
+    mechanism = "The baseline takes drag as speed squared, alike along the link. Slow, streamlined or tapered flow follows another law."
+    equation = "f = 1/2 rho D (c_1 w + c_3 |w|^2 w + k_i (2 x/L - 1) |w| w)"
+    source = "first terms of an expansion in speed and span: ours; relief near free ends: Rivera (1995), section 2"
+    signature = Signature(
+        depends_on=("w", "x"), parity="odd", region="slow or very fast flow, or the tip against the root of a link",
+        excited_by="the same posture towed at many speeds; turning against towing",
+        mistaken_for=("reynolds_drag", "viscous_friction", "tip_drag", "wall_proximity"),
+    )
+    acts = "arm"
+    needs_water = True
+
+    linear: Values = parameter("m/s", 0.0, (-5.0, 5.0), "coefficient c_1 of the part linear in speed", per="arm")
+    cubic: Values = parameter("s/m", 0.0, (-5.0, 5.0), "coefficient c_3 of the part cubic in speed", per="arm")
+    taper: Values = parameter("1", 0.0, (-3.0, 3.0), "C_D at the outer end less its mean along the link")
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d (linear, cubic, taper), (n, joints, 2 + links)."""
+        strips = Strips.of(flow, STRIPS)
+        w, drag = strips.w, unit_drag(strips)
+        pressure = 0.5 * flow.rho * flow.D[:, None]
+        span = 2 * strips.x / flow.L[:, None] - 1
+        speed_laws = [strips.to_joints(pressure * w).sum(-1), strips.to_joints(drag * w.abs()).sum(-1)]
+        return torch.cat([torch.stack(speed_laws, dim=-1), strips.to_joints(drag * span)], dim=-1)
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return ("The drag follows another law than speed squared, alike along the link: "
+                f"{', '.join(f'{name} {text}' for name, text in said.items())}.")

@@ -1,0 +1,47 @@
+"""Hypothesis: an angle is read with a constant error."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
+from nnhydro.effects.sensor_view import SensorView
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class EncoderOffset(InstrumentEffect):
+    """The zero of one encoder is off."""
+
+    id = "encoder_offset"
+    family = "angle_sensor"
+    name = "encoder offset"
+    mechanism = "The encoder's zero was set at the wrong angle: the arm stands a little beside where the model puts it."
+    equation = "reading = tau(q_j - delta, ...),  delta = angle read less true angle"
+    source = "constant sensor error: from general knowledge, not checked"
+    signature = Signature(
+        depends_on=("q", "dtau/dq"), parity="even", region="where the torque depends on the angle: towing, bent arms, gravity",
+        excited_by="tows at many angles, on both sides of the tow", mistaken_for=("buoyancy_tilt", "ambient_current", "torque_bias"),
+    )
+    acts = "joint"
+    stage = 0
+
+    offset: Values = parameter("rad", 0.0, (-1.6, 1.6), "angle read less true angle, delta", per="arm")
+
+    def columns(self, seen: SensorView) -> Tensor:
+        """Return -d tau / d q_j, (n, joints, 1)."""
+        return -seen.by_motion[0][..., self.joint - 1:self.joint]
+
+    def apply(self, seen: SensorView) -> Tensor:
+        """Return the reading at the true angles."""
+        dq = torch.zeros_like(seen.motion.q)
+        dq[:, self.joint - 1] = -self.offset[0]
+        return seen.torque_of(seen.moved(dq))
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"The encoder of joint {self.joint} reads {said['offset']} too much, always."

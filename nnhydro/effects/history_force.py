@@ -1,0 +1,42 @@
+"""Hypothesis: the boundary layer remembers past accelerations."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+from torch import Tensor
+
+from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.history_force import HistoryForce
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class HistoryForceEffect(LoadEffect):
+    """Basset's force across every link, one coefficient for the arm."""
+
+    id = "history_force"
+    family = "wake"
+    name = "viscous memory (Basset force)"
+    mechanism = "Friction drags a thickening layer of water along: past accelerations are felt long after, fading slowly."
+    equation = "f = C_H 2 rho D sqrt(pi nu) int dw/dt' / sqrt(t - t') dt'"
+    source = "Stokes' first problem (physics/loads/history_force.py)"
+    signature = Signature(
+        depends_on=("dw", "t"), parity="odd", region="after quick starts and stops, fading with 1/sqrt(t)",
+        excited_by="quick starts and stops with long holds between",
+        mistaken_for=("added_mass", "wake_development", "flow_memory", "viscous_friction"),
+    )
+    acts = "arm"
+    needs_water = True
+
+    C_H: Values = parameter("1", 1.0, (0.0, 200.0), "history coefficient (1: thin laminar boundary layer)", per="arm")
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d C_H, (n, joints, 1)."""
+        return HistoryForce(self.C_H).columns(flow).sum(-1, keepdim=True)
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"The boundary layer remembers past accelerations: Basset's force with C_H = {said['C_H']} (1: laminar)."

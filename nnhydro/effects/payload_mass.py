@@ -1,0 +1,44 @@
+"""Hypothesis: there is a mass at the tip that nobody entered."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+from torch import Tensor
+
+from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.rigid_body import RigidBody
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class PayloadMass(LoadEffect):
+    """A point mass at the end of the last link, weight included."""
+
+    id = "payload_mass"
+    family = "inertia"
+    name = "mass at the tip"
+    mechanism = "A tool, a sensor or trapped water at the tip makes the arm heavier there than arm.yaml says."
+    equation = "tau = m J_tip^T (a_tip + g),  J_tip the Jacobian of the tip"
+    source = "Rivera (1995), section 3.3 (rigid-body dynamics) with one more point mass"
+    signature = Signature(
+        depends_on=("q", "qd", "qdd", "u0"), parity="odd", region="strong acceleration of the tip",
+        excited_by="accelerating stretched and folded, and with gravity in the plane",
+        mistaken_for=("rotor_inertia", "added_mass", "buoyancy_tilt"),
+    )
+    acts = "arm"
+
+    mass: Values = parameter("kg", 0.1, (0.0, 1e3), "mass at the tip", per="arm")
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d mass, (n, joints, 1): mass 1, first moment L and second moment L^2 of the last link."""
+        links, L = flow.arm.n_links, float(flow.L[-1])
+        rigid = RigidBody.of_arm(flow.arm).columns(flow)
+        last = [rigid[..., k * links + links - 1] for k in range(3)]
+        return (last[0] + L * last[1] + L**2 * last[2])[..., None]
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"The tip carries {said['mass']} more than the arm's description says."

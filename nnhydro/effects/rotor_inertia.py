@@ -1,0 +1,46 @@
+"""Hypothesis: the inertia of a motor or gear is missing."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.transmission import drive_rates
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class RotorInertia(LoadEffect):
+    """Inertia on one drive's own acceleration."""
+
+    id = "rotor_inertia"
+    family = "inertia"
+    name = "rotor inertia"
+    mechanism = "Rotor and gear turn many times faster than the joint; their inertia counts with the square of the ratio."
+    equation = "tau_j = J psidd_j,  psi_j the angle of drive j (q_j where it is driven directly)"
+    source = "reflected inertia J = ratio^2 J_rotor: from general knowledge, not checked"
+    signature = Signature(
+        depends_on=("qdd",), parity="odd", region="strong acceleration of that joint relative to its neighbour",
+        excited_by="accelerating that joint while the others hold or move against it",
+        mistaken_for=("added_mass", "payload_mass", "joint_elasticity", "sensor_timing"),
+    )
+    acts = "joint"
+
+    inertia: Values = parameter("kg m^2", 0.05, (0.0, 1e4), "inertia as felt at the joint", per="arm")
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d inertia, (n, joints, 1)."""
+        motion, arm = flow.motion, flow.arm
+        own = at_joint(drive_rates(motion.qdd, arm)[:, self.joint - 1:self.joint], self.joint, arm.n_links)
+        if arm.drive.kind == "direct":
+            return own
+        return torch.stack([own[:, 0] + own[:, 1], own[:, 1] / arm.drive.pulley_ratio], dim=1)  # the belt's map, inverted
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"The drive of joint {self.joint} has an inertia of its own, {said['inertia']} at the joint: rotor and gear."

@@ -1,0 +1,54 @@
+"""Hypothesis: a joint grips at low speed and lets go as it turns faster."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.quantity import Quantity
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.joints import SIGN_WIDTH, smooth_sign
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class StribeckFriction(LoadEffect):
+    """A sliding level, and a breakaway excess that falls with speed."""
+
+    id = "stribeck_friction"
+    family = "dry_friction"
+    name = "Stribeck friction"
+    mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
+    equation = "tau_j = (T_C + (T_S - T_C) exp(-(qd_j / v_S)^2)) tanh(qd_j / v_0),  v_0 = 0.02 rad/s"
+    source = "the usual form after Armstrong-Helouvry and Canudas de Wit: from general knowledge, not checked"
+    signature = Signature(
+        depends_on=("qd",), parity="odd", region="|qd_j| below about twice v_S", excited_by="very slow turning with reversals",
+        mistaken_for=("coulomb_friction", "load_friction", "viscous_friction", "backlash"),
+    )
+    acts = "joint"
+    dissipates = True
+
+    sliding: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque of fast sliding, T_C", per="arm")
+    excess: Values = parameter("N m", 0.1, (0.0, 1e3), "what breakaway takes beyond that, T_S - T_C", per="arm")
+    speed: Values = parameter("rad/s", 0.1, (0.005, 3.0), "speed over which the grip is lost, v_S", per="arm", linear=False,
+                              grid=(0.05, 0.1, 0.2, 0.4, 0.8))
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d (sliding, excess), (n, joints, 2)."""
+        qd = flow.motion.qd[:, self.joint - 1]
+        sign = smooth_sign(qd, SIGN_WIDTH)
+        return at_joint(torch.stack([sign, sign * torch.exp(-((qd / self.speed[0]) ** 2))], dim=1), self.joint, flow.arm.n_links)
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Return sliding level, breakaway level and speed."""
+        return {"sliding": Quantity(self.sliding[0], "N m"), "breakaway": Quantity(self.sliding[0] + self.excess[0], "N m"),
+                "speed": Quantity(self.speed[0], "rad/s")}
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return (f"Joint {self.joint} breaks away at {said['breakaway']} and slides at {said['sliding']} once it is faster than about "
+                f"{said['speed']}: Stribeck friction.")

@@ -1,0 +1,46 @@
+"""Hypothesis: a torque sensor also feels the other joint's torque."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+from torch import Tensor
+
+from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.sensor_view import SensorView
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class TorqueCrosstalk(InstrumentEffect):
+    """A share of each other joint's torque in the reading of one."""
+
+    id = "torque_crosstalk"
+    family = "torque_sensor"
+    name = "torque crosstalk"
+    mechanism = "The sensor is twisted by what its neighbour carries, or the cables share a ground: one channel leaks into the other."
+    equation = "reading_j = tau_j + sum_k c_k tau_k,  k the other joints"
+    source = "off-diagonal calibration of a sensor: from general knowledge, not checked"
+    signature = Signature(
+        depends_on=("tau of the other joint",), parity="odd", region="in proportion to the other joint's torque",
+        excited_by="loading one joint while the other carries little", mistaken_for=("torque_gain", "payload_mass", "added_mass"),
+    )
+    acts = "joint"
+    stage = 3
+    fewest_links = 2
+
+    leak: Values = parameter("1", 0.0, (-0.9, 0.9), "share of the other joint's torque", per="other joint")
+
+    def columns(self, seen: SensorView) -> Tensor:
+        """Return the others' torques at the joint, (n, joints, joints - 1)."""
+        others = [k for k in range(seen.arm.n_links) if k != self.joint - 1]
+        return at_joint(seen.tau[:, others], self.joint, seen.arm.n_links)
+
+    def apply(self, seen: SensorView) -> Tensor:
+        """Return the reading with the leak."""
+        return seen.tau + self.change(seen)
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"The torque sensor of joint {self.joint} also reads {', '.join(said.values())} times the other joint's torque: crosstalk."

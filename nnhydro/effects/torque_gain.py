@@ -1,0 +1,45 @@
+"""Hypothesis: a torque sensor has the wrong scale."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+from torch import Tensor
+
+from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.sensor_view import SensorView
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class TorqueGain(InstrumentEffect):
+    """One torque channel multiplied by a constant."""
+
+    id = "torque_gain"
+    family = "torque_sensor"
+    name = "torque sensor scale"
+    mechanism = "The sensor's calibration factor is off: it reads too much or too little in proportion."
+    equation = "reading_j = (1 + g) tau_j"
+    source = "multiplicative sensor error: from general knowledge, not checked"
+    signature = Signature(
+        depends_on=("tau",), parity="odd", region="in proportion to the torque, in every part of it: inertia too",
+        excited_by="torques of known size: the dry arm's inertia or weight",
+        mistaken_for=("torque_crosstalk", "load_friction", "torque_saturation"),
+    )
+    acts = "joint"
+    stage = 3
+
+    error: Values = parameter("1", 0.0, (-0.9, 9.0), "scale less 1", per="arm")
+
+    def columns(self, seen: SensorView) -> Tensor:
+        """Return tau_j at the joint, (n, joints, 1)."""
+        return at_joint(seen.tau[:, self.joint - 1:self.joint], self.joint, seen.arm.n_links)
+
+    def apply(self, seen: SensorView) -> Tensor:
+        """Return the scaled reading."""
+        return seen.tau + self.change(seen)
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"The torque sensor of joint {self.joint} reads (1 + error) times the torque, error = {said['error']}: its scale is off."

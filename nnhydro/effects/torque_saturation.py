@@ -1,0 +1,49 @@
+"""Hypothesis: a torque sensor or its amplifier clips."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.sensor_view import SensorView
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class TorqueSaturation(InstrumentEffect):
+    """Readings beyond a level are cut off."""
+
+    id = "torque_saturation"
+    family = "torque_sensor"
+    name = "torque sensor clipping"
+    mechanism = "The sensor, its amplifier or the motor's current limit ends at a level: larger torques are read as that level."
+    equation = "reading_j = tau_j - c sgn(tau_j) max(|tau_j| - level, 0),  c = 1: cut off, less: compressed"
+    source = "clipping of an amplifier: from general knowledge, not checked"
+    signature = Signature(
+        depends_on=("tau",), parity="odd", region="the largest torques only: a flat top at one level",
+        excited_by="the strongest motions", mistaken_for=("torque_gain", "reynolds_drag", "drag_form"),
+    )
+    acts = "joint"
+    stage = 5
+    torque_scaled = ("level",)
+
+    share: Values = parameter("1", 1.0, (0.0, 1.2), "part of the excess that is cut off", per="arm")
+    level: Values = parameter("N m", 0.9, (1e-3, 1e5), "torque at which clipping begins", per="arm", linear=False,
+                              grid=(1.0, 0.95, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5, 0.4))
+
+    def columns(self, seen: SensorView) -> Tensor:
+        """Return the excess beyond the level at the joint, less, (n, joints, 1)."""
+        tau = seen.tau[:, self.joint - 1:self.joint]
+        return at_joint(-torch.sign(tau) * (tau.abs() - self.level[0]).clamp(min=0.0), self.joint, seen.arm.n_links)
+
+    def apply(self, seen: SensorView) -> Tensor:
+        """Return the clipped reading."""
+        return seen.tau + self.change(seen)
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"The torque sensor of joint {self.joint} clips at {said['level']} (share cut off: {said['share']})."

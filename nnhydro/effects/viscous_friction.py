@@ -1,0 +1,41 @@
+"""Hypothesis: a joint drags in proportion to its speed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+from torch import Tensor
+
+from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.physics.flow import Flow
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class ViscousFriction(LoadEffect):
+    """Friction proportional to speed at one joint."""
+
+    id = "viscous_friction"
+    family = "viscous"
+    name = "viscous friction"
+    mechanism = "Grease, a fluid film or the motor's own damping: the joint drags harder the faster it turns."
+    equation = "tau_j = b qd_j"
+    source = "Rivera (1995), section 3.2: one aggregate friction law a joint"
+    signature = Signature(
+        depends_on=("qd",), parity="odd", region="fast turning of that joint",
+        excited_by="turning at several speeds while the links rest in the flow",
+        mistaken_for=("coulomb_friction", "reynolds_drag", "drag_form", "flow_memory"),
+    )
+    acts = "joint"
+    dissipates = True
+
+    coefficient: Values = parameter("N m s/rad", 0.05, (0.0, 1e3), "friction torque per unit joint rate", per="arm")
+
+    def columns(self, flow: Flow) -> Tensor:
+        """Return d tau / d coefficient, (n, joints, 1)."""
+        return at_joint(flow.motion.qd[:, self.joint - 1:self.joint], self.joint, flow.arm.n_links)
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return f"Joint {self.joint} drags in proportion to its speed, by {said['coefficient']}: viscous friction."

@@ -1,0 +1,94 @@
+"""Hypothesis: a wave moves the water to and fro."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import cos, hypot, pi, sin
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
+from nnhydro.effects.quantity import Quantity
+from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.loads.added_mass import displaced
+
+GRAVITY = 9.81  # m/s^2
+TRAVELS = (-pi / 2, -pi / 4, 0.0, pi / 4, pi / 2)  # waves that run the other way differ only where the carriage moves
+
+
+@effect
+@final
+@dataclass(frozen=True)
+class WaveOrbital(InstrumentEffect):
+    """Water that oscillates along one direction with one frequency, long beside the arm; the phase is each recording's own."""
+
+    id = "wave_orbital"
+    family = "water"
+    name = "regular wave"
+    mechanism = "A wave passes: the water around the arm swings to and fro and takes the arm with it, moving or not."
+    equation = "v = (a cos psi + b sin psi) d,  psi = omega t - k d.r_hub;  reading = tau(relative motion) - displaced mass times dv/dt"
+    source = "linear deep-water wave, long beside the arm: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3"
+    signature = Signature(
+        depends_on=("t", "q", "w"), parity="mixed",
+        region="one line in the spectrum at the same frequency whatever the motion, at rest too",
+        excited_by="any recording longer than ten periods, rests among them",
+        mistaken_for=("vortex_shedding", "torque_ripple", "ambient_current"),
+        zero_at_rest=False,
+    )
+    acts = "arm"
+    stage = 0
+    needs_water = True
+    own_in_every_recording = True
+
+    cosine: Values = parameter("m/s", 0.0, (-5.0, 5.0), "velocity of the water at the hub at t = 0", per="arm")
+    sine: Values = parameter("m/s", 0.0, (-5.0, 5.0), "velocity a quarter period later", per="arm")
+    frequency: Values = parameter("Hz", 0.5, (0.02, 5.0), "frequency seen by an observer at rest", per="arm", linear=False,
+                                  grid=tuple(round(0.2 + 0.05 * k, 2) for k in range(23)))
+    direction: Values = parameter("rad", 0.0, (-2 * pi, 2 * pi), "direction in which the wave runs, from +X", per="arm", linear=False,
+                                  grid=TRAVELS)
+
+    def _water(self, seen: SensorView) -> tuple[Tensor, Tensor]:
+        """Velocity and acceleration (n, 2, 2) of the water along X and Y for cosine 1 and sine 1."""
+        motion, omega = seen.motion, 2 * pi * self.frequency[0]
+        d = torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
+        along_Y = torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(motion.u0, motion.t)])
+        psi = omega * motion.t - omega**2 / GRAVITY * d[1] * along_Y
+        rate = omega - omega**2 / GRAVITY * d[1] * motion.u0
+        waves = torch.stack([torch.cos(psi), torch.sin(psi)], dim=-1)
+        slopes = rate[:, None] * torch.stack([-torch.sin(psi), torch.cos(psi)], dim=-1)
+        return d[:, None] * waves[:, None, :], d[:, None] * slopes[:, None, :]
+
+    def _displaced(self, seen: SensorView, acceleration: Tensor) -> Tensor:
+        """What the drives hold against the pressure that accelerates the water itself, (n, joints) N m."""
+        flow = seen.flow
+        mass, c, s = displaced(flow) * flow.L, torch.cos(flow.phi), torch.sin(flow.phi)
+        across = -mass * (acceleration[:, 1:] * c - acceleration[:, :1] * s)
+        along = -mass * (acceleration[:, :1] * c + acceleration[:, 1:] * s)
+        return (flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along)).sum(-1)
+
+    def columns(self, seen: SensorView) -> Tensor:
+        """Return d tau / d (cosine, sine), (n, joints, 2); 0 in steady rows."""
+        if seen.motion.steady or len(seen.motion) < 2:
+            return torch.zeros(*seen.motion.q.shape, 2, dtype=torch.float64)
+        velocity, acceleration = self._water(seen)
+        by_velocity, by_acceleration = seen.by_water
+        pressure = torch.stack([self._displaced(seen, acceleration[..., k]) for k in range(2)], dim=-1)
+        return by_velocity @ velocity + by_acceleration @ acceleration + seen.as_read(pressure)
+
+    def apply(self, seen: SensorView) -> Tensor:
+        """Return the reading in the wave."""
+        if seen.motion.steady or len(seen.motion) < 2:
+            return seen.tau
+        velocity, acceleration = (x @ self.linear_values() for x in self._water(seen))
+        return seen.torque_of(seen.in_water(velocity, acceleration)) + seen.as_read(self._displaced(seen, acceleration)[..., None])[..., 0]
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Return amplitude, frequency and direction."""
+        return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "m/s"), "frequency": Quantity(self.frequency[0], "Hz"),
+                "direction": Quantity(self.direction[0], "rad")}
+
+    def sentence(self, said: Mapping[str, str]) -> str:
+        """Return the finding."""
+        return (f"A wave of {said['frequency']} moves the water to and fro with {said['amplitude']} along the direction "
+                f"{said['direction']} from +X.")

@@ -1,0 +1,38 @@
+"""What the water remembers of the motion before: first-order memories in time or in distance travelled.
+
+    relaxed      dm = (target - m) dr                       m follows the target, r the time or the travel in units of the memory
+    overtaking   dm/dt = (w - m) max(|w|, |m|)/(lambda D)   velocity of the wake: it goes on by itself when the link has stopped    [m/s]
+
+Source: first-order relaxation, an assumption of ours; McLain & Rock (1998), eq. (1), for the distance travelled as the argument.
+"""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+
+def relaxed(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
+    """Return m (n, ...) of m_k = m_{k-1} exp(-rate_k) + target_k (1 - exp(-rate_k)), m_0 = start; exact for constant rates."""
+    decay, goal, m = torch.exp(-rate).numpy(), target.numpy(), start.numpy().copy()
+    out = torch.empty_like(target)
+    result = out.numpy()
+    if len(result):
+        result[0] = m
+    for k in range(1, len(goal)):
+        m = goal[k] + (m - goal[k]) * decay[k]
+        result[k] = m
+    return out
+
+
+def overtaking(t: Tensor, w: Tensor, length: Tensor) -> Tensor:
+    """Return m (n, links, s) m/s behind strips with the velocity `w` (n, links, s) m/s, at first that of the strip, over `length` m."""
+    steps, goal, reach = torch.diff(t, prepend=t[:1]).numpy(), w.numpy(), length.numpy()
+    out = torch.empty_like(w)
+    result = out.numpy()
+    if len(goal):
+        m = result[0] = goal[0]
+    for k in range(1, len(goal)):
+        rate = np.maximum(np.abs(goal[k]), np.abs(m)) * steps[k] / reach
+        m = goal[k] + (m - goal[k]) * np.exp(-rate)
+        result[k] = m
+    return out
