@@ -23,7 +23,7 @@ class JointElasticity(InstrumentEffect):
     family = "transmission"
     name = "compliant drive"
     mechanism = "Belt, gear or shaft give way under load: the link lags behind the encoder, and its inertia and drag follow where it really is."
-    equation = "q_link = q_j - tau_j / k;  to first order  tau - (dtau/dq_j + dtau/dqd_j d/dt + dtau/dqdd_j d2/dt2) tau_j / k"
+    equation = "q_link = q_j - tau_j/k; to first order tau - (dtau/dq + dtau/dqd d/dt + dtau/dqdd d2/dt2) tau_j/k"
     source = "linear spring in series: from general knowledge, not checked"
     signature = Signature(
         depends_on=("tau", "qdd"), parity="odd", region="strong acceleration: the inertia seems to grow with frequency",

@@ -15,23 +15,12 @@ from torch import Tensor
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
+from nnhydro.physics.wake_memory import relaxed
 
 STRIPS = 10  # a link; McLain & Rock found no gain beyond four
 MEMORIES = (1.0, 5.0)  # diameters: the vortex pair's growth and the street's
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
-
-
-def relaxed(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
-    """Return m (n, ...) of m_k = m_{k-1} exp(-rate_k) + target_k (1 - exp(-rate_k)), m_0 = start; exact for constant rates."""
-    decay, goal, m = torch.exp(-rate).numpy(), target.numpy(), start.numpy().copy()
-    out = torch.empty_like(target)
-    result = out.numpy()
-    result[0] = m
-    for k in range(1, len(goal)):
-        m = goal[k] + (m - goal[k]) * decay[k]
-        result[k] = m
-    return out
 
 
 def stations(flow: Flow, per_link: int = STRIPS) -> Tensor:

@@ -12,6 +12,7 @@ import numpy as np
 from torch import Tensor
 
 from nnhydro.conventions import SCHEMA_MODEL
+from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.files import json_text, whole_folder
 from nnhydro.models.learned import LearnedTorque
@@ -51,6 +52,7 @@ def save_model(model: TorqueModel, out: Path) -> Path:
 
 
 def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> StripTheory:
+    catalogue()  # confirmed hypotheses are terms too
     return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]))
 
 

@@ -1,0 +1,316 @@
+"""What every hypothesis of the catalogue must do, whoever wrote it; none is named here but in the list of the contract."""
+
+import inspect
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from rigs import arm, assert_close, at_rest, hub_at_rest, mirrored_about_X, run, states
+
+from nnhydro.effects.catalogue import candidates, catalogue, instrument_of, load_plugin
+from nnhydro.effects.effect import REGISTER, InstrumentEffect, LoadEffect, Signature, effect, parameter
+from nnhydro.effects.quantity import intervals
+from nnhydro.effects.sensor_view import SensorView
+from nnhydro.errors import ConfigError, ModelError
+from nnhydro.models.baselines import baseline
+from nnhydro.models.storage import load_model, save_model
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import term_of
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.transmission import sensed
+from nnhydro.recordings.preprocessing import Preparation
+
+FAMILIES = {
+    "wake": "wake_development flow_memory wake_reentry history_force vortex_shedding",
+    "drag_law": "reynolds_drag axial_drag tip_drag drag_form", "interference": "link_interference wall_proximity",
+    "water": "ambient_current wave_orbital", "inertia": "added_mass rotor_inertia payload_mass",
+    "dry_friction": "coulomb_friction stribeck_friction load_friction", "viscous": "viscous_friction",
+    "restoring": "buoyancy_tilt umbilical_stiffness", "transmission": "joint_elasticity backlash torque_ripple",
+    "torque_sensor": "torque_bias torque_gain torque_drift torque_crosstalk torque_saturation", "timing": "sensor_timing",
+    "angle_sensor": "encoder_offset",
+}
+EFFECTS = dict(catalogue())
+PEAK = (5.0, 2.0, 1.0)  # N m
+IDS = pytest.mark.parametrize("id_", EFFECTS)
+LINKS = pytest.mark.parametrize("links", [1, 2, 3])
+INSTRUMENTS = pytest.mark.parametrize("id_", [i for i, cls in EFFECTS.items() if issubclass(cls, InstrumentEffect)])
+
+
+def found(id_, a):
+    return candidates(EFFECTS[id_], a, PEAK[:a.n_links])
+
+
+def view(a, motion, water=True):
+    loads = baseline("constant" if water else "rigid").start(a)
+    place = tensor(np.linspace(-1, 1, len(motion)))
+    return SensorView(Flow(a, motion), lambda flow: sensed(loads.torque(flow), flow.motion.qd, flow.arm), place)
+
+
+def columns(one, a, motion):
+    return one.columns(view(a, motion)) if isinstance(one, InstrumentEffect) else one.columns(Flow(a, motion))
+
+
+def valued(one, size=1.0):
+    """The effect with every linear value at `size` times the start, or times a hundredth of the bound where it starts at 0."""
+    starts = [v or 0.01 * high for v, (_, high) in zip(one.linear_values().tolist(), one.linear_bounds(), strict=True)]
+    return one.with_linear(size * torch.tensor(starts, dtype=torch.float64))
+
+
+def test_the_catalogue_holds_the_contracts_names_in_their_families():
+    named = {id_: family for family, ids in FAMILIES.items() for id_ in ids.split()}
+    assert {id_: cls.family for id_, cls in EFFECTS.items() if cls.__module__.startswith("nnhydro.")} == named
+
+
+@IDS
+def test_a_file_is_one_hypothesis_named_as_its_id_and_the_class_is_final(id_):
+    cls = EFFECTS[id_]
+    module = inspect.getmodule(cls)
+    assert module.__name__ == f"nnhydro.effects.{id_}"
+    assert len(inspect.getsource(module).splitlines()) < 150
+    assert getattr(cls, "__final__", False)
+
+
+@IDS
+def test_look_alikes_are_in_the_catalogue(id_):
+    rivals = EFFECTS[id_].signature.mistaken_for
+    assert rivals
+    assert id_ not in rivals
+    assert set(rivals) <= set(EFFECTS)
+
+
+@IDS
+@LINKS
+@pytest.mark.parametrize("make", [states, run])
+def test_columns_have_the_right_shape_and_are_finite(id_, links, make):
+    a, motion = arm(links), make(links)
+    for one in found(id_, a):
+        X = columns(one, a, motion)
+        assert X.shape == (len(motion), links, len(one.linear_values()))
+        assert X.dtype == torch.float64
+        assert X.isfinite().all()
+
+
+@IDS
+def test_it_can_be_seen_in_some_motion_of_a_two_link_arm(id_):
+    a = arm(2)
+    assert any(columns(one, a, run(2, rows=200)).any() for one in found(id_, a))
+
+
+@IDS
+@pytest.mark.parametrize("rows", [0, 1, 3])
+def test_short_stretches_are_no_trouble(id_, rows):
+    a, motion = arm(2), run(2)
+    short = replace(motion, **{name: getattr(motion, name)[:rows] for name in ("t", "q", "qd", "qdd", "u0", "du0")})
+    one = found(id_, a)[0]
+    assert columns(one, a, short).shape[:2] == (rows, 2)
+    if isinstance(one, InstrumentEffect):
+        assert one.apply(view(a, short)).shape == (rows, 2)
+
+
+@IDS
+def test_candidates_make_sense_for_the_arm(id_):
+    cls = EFFECTS[id_]
+    assert len(found(id_, arm(1))) > 0 or cls.fewest_links > 1
+    if cls.needs_water:
+        assert found(id_, arm(2, density=0.0)) == ()
+    joints = {one.joint for one in found(id_, arm(3))}
+    assert joints == ({0} if cls.acts == "arm" else {1, 2, 3})
+    assert len(found(id_, arm(3))) == len(joints) * int(np.prod([len(g) for g in cls.grids().values()]))
+
+
+@IDS
+def test_a_joint_that_is_not_there_is_refused(id_):
+    with pytest.raises(ModelError, match=id_):
+        EFFECTS[id_].started(arm(2), joint=1 if EFFECTS[id_].acts == "arm" else 0)
+
+
+@IDS
+def test_what_the_card_says_of_rest_is_true(id_):
+    a = arm(2)
+    still = replace(at_rest(2), steady=False)
+    X = max(float(columns(one, a, still).abs().max()) for one in found(id_, a))
+    assert (X == 0.0) == EFFECTS[id_].signature.zero_at_rest
+
+
+@IDS
+def test_what_the_card_says_of_the_mirror_is_true(id_):
+    a, motion = arm(2), run(2, rows=150)
+    sign = {"odd": -1, "even": 1, "mixed": 0}[EFFECTS[id_].signature.parity]
+    unlike = 0.0
+    for one in found(id_, a)[:6]:
+        there, here = columns(one, a, mirrored_about_X(motion)), columns(one, a, motion)
+        if sign:
+            assert_close(there, sign * here, rtol=1e-6, atol=1e-6 * max(float(here.abs().max()), 1e-9))
+        unlike += min(float((there + here).abs().max()), float((there - here).abs().max()))
+    assert sign or unlike > 0
+
+
+@IDS
+def test_friction_never_gives_energy(id_):
+    cls = EFFECTS[id_]
+    assert cls.dissipates or cls.family not in ("dry_friction", "viscous")
+    if cls.dissipates:
+        a, motion = arm(2), hub_at_rest(states(2))
+        for one in found(id_, a):
+            X = columns(one, a, motion)
+            assert ((X * motion.qd[..., None]).sum(1) >= -1e-12).all()
+            assert all(low >= 0 for low, _ in one.linear_bounds())
+
+
+@IDS
+def test_it_is_stored_and_found_again(id_):
+    for one in found(id_, arm(2))[:3]:
+        document = json.loads(json.dumps(valued(one).document()))
+        parse = instrument_of if isinstance(one, InstrumentEffect) else term_of
+        assert parse(document) == valued(one)
+        with pytest.raises(ModelError, match=id_):
+            parse({**document, "options": {**document["options"], "no_such_thing": 1}})
+
+
+@pytest.mark.parametrize("id_", [i for i, cls in EFFECTS.items() if issubclass(cls, LoadEffect)])
+def test_a_model_file_holds_a_load_that_was_found(id_, tmp_path):
+    a, motion = arm(2), run(2)
+    loads = baseline("constant").start(a).plus(f"effect {id_}", valued(found(id_, a)[-1], 0.1))
+    model = StripTheory(a, Preparation(None), {}, "constant", loads)
+    again = load_model(save_model(model, tmp_path / "m"))
+    assert torch.equal(again.torque(motion), model.torque(motion))
+    assert again.torque(motion).isfinite().all()
+
+
+@IDS
+def test_the_finding_is_a_sentence_with_numbers_and_units(id_):
+    for one in {one.joint: one for one in found(id_, arm(2))}.values():
+        said = valued(one)
+        quantities = said.quantities()
+        assert quantities
+        spread = intervals(lambda v, s=said: s.with_linear(v).quantities(), said.linear_values(),
+                           torch.diag(1e-4 * said.linear_values() ** 2))
+        assert set(spread) == set(quantities)
+        text = said.statement(spread)
+        assert text.endswith(".")
+        assert any(c.isdigit() for c in text)
+        assert text[0].isupper()
+        assert f"oint {one.joint}" in text or f"ink {one.joint}" in text or one.joint == 0
+        units = {q.unit for q in quantities.values()} - {"1"}
+        assert not units or any(unit in text for unit in units)
+        assert said.statement() != ""
+
+
+@INSTRUMENTS
+@LINKS
+def test_the_exact_reading_is_the_columns_for_a_small_effect_and_the_torque_for_none(id_, links):
+    a = arm(links)
+    seen = view(a, run(links, rows=600))
+    for one in found(id_, a)[:8]:
+        none = one.with_linear(torch.zeros_like(one.linear_values()))
+        assert_close(none.apply(seen), seen.tau)
+        X = one.columns(seen)
+        for p in range(X.shape[-1]):
+            size = 1e-8 * float(seen.tau.abs().max()) / max(float(X[..., p].abs().max()), 1e-9)
+            small = one.with_linear(torch.eye(X.shape[-1], dtype=torch.float64)[p] * size)
+            change = small.apply(seen) - seen.tau
+            inner = slice(20, -20)  # a delay holds the ends
+            wrong = float((change - small.change(seen))[inner].norm())
+            assert wrong <= 0.03 * float(small.change(seen)[inner].norm())
+
+
+@INSTRUMENTS
+def test_an_instrument_effect_of_a_steady_table_is_finite(id_):
+    a = arm(2)
+    for one in found(id_, a)[:4]:
+        assert valued(one, 0.01).apply(view(a, states(2))).isfinite().all()
+
+
+PLUGIN = '''
+from dataclasses import dataclass
+from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+
+@effect
+@dataclass(frozen=True)
+class Squeak(LoadEffect):
+    id = "squeak"
+    family = "dry_friction"
+    name = "squeak"
+    mechanism = "It squeaks."
+    equation = "tau_j = a qd_j^3"
+    source = "heard"
+    signature = Signature(depends_on=("qd",), parity="odd", region="fast", excited_by="turning", mistaken_for=("viscous_friction",))
+    acts = "joint"
+    a: Values = parameter("N m s^3/rad^3", 0.1, (0.0, 9.0), "strength", per="arm")
+
+    def columns(self, flow):
+        return at_joint(flow.motion.qd[:, self.joint - 1:self.joint] ** 3, self.joint, flow.arm.n_links)
+'''
+
+
+@pytest.fixture
+def _register():
+    before = dict(REGISTER)
+    yield
+    REGISTER.clear()
+    REGISTER.update(before)
+
+
+@pytest.mark.usefixtures("_register")
+def test_a_file_adds_a_hypothesis(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(PLUGIN)
+    assert load_plugin(path) == ("squeak",)
+    assert load_plugin(path) == ("squeak",)
+    one = candidates(catalogue()["squeak"], arm(2))[1]
+    assert term_of(one.document()) == one
+    assert "0.1 N m s^3/rad^3" in one.statement()
+
+
+@pytest.mark.usefixtures("_register")
+@pytest.mark.parametrize(("text", "message"), [
+    ("", "declares no effect"), ("1 +", "SyntaxError"), ("import no_such_library", "ModuleNotFoundError"),
+    (PLUGIN.replace('source = "heard"', ""), "source is missing"), (PLUGIN.replace('"odd"', '"strange"'), "parity 'strange'"),
+    (PLUGIN.replace('"squeak"', '"coulomb_friction"'), "is taken"), (PLUGIN.replace('"dry_friction"', '"noise"'), "family 'noise'"),
+    (PLUGIN.replace("0.1, (0.0, 9.0)", "-1.0, (0.0, 9.0)"), "outside the bounds"), (PLUGIN.replace('"strength"', '""'), "no meaning"),
+])
+def test_a_file_that_cannot_be_used_is_refused_with_one_line(tmp_path, text, message):
+    path = tmp_path / "bad.py"
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=message):
+        load_plugin(path)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="is not a file"):
+        load_plugin(tmp_path / "none.py")
+
+
+@pytest.mark.usefixtures("_register")
+def test_a_shape_without_a_grid_is_refused():
+    with pytest.raises(ModelError, match="not linear and has no grid"):
+        effect(_shape_without_grid())
+
+
+def _shape_without_grid():
+    from dataclasses import dataclass
+
+    @dataclass(frozen=True)
+    class Odd(LoadEffect):
+        id = "odd_one"
+        family = "viscous"
+        name = mechanism = equation = source = "x"
+        signature = Signature(("qd",), "odd", "everywhere", "anything", ("viscous_friction",))
+        acts = "arm"
+        a: tuple = parameter("1", 0.0, (0.0, 1.0), "x", per="arm")
+        b: tuple = parameter("1", 0.0, (0.0, 1.0), "x", per="arm", linear=False)
+
+        def columns(self, flow):
+            return flow.motion.qd[..., None]
+
+    return Odd
+
+
+def test_the_rigs_of_these_tests_are_what_they_say():
+    m = run(2)
+    assert isinstance(m, Motion)
+    assert not m.steady
+    assert states(2).steady
