@@ -1,0 +1,45 @@
+"""`nnhydro gains`: how the torques of a model change with speed and acceleration: effective damping and inertia."""
+
+from pathlib import Path
+
+import typer
+
+from nnhydro.report.screen import JSON, emit, say, table
+
+
+def gains(
+    model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
+    out: Path = typer.Option(Path("nnhydro_out/gains"), "--out", help="Folder for gains.json and gains.png."),
+    speed: float = typer.Option(2.0, "--speed", help="Greatest joint speed, rad/s."),
+    tow: float = typer.Option(0.0, "--tow", help="Speed of the carriage, m/s."),
+    posture: str = typer.Option("", "--posture", help="Comma-separated joint angles, rad; 0 by default."),
+    json: bool = JSON,
+) -> None:
+    """Derivatives of a model's torques by its inputs, in physical units, beside those of its baseline and of the textbook."""
+    from nnhydro.errors import require
+    from nnhydro.files import json_text, whole_folder
+    from nnhydro.models.gain_sweeps import Around, document, sweeps
+    from nnhydro.models.storage import load_model
+    from nnhydro.report.gain_figure import gain_figure
+    from nnhydro.report.gain_table import gain_rows
+
+    try:
+        angles = tuple(float(x) for x in posture.split(",") if x.strip())
+    except ValueError:
+        angles = (float("nan"),)
+    finite = all(abs(x) < 1e3 for x in (*angles, tow))
+    require(finite, f"--posture {posture!r}, --tow {tow}: give finite numbers, angles as in --posture 0.3,-0.5 (rad)")
+    require(0 < speed < 1e3, f"--speed {speed}: give the greatest joint speed in rad/s, above 0")
+    loaded, around = load_model(model), Around(speed, tow, angles)
+    made = sweeps(loaded, around)
+    result = document(loaded, around, made)
+    with whole_folder(out, "gains.json") as folder:
+        (folder / "gains.json").write_text(json_text(result), encoding="utf-8")
+        gain_figure(made, result["model"], folder / "gains.png")
+    if json:
+        emit(result)
+        return
+    columns, rows = gain_rows(made)
+    table(f"{result['model']}: gains of joints that move alone, wake developed", columns, rows)
+    say(f"  {out / 'gains.json'} (the whole matrices)")
+    say(f"  {out / 'gains.png'}")

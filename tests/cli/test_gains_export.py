@@ -1,0 +1,64 @@
+"""`nnhydro gains` and `nnhydro export` as a user meets them."""
+
+import json
+
+import pytest
+from campaigns import GIVEN, TINY, campaign, planted
+from rigs import arm
+
+from nnhydro.cli.main import run
+from nnhydro.identification.train import train
+from nnhydro.models.storage import save_model
+from nnhydro.models.strip_theory import StripTheory
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with a physics model and a tiny hybrid."""
+    root, a = tmp_path_factory.mktemp("place"), arm(2)
+    save_model(StripTheory(a, GIVEN, {}, "constant", planted(a)), root / "constant")
+    save_model(train(campaign(a, planted(a), 3, seconds=1.5, rate=50.0), TINY), root / "hybrid")
+    return root
+
+
+@pytest.fixture
+def said(capsys):
+    """Run a command; returns exit code, standard output and standard error."""
+
+    def call(*arguments):
+        capsys.readouterr()
+        code = run([str(a) for a in arguments])
+        return code, *capsys.readouterr()
+
+    return call
+
+
+@pytest.mark.parametrize("name", ["constant", "hybrid"])
+def test_gains_writes_a_table_a_plot_and_the_matrices(place, said, tmp_path, name):
+    code, out, _ = said("gains", place / name, "--out", tmp_path / "g")
+    assert code == 0
+    assert "damping, textbook" in out
+    assert sorted(p.name for p in (tmp_path / "g").iterdir()) == ["gains.json", "gains.png"]
+    written = json.loads((tmp_path / "g" / "gains.json").read_text())
+    assert written["schema"] == "nnhydro/gains/1"
+    code, out, _ = said("gains", place / name, "--out", tmp_path / "g", "--json")
+    assert code == 0
+    assert json.loads(out) == written
+
+
+@pytest.mark.parametrize(("option", "value", "word"), [("--speed", "0", "--speed"), ("--speed", "nan", "--speed"),
+                                                       ("--tow", "inf", "--tow"),
+                                                       ("--posture", "a,b", "--posture"), ("--posture", "1,2,3", "3 angles")])
+def test_gains_refuses_states_that_are_none(place, said, tmp_path, option, value, word):
+    code, out, err = said("gains", place / "constant", "--out", tmp_path / "g", option, value)
+    assert (code, out) == (2, "")
+    assert word in err
+    assert len(err.splitlines()) == 1
+    assert not (tmp_path / "g").exists()
+
+
+def test_gains_keeps_somebody_elses_folder(place, said, tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    code, _, err = said("gains", place / "constant", "--out", tmp_path)
+    assert code == 2
+    assert "holds other files" in err
