@@ -13,9 +13,10 @@ from torch import Tensor
 
 from nnhydro.conventions import SCHEMA_MODEL
 from nnhydro.effects.catalogue import catalogue
+from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.files import json_text, whole_folder
-from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.learned import BASELINE, LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -53,17 +54,20 @@ def save_model(model: TorqueModel, out: Path) -> Path:
 
 def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> StripTheory:
     catalogue()  # confirmed hypotheses are terms too
-    return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]))
+    catalogue()  # confirmed hypotheses are terms too
+    instruments = tuple(instrument_of(one) for one in document.get("instruments", []))
+    return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]), instruments)
 
 
 def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:
     layers = int(document["layers"])
     ordered = [tensors[f"ensemble.{i}"] for i in range(2 * layers + 1)]
     ensemble = Ensemble(tuple(ordered[:layers]), tuple(ordered[layers:-1]), ordered[-1])
-    base = document["baseline"]
+    base, inner = document["baseline"], {key.removeprefix(BASELINE): t for key, t in tensors.items() if key.startswith(BASELINE)}
     scaling = {key: tensors[key] for key in ("floor", "centre", "spread", "parity", "lowest", "highest")}
+    made = None if base is None else _KINDS[base["kind"]](base["model"], inner, parse_arm(base["arm"], MODEL), how, {})
     return LearnedTorque(arm, how, fit, tuple(document["features"]), float(document["bound"]), **scaling, ensemble=ensemble,
-                         baseline=None if base is None else _strip_theory(base, {}, arm, how, {}))
+                         baseline=made, support=tensors.get("support"), doubt=tensors.get("doubt"))
 
 
 _KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned}

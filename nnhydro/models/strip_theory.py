@@ -1,10 +1,13 @@
-"""The analytic model: a named sum of load terms seen through the arm's belt, gears and sensors."""
+"""The analytic model: a named sum of load terms seen through the arm's belt, gears and sensors, whose own faults may be part of it."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 from torch import Tensor
 
+from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.effects.reading import with_effects
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
@@ -20,15 +23,19 @@ class StripTheory(TorqueModel):
     kind: ClassVar[str] = "strip_theory"
     name: str
     loads: Loads
+    instruments: tuple[InstrumentEffect, ...] = ()  # confirmed faults of sensors and drives, in any order
 
     def torque(self, motion: Motion) -> Tensor:
         """Return the sensor torques (n, joints) N m."""
-        return sensed(self.loads.torque(Flow(self.arm, motion)), motion.qd, self.arm)
+        if not self.instruments:
+            return sensed(self.loads.torque(Flow(self.arm, motion)), motion.qd, self.arm)
+        view = SensorView(Flow(self.arm, motion), lambda flow: sensed(self.loads.torque(flow), flow.motion.qd, self.arm))
+        return with_effects(view, self.instruments).tau
 
     def by_term(self, motion: Motion) -> dict[str, Tensor]:
         """Return each term's share of the torque at the drives, before the gears, (n, joints) N m."""
         return {name: to_drives(tau, self.arm) for name, tau in self.loads.by_term(Flow(self.arm, motion)).items()}
 
     def document(self) -> dict[str, Any]:
-        """Return name and terms."""
-        return {"name": self.name, "terms": self.loads.document()}
+        """Return name, terms and instruments."""
+        return {"name": self.name, "terms": self.loads.document(), "instruments": [one.document() for one in self.instruments]}

@@ -1,0 +1,55 @@
+"""What a diagnosis says: everything diagnosis.json holds, and the two models."""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+from nnhydro.diagnosis.locate import Location
+from nnhydro.diagnosis.proof import Proof
+from nnhydro.diagnosis.verdict import Finding
+from nnhydro.models.strip_theory import StripTheory
+
+SCHEMA = "nnhydro/diagnosis/1"
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The mismatch between a baseline and a campaign: is there one, where, what was left out, and the proof."""
+
+    baseline: StripTheory
+    corrected: StripTheory
+    baseline_name: str
+    seconds: float
+    p_value: float
+    noise_floor: float
+    proof: Proof
+    location: list[Location]
+    findings: list[Finding]
+    unexplained: dict[str, Any]
+    recalibrated: dict[str, list[float]]
+    versions: dict[str, str]
+    log: list[str]
+
+    @property
+    def detected(self) -> bool:
+        """Whether there is a mismatch beyond noise and recalibration."""
+        return self.p_value <= 0.01
+
+    def document(self) -> dict[str, Any]:
+        """Return what diagnosis.json holds."""
+        found = [f.document(self.proof.without.get(f.candidate.key, self.proof.before), self.proof.after) for f in self.findings]
+        return {"schema": SCHEMA, "baseline": self.baseline_name, "seconds": round(self.seconds, 2),
+                "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
+                             "noise_floor": self.noise_floor},
+                "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
+                "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
+                "unexplained": self.unexplained, "recalibrated": self.recalibrated, "next_experiment": None, "versions": self.versions}
+
+    def verdict(self) -> str:
+        """Return the finding of the diagnosis in plain words."""
+        if self.findings:
+            return " ".join(f.statement for f in self.findings) + (f" With it, the error on recordings that took no part falls from "
+                                                                   f"{100 * self.proof.before:.1f} % to {100 * self.proof.after:.1f} %.")
+        if self.detected:
+            return "Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
+        return "Nothing is missing that these recordings could show: what differs is noise or recalibration of the baseline."
