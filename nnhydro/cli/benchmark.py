@@ -8,26 +8,28 @@ from nnhydro.report.screen import JSON, emit, note, say
 
 
 def benchmark(
-    campaign: Path = typer.Argument(help="Folder of the campaign."),
+    campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, each with its own arm.yaml."),
     out: Path = typer.Option(..., "--out", help="Folder for benchmark.json and the plots."),
-    models: str = typer.Option("", "--models", help="Comma-separated: baselines, network, hybrid, model folders."),
+    models: str = typer.Option("", "--models", help="Comma-separated: baselines, network, hybrid, rivals, model folders; or all."),
+    protocol: str = typer.Option("leave-recordings-out", "--protocol", help="leave-recordings-out, leave-speed-range-out, "
+                                 "leave-angle-sector-out, leave-arm-out or learning-curve."),
     folds: int = typer.Option(5, "--folds", min=2, help="Each recording is held out once, in so many rounds."),
     config: Path | None = typer.Option(None, "--config", help="TOML file with the network's choices."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of folds, networks and intervals."),
     json: bool = JSON,
 ) -> None:
-    """Fit every model to part of the recordings, compare all of them on the rest, in turn for each recording."""
+    """Fit every model to part of the recordings and compare all of them on the rest; the protocol says which are held out."""
     from nnhydro.evaluation.benchmark import benchmark as compare
     from nnhydro.identification.config import TrainingConfig, read_config
-    from nnhydro.recordings.campaign import open_campaign
+    from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.report.benchmark_folder import write_benchmark
     from nnhydro.report.benchmark_table import print_benchmark
 
     chosen = read_config(config) if config is not None else TrainingConfig()
     chosen = chosen.model_copy(update={"seed": seed} | ({"cutoff_hz": cutoff} if cutoff is not None else {}))
     names = [name.strip() for name in models.split(",") if name.strip()]
-    result = compare(open_campaign(campaign), names, folds, seed, chosen, note)
+    result = compare(open_campaigns(campaign), names, folds, seed, chosen, note, protocol)
     paths = write_benchmark(result, out)
     if json:
         emit(result.document())

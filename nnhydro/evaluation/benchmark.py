@@ -11,75 +11,113 @@ from numpy.typing import NDArray
 from nnhydro.conventions import SCHEMA_BENCHMARK
 from nnhydro.errors import require
 from nnhydro.evaluation.contenders import Contender, contenders, default_names
+from nnhydro.evaluation.coverage import Coverage, coverage_document
 from nnhydro.evaluation.metrics import Misfit, error_interval
+from nnhydro.evaluation.protocols.pool import left_out
+from nnhydro.evaluation.protocols.protocol import DEFAULT, Fold, Material, Split, protocol_called
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.identify import versions
+from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.segment import Segment
-from nnhydro.recordings.splitting import Unit, folds, units
+from nnhydro.recordings.splitting import Unit
 
 Array = NDArray[np.float64]
-PROTOCOL = "leave-recordings-out"
+PROTOCOL = DEFAULT
 Report = Callable[[str], None]
+LOOKED_BACK = 12  # fitted recordings on which the width of the intervals is looked up for comparison
 
 
 @final
 @dataclass(eq=False)
 class Standing:
-    """One model's result: misfit of every held-out unit, time spent fitting, and the fold's models."""
+    """One model's result: misfit of every held-out unit fold by fold, time spent fitting, and the folds' models."""
 
     name: str
-    misfit: dict[str, Misfit] = field(default_factory=dict)  # by unit
+    by_fold: list[dict[str, Misfit]] = field(default_factory=list)  # by unit, one a fold
     fit_s: float = 0.0
     models: list[TorqueModel] = field(default_factory=list)  # one a fold
+    coverage: list[Coverage] = field(default_factory=list)  # of held-out units, where the model knows its std; one a fold
+    fitted_coverage: list[Coverage] = field(default_factory=list)  # of some fitted units, one a fold
+
+    @property
+    def misfit(self) -> dict[str, Misfit]:
+        """Misfit by held-out unit; of one that is held out again, that of the last fold."""
+        return {name: misfit for fold in self.by_fold for name, misfit in fold.items()}
 
     @property
     def pooled(self) -> Misfit:
         """Misfit over all held-out units."""
         return Misfit.total(self.misfit.values())
 
+    def document(self, seed: int, last_alone: bool) -> dict[str, Any]:
+        """Return the model's entry in benchmark.json; `last_alone` takes the coverage of the last fold instead of all."""
+        pooled = self.pooled
+        entry = {"error": pooled.error, "error_ci95": list(error_interval(list(self.misfit.values()), seed)), "nrmse": pooled.nrmse,
+                 "vaf": pooled.vaf, "fit_s": round(self.fit_s, 3), "by_recording": {unit: m.error for unit, m in self.misfit.items()}}
+        if self.coverage:
+            parts, back = (x[-1:] if last_alone else x for x in (self.coverage, self.fitted_coverage))
+            entry["coverage"] = coverage_document(sum(parts[1:], start=parts[0]), sum(back[1:], start=back[0]) if back else None)
+        return entry
+
 
 @final
 @dataclass(frozen=True, eq=False)
 class Benchmark:
-    """Every model on the same held-out units; `folds` holds unit indices."""
+    """Every model on the same held-out units."""
 
-    campaign: Campaign
+    campaigns: tuple[Campaign, ...]
     how: Preparation
-    units: tuple[Unit, ...]
-    folds: tuple[tuple[int, ...], ...]
+    protocol: str
+    split: Split
     standings: dict[str, Standing]
     noise_floor: float | None
     seed: int
     config: TrainingConfig
     left_out: tuple[str, ...] = ()  # recordings without a stretch of finite rows
 
+    @property
+    def campaign(self) -> Campaign:
+        """The campaign, the first where there are several arms."""
+        return self.campaigns[0]
+
+    @property
+    def units(self) -> tuple[Unit, ...]:
+        """All units."""
+        return self.split.units
+
+    @property
+    def folds(self) -> tuple[tuple[int, ...], ...]:
+        """Indices of the units held out, one tuple a fold."""
+        return tuple(fold.held_out for fold in self.split.folds)
+
     def ranking(self) -> list[str]:
         """Return the names, best first."""
         return sorted(self.standings, key=lambda name: self.standings[name].pooled.error)
 
+    def fitted_count(self, fold: Fold) -> int:
+        """Return how many recordings a fold fits (bunches of steady rows where there is no recording)."""
+        return sum(not self.units[i].steady for i in fold.fitted) or len(fold.fitted)
+
+    def fold_errors(self, number: int) -> dict[str, float]:
+        """Return every model's pooled error in one fold."""
+        return {name: Misfit.total(s.by_fold[number].values()).error for name, s in self.standings.items() if s.by_fold[number]}
+
     def document(self) -> dict[str, Any]:
         """Return what benchmark.json holds."""
-        models = {}
-        for name, standing in self.standings.items():
-            pooled = standing.pooled
-            models[name] = {"error": pooled.error, "error_ci95": list(error_interval(list(standing.misfit.values()), self.seed)),
-                            "nrmse": pooled.nrmse, "vaf": pooled.vaf, "fit_s": round(standing.fit_s, 3),
-                            "by_recording": {unit: misfit.error for unit, misfit in standing.misfit.items()}}
-        parts = []
-        for fold in self.folds:
-            names = [self.units[i].name for i in fold]
-            parts.append({"held_out": names, "errors": {name: Misfit.total(s.misfit[n] for n in names if n in s.misfit).error
-                                                        for name, s in self.standings.items()}})
+        models = {name: standing.document(self.seed, self.split.curve) for name, standing in self.standings.items()}
+        parts = [{"name": fold.name, "held_out": [self.units[i].name for i in fold.held_out], "fitted": self.fitted_count(fold),
+                  "errors": self.fold_errors(k)} for k, fold in enumerate(self.split.folds)]
         low_pass = self.how.low_pass
-        return {"schema": SCHEMA_BENCHMARK, "protocol": PROTOCOL, "noise_floor": self.noise_floor, "models": models, "folds": parts,
-                "left_out": list(self.left_out),
-                "cutoff_hz": None if low_pass is None else low_pass.cutoff_hz, "seed": self.seed,
-                "config": self.config.model_dump(mode="json"), "versions": versions() | {"campaign_sha256": self.campaign.sha256()}}
+        digests = [campaign.sha256() for campaign in self.campaigns]
+        return {"schema": SCHEMA_BENCHMARK, "protocol": self.protocol, "noise_floor": self.noise_floor, "models": models, "folds": parts,
+                "left_out": list(self.left_out), "cutoff_hz": None if low_pass is None else low_pass.cutoff_hz, "seed": self.seed,
+                "config": self.config.model_dump(mode="json"),
+                "versions": versions() | {"campaign_sha256": digests[0] if len(digests) == 1 else digests}}
 
     def verdict(self) -> str:
         """Return who won, in a sentence with numbers."""
@@ -100,20 +138,44 @@ def modelled(model: TorqueModel, segment: Segment) -> Array:
 
 def misfit_of(model: TorqueModel, unit: Unit) -> Misfit | None:
     """Return the misfit of `model` on the compared rows of `unit`; None where it has none."""
+    model = on_arm(model, arm_of(unit, model.arm))
     parts = [Misfit.of(segment.tau[segment.keep], modelled(model, segment)[segment.keep])
              for segment in unit.segments() if segment.tau is not None and segment.keep.any()]
     return Misfit.total(parts) if parts else None
 
 
-def _comparable(unit: Unit) -> bool:
-    return any(segment.tau is not None and bool(segment.keep.any()) for segment in unit.segments())
+def coverage_of(model: TorqueModel, chosen: Sequence[Unit]) -> Coverage | None:
+    """Return how the intervals of `model` cover the compared rows of the units `chosen`; None where it knows no std."""
+    parts = []
+    for unit in chosen:
+        own = on_arm(model, arm_of(unit, model.arm))
+        for segment in unit.segments():
+            std = own.std(Motion.of(segment)) if segment.tau is not None and segment.keep.any() else None
+            if std is not None and segment.tau is not None:
+                keep = segment.keep
+                parts.append(Coverage.of(segment.tau[keep], modelled(own, segment)[keep], std.numpy()[keep]))
+    return sum(parts[1:], start=parts[0]) if parts else None
 
 
-def _fit_fold(number: int, held_out: tuple[int, ...], entered: Sequence[Contender], standings: dict[str, Standing], of: Campaign,
-              how: Preparation, all_units: Sequence[Unit], count: int, report: Report | None) -> None:
-    fitted = [unit for i, unit in enumerate(all_units) if i not in held_out]
+def _judge(standing: Standing, model: TorqueModel, split: Split, fold: Fold) -> None:
+    """Add what one fold says of a model to its standing."""
+    held_out = [split.units[i] for i in fold.held_out]
+    found = {unit.name: misfit_of(model, unit) for unit in held_out}
+    standing.models.append(model)
+    standing.by_fold.append({name: misfit for name, misfit in found.items() if misfit is not None})
+    covered = coverage_of(model, held_out)
+    if covered is not None:
+        standing.coverage.append(covered)
+        step = -(-len(fold.fitted) // LOOKED_BACK)
+        back = coverage_of(model, [split.units[i] for i in fold.fitted[::step]])
+        standing.fitted_coverage += [] if back is None else [back]
+
+
+def _fit_fold(split: Split, number: int, entered: Sequence[Contender], standings: dict[str, Standing], of: Campaign, how: Preparation,
+              report: Report | None) -> None:
+    fold = split.folds[number]
     for contender in entered:
-        label = f"fold {number + 1}/{count}: {contender.name}"
+        label = f"{fold.name} ({number + 1} of {len(split.folds)}): {contender.name}"
 
         def epochs(epoch: int, total: int, error: float, label: str = label) -> None:
             if report is not None and epoch % 10 == 0:
@@ -122,36 +184,36 @@ def _fit_fold(number: int, held_out: tuple[int, ...], entered: Sequence[Contende
         if report is not None:
             report(label)
         start = time.perf_counter()
-        model = contender.fit(fitted, of.arm, how, epochs)
-        standing = standings[contender.name]
-        standing.fit_s += time.perf_counter() - start
-        standing.models.append(model)
-        for i in held_out:
-            misfit = misfit_of(model, all_units[i])
-            if misfit is not None:
-                standing.misfit[all_units[i].name] = misfit
+        model = contender.fit([split.units[i] for i in fold.fitted], of.arm, how, epochs)
+        standings[contender.name].fit_s += time.perf_counter() - start
+        _judge(standings[contender.name], model, split, fold)
 
 
-def benchmark(campaign: Campaign, models: Sequence[str] = (), fold_count: int = 5, seed: int = 0, config: TrainingConfig | None = None,
-              report: Report | None = None) -> Benchmark:
-    """Return every model's misfit on recordings held out of all its fits; each recording is held out once.
+def _material(campaigns: tuple[Campaign, ...], config: TrainingConfig, fold_count: int, seed: int) -> Material:
+    return Material(campaigns, tuple(campaign.plan(config.cutoff_hz) for campaign in campaigns),
+                    tuple(group_names(campaign) for campaign in campaigns), fold_count, seed)
 
-    `models`: baselines, `network`, `hybrid` or model folders (all that suit the arm by default). Repeats of one motion share a fold.
-    Raises ConfigError for an unknown name, CampaignError where fewer than two motions leave nothing to hold out.
+
+def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (), fold_count: int = 5, seed: int = 0,
+              config: TrainingConfig | None = None, report: Report | None = None, protocol: str = DEFAULT) -> Benchmark:
+    """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.
+
+    `models`: baselines, `network`, `hybrid`, rivals or model folders (all physics that suits the arm, network and hybrid by default).
+    Several campaigns are several arms. Raises ConfigError for an unknown name, CampaignError where nothing can be held out.
     """
     require(seed >= 0, f"seed {seed}: give 0 or a positive number")
     config = config or TrainingConfig(seed=seed)
-    entered = contenders(models or default_names(campaign.arm), campaign, config)
-    how = campaign.plan(config.cutoff_hz)
-    every = units(campaign, how, seed, group_names(campaign))
-    usable = [_comparable(unit) for unit in every]
-    all_units = tuple(unit for unit, use in zip(every, usable, strict=True) if use)
-    left_out = tuple(unit.name for unit, use in zip(every, usable, strict=True) if not use)
-    if report is not None and left_out:
-        report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(left_out)}")
-    split = folds(all_units, fold_count, seed)
+    campaigns = (campaign,) if isinstance(campaign, Campaign) else tuple(campaign)
+    chosen = protocol_called(protocol)
+    entered = contenders(models or default_names(campaigns[0].arm), campaigns, config)
+    material = _material(campaigns, config, fold_count, seed)
+    unusable = left_out(material)
+    if report is not None and unusable:
+        report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(unusable)}")
+    split = chosen.split(material)
     standings = {contender.name: Standing(contender.name) for contender in entered}
-    for number, held_out in enumerate(split):
-        _fit_fold(number, held_out, entered, standings, campaign, how, all_units, len(split), report)
-    floor = noise_floor(campaign, how)
-    return Benchmark(campaign, how, all_units, split, standings, None if floor is None else floor.error, seed, config, left_out)
+    for number in range(len(split.folds)):
+        _fit_fold(split, number, entered, standings, campaigns[0], material.hows[0], report)
+    floors = [floor.error for one, how in zip(campaigns, material.hows, strict=True) if (floor := noise_floor(one, how)) is not None]
+    mean_floor = float(np.mean(floors)) if floors else None
+    return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable)

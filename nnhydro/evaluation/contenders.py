@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import final
 
 from nnhydro.errors import ConfigError
+from nnhydro.evaluation.rivals.rival import rivals
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.gradient_fit import Progress
-from nnhydro.identification.identify import calibrated
+from nnhydro.identification.several_arms import calibrated_on
 from nnhydro.identification.train import train_units
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.storage import load_model
@@ -32,21 +33,34 @@ class Contender:
 
 
 def _physics(name: str) -> Contender:
-    return Contender(name, lambda chosen, arm, how, progress: calibrated(BASELINES[name], chosen, arm, how))
+    return Contender(name, lambda chosen, arm, how, progress: calibrated_on(BASELINES[name], chosen, arm, how))
 
 
-def _learned(name: str, config: TrainingConfig) -> Contender:
+def _learned(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> Contender:
     own = config.model_copy(update={"model": name})
+    if name == "hybrid" and config.baseline != "auto" and config.baseline not in BASELINES:
+        _strange_model(Path(config.baseline), campaigns)
     return Contender(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, own, progress=progress))
 
 
-def _stored(folder: Path, campaign: Campaign) -> Contender:
+def _rival(name: str, config: TrainingConfig) -> Contender:
+    own = config.model_copy(update={"model": "network"})
+    return Contender(name, lambda chosen, arm, how, progress: rivals()[name].fit(chosen, arm, how, own))
+
+
+def _strange_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
+    """Return the stored model in `folder`; raises ConfigError where it has seen one of the campaigns or is of another arm."""
     model = load_model(folder)
-    if model.fit.get("campaign_sha256") == campaign.sha256():
+    if model.fit.get("campaign_sha256") in {campaign.sha256() for campaign in campaigns}:
         raise ConfigError(f"{folder}: was fitted to this very campaign, so no recording of it is held out: name the model "
                           f"({', '.join((*BASELINES, *LEARNED))}) instead of its folder, or benchmark it on another campaign")
-    if model.arm.n_links != campaign.arm.n_links:
-        raise ConfigError(f"{folder}: is a model of {model.arm.n_links} joint(s), the campaign's arm has {campaign.arm.n_links}")
+    if model.arm.n_links != campaigns[0].arm.n_links:
+        raise ConfigError(f"{folder}: is a model of {model.arm.n_links} joint(s), the campaign's arm has {campaigns[0].arm.n_links}")
+    return model
+
+
+def _stored(folder: Path, campaigns: Sequence[Campaign]) -> Contender:
+    model = _strange_model(folder, campaigns)
     return Contender(folder.name, lambda chosen, arm, how, progress: model)
 
 
@@ -55,18 +69,29 @@ def default_names(arm: Arm) -> tuple[str, ...]:
     return (("rigid",) if arm.dry else tuple(BASELINES)) + LEARNED
 
 
-def contenders(names: Sequence[str], campaign: Campaign, config: TrainingConfig) -> tuple[Contender, ...]:
-    """Return the contenders called `names`: baselines, `network`, `hybrid`, or folders of stored models."""
+def all_names(arm: Arm) -> tuple[str, ...]:
+    """Return who takes part where `--models all` is asked for: the default and every rival."""
+    return (*default_names(arm), *rivals())
+
+
+def contenders(names: Sequence[str], campaigns: Sequence[Campaign], config: TrainingConfig) -> tuple[Contender, ...]:
+    """Return the contenders called `names`: baselines, `network`, `hybrid`, rivals, folders of stored models; `all` is all but folders.
+
+    Raises ConfigError for a name that is unknown or stands twice.
+    """
     made = []
-    for name in names:
+    for name in all_names(campaigns[0].arm) if list(names) == ["all"] else names:
         if name in BASELINES:
             made.append(_physics(name))
         elif name in LEARNED:
-            made.append(_learned(name, config))
+            made.append(_learned(name, campaigns, config))
+        elif name in rivals():
+            made.append(_rival(name, config))
         elif Path(name).is_dir():
-            made.append(_stored(Path(name), campaign))
+            made.append(_stored(Path(name), campaigns))
         else:
-            raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED))}, or a model's folder")
+            raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED, *rivals()))}, a model's folder, "
+                              "or all")
     if len({contender.name for contender in made}) < len(made):
         raise ConfigError(f"--models: a name stands twice in {', '.join(names)}: name each model once")
     return tuple(made)

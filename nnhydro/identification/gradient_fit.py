@@ -2,7 +2,8 @@
 
     loss = mean over training rows of sum_j [ (S_j b tanh(y_j / b) - target_j) / s_j ]^2,     s_j = rms target
 
-The order of rows is drawn anew each epoch from (seed, epoch), so a resumed run takes the very same steps.
+The linear part of each member stays as it was found in closed form (linear_start.py); the hidden layers learn what it leaves. The order of
+rows is drawn anew each epoch from (seed, epoch), so a resumed run takes the very same steps.
 """
 
 from collections.abc import Callable
@@ -85,7 +86,7 @@ def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, dec
     beta1, beta2, tiny = 0.9, 0.99, 1e-8
     state.steps += 1
     root = (1 - beta2**state.steps) ** 0.5
-    for w, g, m, v in zip(state.weights, gradients, state.first, state.second, strict=True):
+    for w, g, m, v in zip(state.weights[:-1], gradients, state.first[:-1], state.second[:-1], strict=True):  # the last is the linear part
         m.lerp_(g, 1 - beta1)
         v.mul_(beta2).addcmul_(g, g, value=1 - beta2)
         w.data.mul_(1 - rate * decay).addcdiv_(m, v.sqrt().div_(root).add_(tiny), value=-rate / (1 - beta1**state.steps))
@@ -105,13 +106,14 @@ def _epoch(state: TrainingState, layout: Ensemble, rows: Rows, train: Tensor, s:
     order = torch.randperm(len(rows.x), generator=torch.Generator().manual_seed(config.seed * 1_000_003 + state.epoch))
     batches = torch.split(order, config.batch)
     for number, index in enumerate(batches):
-        for w in state.weights:
+        learned = state.weights[:-1]
+        for w in learned:
             w.requires_grad_(True)
         errors = _errors(layout.replaced(state.weights), rows, index, s, config.bound)
         mask = train[:, index]
         loss = ((errors * mask).sum(dim=1) / mask.sum(dim=1).clamp(min=1)).sum()
-        gradients = torch.autograd.grad(loss, state.weights)
-        for w in state.weights:
+        gradients = torch.autograd.grad(loss, learned)
+        for w in learned:
             w.requires_grad_(False)
         _adamw(state, gradients, _rate(config, (state.epoch + number / len(batches)) / config.epochs), config.weight_decay)
     state.epoch += 1

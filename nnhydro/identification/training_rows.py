@@ -11,13 +11,17 @@ from torch import Tensor
 from nnhydro.errors import CampaignError
 from nnhydro.features.feature_set import features
 from nnhydro.identification.config import TrainingConfig
+from nnhydro.identification.row_store import RowStore
+from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.learned import view_of
-from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit, validation_split
 
+CHUNK = 8192  # rows worked on at a time
+FLAT = 1e-6  # a feature that varies less over the campaign tells nothing and is left out by a huge spread
 ROWS_PER_CUTOFF = 4.0  # rows kept a period of the cut-off: a low-passed signal holds no more
 
 
@@ -46,7 +50,7 @@ def torque_rms(chosen: Sequence[Unit]) -> Tensor:
     return tensor(np.sqrt(np.asarray(squares) / count)) + 1e-9
 
 
-def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tensor, base: StripTheory | None) -> tuple[Tensor, ...]:
+def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None) -> tuple[Tensor, ...]:
     motion = Motion.of(segment)
     view = view_of(arm, motion, floor)
     target = tensor(segment.tau if segment.tau is not None else 0.0)
@@ -58,16 +62,39 @@ def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tenso
     return x.joined()[rows].float(), view.scale[rows].float(), target[rows].float(), x.parity().float()
 
 
-def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: StripTheory | None) -> Rows:
-    """Return the rows of the units `chosen`; a hybrid's target is what its baseline leaves."""
-    parts: list[tuple[Tensor, ...]] = []
+def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
+                  store: RowStore | None = None) -> Rows:
+    """Return the rows of the units `chosen`, kept in `store` (in memory by default); a hybrid's target is what its baseline leaves."""
+    store = store or RowStore(budget=2**62)
+    parity = torch.zeros(0)
     for number, unit in enumerate(chosen):
+        own = arm_of(unit, arm)
+        unit_base = None if base is None else on_arm(base, own)
         for segment in unit.segments():
-            part = _of_segment(segment, arm, config, floor, base)
-            parity = part[3]
-            parts.append((*part[:3], torch.full((len(part[0]),), number)))
-    x, scale, target, unit_number = (torch.cat(column) for column in zip(*parts, strict=True))
+            *part, parity = _of_segment(segment, own, config, floor, unit_base)
+            store.append((*part, torch.full((len(part[0]),), number)))
+    x, scale, target, unit_number = store.columns()
     return Rows(x, parity, scale, target, unit_number)
+
+
+def standardised(rows: Rows) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Give the inputs of `rows` zero mean and unit spread, in place and in pieces; returns centre, spread, lowest, highest (k,) float64.
+
+    Odd features keep their zero, and the range (lowest, highest) of the standardised inputs holds the mirror images too.
+    """
+    odd, n = rows.parity < 0, len(rows.x)
+    pieces = [slice(i, i + CHUNK) for i in range(0, n, CHUNK)]
+    centre = torch.where(odd, 0.0, sum((rows.x[p].double().sum(dim=0) for p in pieces), start=torch.zeros(len(odd)).double()) / n)
+    square = sum(((rows.x[p].double() - centre).pow(2).sum(dim=0) for p in pieces), start=torch.zeros(len(odd)).double())
+    spread = (square / n).sqrt()
+    spread = torch.where(spread > FLAT, spread, torch.full_like(spread, 1 / FLAT))
+    lowest, highest = torch.full_like(centre, torch.inf), torch.full_like(centre, -torch.inf)
+    for p in pieces:
+        x = (rows.x[p].double() - centre) / spread
+        lowest, highest = torch.minimum(lowest, x.amin(dim=0)), torch.maximum(highest, x.amax(dim=0))
+        rows.x[p] = x.float()
+    reach = torch.maximum(-lowest, highest)
+    return centre, spread, torch.where(odd, -reach, lowest), torch.where(odd, reach, highest)
 
 
 def watched_units(chosen: Sequence[Unit], config: TrainingConfig) -> Tensor:

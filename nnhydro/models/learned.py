@@ -10,13 +10,13 @@ from nnhydro.features.feature_set import View, features
 from nnhydro.features.scaling import morison_scale
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.network import Ensemble, bounded, mirrored
-from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.transmission import to_drives
 from nnhydro.recordings.arm import Arm
 
+BASELINE = "baseline."  # before the names of a baseline's tensors
 
 def reference_terms(arm: Arm, motion: Motion) -> dict[str, Tensor]:
     """Return the textbook's torques at the drives, term by term, (n, joints) N m: inputs of the learner, nothing fitted."""
@@ -35,7 +35,14 @@ def view_of(arm: Arm, motion: Motion, floor: Tensor) -> View:
 @final
 @dataclass(frozen=True, eq=False)
 class LearnedTorque(TorqueModel):
-    """An ensemble on dimensionless features; with a `baseline`, a hybrid. Tensors are float64, single rows are cheap."""
+    """An ensemble on dimensionless features; with a `baseline`, a hybrid. Tensors are float64, single rows are cheap.
+
+    tau = baseline + phi S b tanh(y / b),    phi = 1 / (1 + h^2),   h = |support' x|^2
+
+    h measures how far the features x lie from those of training, 1 where recordings held out of it rarely reach: there the residual of a
+    hybrid fades and the baseline remains (phi = 1 for a network, which has nothing to return to). std^2 = (k s)^2 + (c S)^2 + a^2 +
+    (u (1 - phi) S)^2 with s the scatter of the members and `doubt` = (k, c, a, u), calibrated on recordings that members did not train on.
+    """
 
     kind: ClassVar[str] = "learned"
     feature_names: tuple[str, ...]
@@ -47,22 +54,42 @@ class LearnedTorque(TorqueModel):
     lowest: Tensor  # (features,) of the standardised inputs seen in training, mirror images included
     highest: Tensor  # (features,)
     ensemble: Ensemble
-    baseline: StripTheory | None
+    baseline: TorqueModel | None
+    support: Tensor | None = None  # (features, r); None: nothing is known of the distance, h = 0
+    doubt: Tensor | None = None  # (4, joints): k, c [-], a [N m], u [-]; None: std is the members' scatter
 
     @property
     def name(self) -> str:
         """`hybrid` with a baseline, else `network`."""
         return "network" if self.baseline is None else "hybrid"
 
+    def standardised(self, view: View) -> Tensor:
+        """Return the standardised features (n, k) as they are, also outside the range of training."""
+        return (features(view, self.feature_names).joined() - self.centre) / self.spread
+
+    def held(self, x: Tensor) -> Tensor:
+        """Return standardised features (n, k) held within the range of the training recordings."""
+        return torch.minimum(torch.maximum(x, self.lowest), self.highest)
+
     def inputs(self, view: View) -> Tensor:
         """Return the standardised features (n, k), held within the range of the training recordings."""
-        x = (features(view, self.feature_names).joined() - self.centre) / self.spread
-        return torch.minimum(torch.maximum(x, self.lowest), self.highest)
+        return self.held(self.standardised(view))
+
+    def familiarity(self, x: Tensor) -> Tensor:
+        """Return phi (n, 1), 1 among the training recordings to 0 far away, of standardised features x (n, k) as they are."""
+        if self.support is None:
+            return torch.ones_like(x[:, :1])
+        return 1 / (1 + (x @ self.support).pow(2).sum(dim=1, keepdim=True) ** 2)
+
+    def correction(self, x: Tensor, scale: Tensor) -> Tensor:
+        """Return what each member adds to the baseline (E, n, joints) N m; x (n, k) from `standardised`, Morison scale (n, joints) N m."""
+        learned = scale * bounded(mirrored(self.ensemble, self.held(x), self.parity), self.bound)
+        return learned if self.baseline is None else self.familiarity(x) * learned
 
     def members(self, motion: Motion) -> Tensor:
         """Return the sensor torques (E, n, joints) N m of each member of the ensemble."""
         view = view_of(self.arm, motion, self.floor)
-        correction = view.scale * bounded(mirrored(self.ensemble, self.inputs(view), self.parity), self.bound)
+        correction = self.correction(self.standardised(view), view.scale)
         return correction if self.baseline is None else self.baseline.torque(motion) + correction
 
     def torque(self, motion: Motion) -> Tensor:
@@ -70,15 +97,33 @@ class LearnedTorque(TorqueModel):
         return self.members(motion).mean(dim=0)
 
     def std(self, motion: Motion) -> Tensor | None:
-        """Return the scatter of the members, (n, joints) N m: their disagreement, not a calibrated interval."""
-        return self.members(motion).std(dim=0) if len(self.ensemble.skip) > 1 else None
+        """Return the standard deviation (n, joints) N m to be expected of measured minus predicted torque.
+
+        Where it was never calibrated it is the members' disagreement alone; None for a single network without calibration.
+        """
+        view = view_of(self.arm, motion, self.floor)
+        x = self.standardised(view)
+        members = self.correction(x, view.scale)
+        scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
+        if self.doubt is None:
+            return scatter if len(members) > 1 else None
+        return spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
 
     def document(self) -> dict[str, Any]:
         """Return names, bound, layout and the baseline."""
+        base = self.baseline
         return {"features": list(self.feature_names), "bound": self.bound, "layers": len(self.ensemble.weights),
-                "baseline": None if self.baseline is None else self.baseline.document()}
+                "baseline": None if base is None else {"kind": base.kind, "arm": base.arm.document(), "model": base.document()}}
 
     def arrays(self) -> dict[str, Tensor]:
-        """Return scaling and weights."""
+        """Return scaling and weights, those of the baseline too."""
         named = {f"ensemble.{i}": tensor for i, tensor in enumerate(self.ensemble.tensors())}
-        return named | {key: getattr(self, key) for key in ("floor", "centre", "spread", "parity", "lowest", "highest")}
+        named |= {key: getattr(self, key) for key in ("floor", "centre", "spread", "parity", "lowest", "highest")}
+        named |= {key: tensor for key, tensor in (("support", self.support), ("doubt", self.doubt)) if tensor is not None}
+        return named | ({} if self.baseline is None else {f"{BASELINE}{key}": value for key, value in self.baseline.arrays().items()})
+
+
+def spread_of(doubt: Tensor, scatter: Tensor, scale: Tensor, familiarity: Tensor) -> Tensor:
+    """Return sqrt((k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2) N m for scatter s and scale S (n, joints) N m and phi (n, 1)."""
+    k, c, a, u = doubt
+    return torch.sqrt((k * scatter) ** 2 + (c * scale) ** 2 + a**2 + (u * (1 - familiarity) * scale) ** 2)

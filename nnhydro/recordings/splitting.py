@@ -12,6 +12,7 @@ from typing import final
 import numpy as np
 
 from nnhydro.errors import CampaignError
+from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation, steady_segment
 from nnhydro.recordings.recording import SteadyTable
@@ -25,12 +26,16 @@ SAME = 1e-3  # rad, rad/s, m/s: steady runs that agree to this repeat each other
 @final
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """What is held out together: `segments()` prepares it when asked; units of one `group` repeat the same motion."""
+    """What is held out together: `segments()` prepares it when asked; units of one `group` repeat the same motion.
+
+    `arm` is given where recordings of several arms are worked on together; None means the one arm of the campaign.
+    """
 
     name: str
     group: str
     steady: bool
     segments: Callable[[], tuple[Segment, ...]]
+    arm: Arm | None = None
 
 
 def _steady_units(table: SteadyTable, seed: int) -> list[Unit]:
