@@ -22,7 +22,7 @@ class JointElasticity(InstrumentEffect):
     id = "joint_elasticity"
     family = "transmission"
     name = "compliant drive"
-    mechanism = "Belt, gear or shaft give way under load: the link lags behind the encoder, and its inertia and drag follow where it really is."
+    mechanism = "Belt, gear or shaft give way under load: the link lags behind the encoder, and is not where that says."
     equation = "q_link = q_j - tau_j/k; to first order tau - (dtau/dq + dtau/dqd d/dt + dtau/dqdd d2/dt2) tau_j/k"
     source = "linear spring in series: from general knowledge, not checked"
     signature = Signature(

@@ -23,10 +23,11 @@ class Quantity:
 
 
 def _rounded(value: float, step: float) -> str:
-    """`value` to two figures of `step`, without an exponent where that is readable."""
+    """`value` to the first figure of `step`, to the second where the first is 1 or 2, without an exponent where that is readable."""
     if step <= 0 or not isfinite(step):
         return f"{value:.3g}"
-    digits = 1 - floor(log10(step))
+    place = floor(log10(step))
+    digits = (1 if step < 2.95 * 10.0**place else 0) - place
     return f"{value:.{max(digits, 0)}f}" if digits <= 6 and abs(value) < 1e6 else f"{value:.3g}"
 
 

@@ -1,0 +1,41 @@
+"""`nnhydro effects`: the catalogue of what may be left out of a simulation."""
+
+from pathlib import Path
+
+import typer
+
+from nnhydro.report.screen import JSON, emit, say
+
+
+def effects(
+    name: str | None = typer.Argument(None, metavar="[ID]", help="Explain this effect; without it all are listed."),
+    plugin: Path | None = typer.Option(None, "--effects", help="Python file of your own with more effects (@effect); it is run."),
+    out: Path | None = typer.Option(None, "--out", help="PNG file for a picture of the effect's signature (with an ID)."),
+    json: bool = JSON,
+) -> None:
+    """List the effects that a diagnosis can find, or explain one."""
+    from nnhydro.effects.catalogue import catalogue, effect_of_id, load_plugin
+    from nnhydro.errors import require
+    from nnhydro.report.effect_card import card, print_card, print_list
+
+    require(out is None or name is not None, "--out needs an ID: nnhydro effects ID --out FILE.png")
+    require(out is None or out.suffix.lower() == ".png", f"--out {out}: give a file that ends in .png")
+    if plugin is not None:
+        load_plugin(plugin)
+    if name is None:
+        every = list(catalogue().values())
+        if json:
+            emit([card(one) for one in every])
+        else:
+            print_list(every)
+        return
+    one = effect_of_id(name)
+    if out is not None:
+        from nnhydro.report.effect_figure import draw
+
+        draw(one, out)
+    if json:
+        emit(card(one))
+        return
+    print_card(one)
+    say(f"Picture: {out}" if out is not None else f"A picture of what it looks like: nnhydro effects {name} --out {name}.png")

@@ -1,0 +1,100 @@
+"""`nnhydro effects` as a person types it: the list, a card, its picture, JSON, a file of one's own, and one line for each mistake."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from nnhydro.cli.main import run
+from nnhydro.effects.catalogue import catalogue
+from nnhydro.effects.effect import REGISTER
+
+PLUGIN = '''
+from dataclasses import dataclass
+from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+
+@effect
+@dataclass(frozen=True)
+class Squeak(LoadEffect):
+    id = "squeak"
+    family = "dry_friction"
+    name = "squeak of a dry bush"
+    mechanism = "It squeaks."
+    equation = "tau_j = a qd_j^3"
+    source = "heard"
+    signature = Signature(depends_on=("qd",), parity="odd", region="fast", excited_by="turning", mistaken_for=("viscous_friction",))
+    acts = "joint"
+    a: Values = parameter("N m s^3/rad^3", 0.1, (0.0, 9.0), "strength", per="arm")
+
+    def columns(self, flow):
+        return at_joint(flow.motion.qd[:, self.joint - 1:self.joint] ** 3, self.joint, flow.arm.n_links)
+'''
+
+
+@pytest.fixture
+def _register():
+    before = dict(REGISTER)
+    yield
+    REGISTER.clear()
+    REGISTER.update(before)
+
+
+def test_the_list_names_every_effect(capsys):
+    assert run(["effects"]) == 0
+    out = capsys.readouterr().out
+    assert f"{len(catalogue())} effects" in out
+    for id_, cls in catalogue().items():
+        assert id_ in out
+        assert cls.family in out
+
+
+@pytest.mark.parametrize("id_", catalogue())
+def test_a_card_explains_the_effect(id_, capsys):
+    assert run(["effects", id_]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    card = catalogue()[id_]
+    for text in (card.mechanism, card.equation, card.signature.region, card.source, *(f.metadata["meaning"] for f in card.parameters())):
+        assert " ".join(text.split()) in out
+
+
+@pytest.mark.parametrize("id_", catalogue())
+def test_a_picture_is_drawn(id_, tmp_path: Path, capsys):
+    out = tmp_path / "new" / f"{id_}.png"
+    assert run(["effects", id_, "--out", str(out)]) == 0
+    assert out.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert out.stat().st_size > 10_000
+    assert [p.name for p in out.parent.iterdir()] == [out.name]
+    assert str(out) in capsys.readouterr().out
+
+
+def test_json_is_all_that_stands_on_standard_output(capsys):
+    assert run(["effects", "--json"]) == 0
+    cards = json.loads(capsys.readouterr().out)
+    assert {card["id"] for card in cards} == set(catalogue())
+    assert run(["effects", "stribeck_friction", "--json"]) == 0
+    card = json.loads(capsys.readouterr().out)
+    assert card["family"] == "dry_friction"
+    assert [p["name"] for p in card["parameters"]] == ["sliding", "excess", "speed"]
+    assert card["parameters"][2]["grid"]
+
+
+@pytest.mark.usefixtures("_register")
+def test_a_file_of_ones_own_adds_an_effect(tmp_path: Path, capsys):
+    path = tmp_path / "mine.py"
+    path.write_text(PLUGIN)
+    assert run(["effects", "squeak", "--effects", str(path), "--out", str(tmp_path / "squeak.png")]) == 0
+    assert "Squeak of a dry bush (squeak)" in capsys.readouterr().out
+    assert run(["effects", "--effects", str(path)]) == 0
+    assert f"{len(catalogue())} effects" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["no_such_effect"], "unknown effect 'no_such_effect'"), (["--out", "x.png"], "needs an ID"),
+    (["torque_bias", "--out", "x.pdf"], "ends in .png"), (["--effects", "no_such_file.py"], "is not a file"),
+    (["torque_bias", "--out", "/proc/x/y.png"], "cannot be written"),
+])
+def test_mistakes_end_with_one_line(arguments, message, capsys):
+    assert run(["effects", *arguments]) == 2
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1

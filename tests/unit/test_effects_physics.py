@@ -1,0 +1,304 @@
+"""Closed forms, limits and rigid-body identities of single hypotheses."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+import torch
+from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
+
+from nnhydro.effects.catalogue import candidates, catalogue
+from nnhydro.effects.effect import REGISTER
+from nnhydro.effects.quantity import Quantity, intervals, told
+from nnhydro.effects.reading import with_effects
+from nnhydro.effects.sensor_view import SensorView, campaign_places
+from nnhydro.effects.time_shift import delayed, lagged
+from nnhydro.models.baselines import baseline
+from nnhydro.physics.flow import Flow, Water
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.transmission import sensed, to_drives
+
+catalogue()
+
+
+def made(id_, a, joint=0, **values):
+    options = {name: values.pop(name) for name in list(values) if not isinstance(values[name], tuple)}
+    return replace(REGISTER[id_].started(a, joint=joint, **options), **values)
+
+
+def view(a, motion, name="constant"):
+    loads = baseline(name).start(a)
+    return SensorView(Flow(a, motion), lambda flow: sensed(loads.torque(flow), flow.motion.qd, flow.arm))
+
+
+def of_time(t, tau, a=None):
+    """A view of one joint at rest whose reading is tau(t)."""
+    a = a or arm(1)
+    still = torch.zeros(len(t), 1, dtype=torch.float64)
+    flow = Flow(a, Motion(tensor(t), still, still, still, still[:, 0], still[:, 0]))
+    return SensorView(flow, lambda _: tensor(tau)[:, None])
+
+
+def steady(q, qd=0.0, qdd=0.0, u0=0.0, du0=0.0):
+    return Motion.at(q, qd, qdd, u0, du0)
+
+
+def test_a_spring_pulls_to_its_rest_angle():
+    spring = made("umbilical_stiffness", arm(2), 2, stiffness=(0.5,), preload=(-0.1,))
+    tau = spring.torque(Flow(arm(2), steady([[1.0, 0.7], [1.0, 0.2]])))
+    assert_close(tau, tensor([[0.0, 0.25], [0.0, 0.0]]))
+    assert spring.quantities() == {"stiffness": Quantity(0.5, "N m/rad"), "rest_angle": Quantity(0.2, "rad")}
+    assert spring.statement({"stiffness": (0.44, 0.56)}).startswith("Joint 2 is pulled back towards 0.2 rad by 0.50 +- 0.06 N m/rad")
+
+
+def test_stribeck_friction_breaks_away_high_and_slides_low():
+    one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.3,))
+    tau = one.torque(Flow(arm(1), steady([[0.0]] * 3, [[0.06], [3.0], [0.3]])))[:, 0]
+    assert_close(tau, tensor([0.2 + 0.3 * np.exp(-0.04), 0.2, 0.2 + 0.3 / np.e]) * torch.tanh(tensor([3.0, 150.0, 15.0])))
+
+
+def test_a_mass_at_the_tip_is_a_point_mass_of_the_rigid_body():
+    a = arm(2, gravity_m_s2=9.81)
+    m, L2 = 0.3, LINKS[1]["length_m"]
+    tau = made("payload_mass", a, mass=(m,)).torque(Flow(a, states(2)))
+    assert_close(tau, RigidBody((0.0, m), (0.0, m * L2), (0.0, m * L2**2)).torque(Flow(a, states(2))))
+
+
+def test_the_rotor_behind_a_belt_is_felt_by_its_own_motor_alone():
+    a = arm(2, drive={"kind": "remote", "pulley_ratio": 1.5})
+    motion = run(2)
+    for joint in (1, 2):
+        at_motors = to_drives(made("rotor_inertia", a, joint, inertia=(0.1,)).torque(Flow(a, motion)), a)
+        wanted = torch.zeros_like(at_motors)
+        wanted[:, joint - 1] = 0.1 * (motion.qdd[:, 0] + (motion.qdd[:, 1] / 1.5 if joint == 2 else 0))
+        assert_close(at_motors, wanted)
+
+
+def test_drag_at_the_tip_of_a_swinging_link():
+    tau = made("tip_drag", arm(1), drag_area=(0.01,)).torque(Flow(arm(1), steady([[0.3]], [[-2.0]])))
+    assert_close(tau, tensor([[-0.5 * 1000 * 0.01 * 4.0 * 0.55**3]]))
+
+
+def test_drag_at_the_tip_is_the_same_in_any_direction():
+    one, a = made("tip_drag", arm(1), drag_area=(0.01,)), arm(1)
+    q = np.linspace(-3, 3, 9)[:, None]
+    tau = one.torque(Flow(a, steady(q, 0.0, 0.0, 0.8)))[:, 0]
+    assert_close(tau, tensor(0.5 * 1000 * 0.01 * 0.64 * 0.55 * np.cos(q[:, 0])))
+
+
+def test_a_linear_drag_law_of_a_swinging_link():
+    one = made("drag_form", arm(1), linear=(0.2,), cubic=(0.0,), taper=(0.0,))
+    tau = one.torque(Flow(arm(1), steady([[0.0]], [[1.5]])))
+    assert_close(tau, tensor([[0.5 * 1000 * 0.07 * 0.2 * 1.5 * 0.55**3 / 3]]), rtol=2e-3)
+
+
+def test_a_power_law_of_the_Reynolds_number_is_seen_in_a_tow():
+    one, a = made("reynolds_drag", arm(1), slope=(0.3,), bend=(0.1,)), arm(1)
+    u0 = 0.9
+    r = np.log10(u0 * 0.07 / 1e-6 / 3e4)
+    drag = NormalDrag((0.3 * r + 0.1 * r**2,)).torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0)))
+    assert_close(one.torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0))), drag)
+
+
+def test_drag_that_lags_follows_a_step_of_the_tow_exponentially():
+    a, t = arm(1), np.linspace(0, 2, 401)
+    still = torch.zeros(401, 1, dtype=torch.float64)
+    u0 = tensor(np.where(t < 0.5, 0.4, 0.8))
+    flow = Flow(a, Motion(tensor(t), still, still, still, u0, torch.zeros_like(u0)))
+    change = made("flow_memory", a, share=(1.0,), response=(0.2,)).torque(flow)[:, 0]
+    drag = NormalDrag((1.0,)).torque(flow)[:, 0]
+    since = tensor(np.maximum(t - 0.495, 0))
+    assert_close(change, torch.where(tensor(t) < 0.5, 0.0, (drag[0] - drag[-1]) * torch.exp(-since / 0.2)), rtol=1e-8, atol=1e-10)
+
+
+def test_the_wake_that_develops_is_over_after_its_reach():
+    a, t = arm(1), np.linspace(0, 4, 401)
+    still = torch.zeros(401, 1, dtype=torch.float64)
+    flow = Flow(a, Motion(tensor(t), still, still, still, tensor(0.5 * t), torch.full((401,), 0.5, dtype=torch.float64)))
+    X = made("wake_development", a, reach=(8.0,)).columns(flow)
+    s = 0.25 * t**2 / 0.07
+    assert not X[s > 8.0].any()
+    early = (s > 0) & (s < 2)
+    drag = NormalDrag((1.0,)).columns(flow)[..., 0]
+    assert ((X[early, 0, :3].sum(-1) / drag[early, 0]) > 0.9).all()
+
+
+def test_after_a_stop_the_wake_pushes_on_and_after_a_start_it_does_not():
+    a, t = arm(1), np.linspace(0, 4, 801)
+    u0 = np.interp(t, [0, 0.5, 2.0, 2.2, 4], [0, 0.6, 0.6, 0, 0])
+    still = torch.zeros(801, 1, dtype=torch.float64)
+    flow = Flow(a, Motion(tensor(t), still, still, still, tensor(u0), still[:, 0]))
+    X = made("wake_reentry", a, length=(5.0,)).columns(flow)[:, 0]
+    assert not X[t < 1.9].any()
+    assert (X[t > 2.25, 0] < 0).all()
+    assert not X[:, 1].any()
+
+
+def test_shedding_hums_at_twice_the_Strouhal_frequency():
+    a, t = arm(1), np.linspace(0, 10, 4001)
+    still = torch.zeros(4001, 1, dtype=torch.float64)
+    flow = Flow(a, Motion(tensor(t), still, still, still, torch.full((4001,), 0.35, dtype=torch.float64), still[:, 0]))
+    hum = made("vortex_shedding", a, strouhal=(0.2,)).columns(flow)[:-1, 0, 0]
+    assert np.fft.rfftfreq(4000, 10 / 4000)[int(torch.fft.rfft(hum).abs().argmax())] == pytest.approx(2 * 0.2 * 0.35 / 0.07)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.3), (0.2, 0.0), (-0.1, 0.25)])
+def test_a_current_is_a_velocity_relative_to_the_water(x, y):
+    a, motion = arm(2), run(2)
+    seen = view(a, motion)
+    tau = made("ambient_current", a, current_X=(x,), current_Y=(y,)).apply(seen)
+    flow = Flow(a, motion)
+    n = torch.stack([-torch.sin(flow.phi), torch.cos(flow.phi)], dim=-1)
+    wet = seen.in_water(tensor([[x, y]]).expand(60, 2), torch.zeros(60, 2, dtype=torch.float64))
+    assert_close(wet.B, flow.B - n @ tensor([x, y]))
+    assert_close(tau, seen.torque_of(wet))
+    if x == 0:
+        assert_close(tau, seen.torque_of(Flow(a, replace(motion, u0=motion.u0 - y))))
+
+
+def test_the_acceleration_in_moving_water_is_the_derivative_of_the_velocity_through_it():
+    a, t = arm(2), np.linspace(0, 6, 60001)
+    motion = run(2, rows=60001)
+    water = Water(tensor(np.stack([0.3 * np.sin(2 * t), 0.2 * np.cos(t)], 1)), tensor(np.stack([0.6 * np.cos(2 * t), -0.2 * np.sin(t)], 1)))
+    flow = Flow(a, motion, water)
+    for velocity, acceleration in ((flow.B, flow.N), (flow.u_x, flow.du_x)):
+        (slope,) = torch.gradient(velocity, spacing=(motion.t,), dim=0)
+        assert_close(acceleration[1:-1], slope[1:-1], rtol=1e-6, atol=1e-6)
+
+
+def test_a_wave_pushes_a_fixed_link_as_Morison_says():
+    a, t = arm(1), np.linspace(0, 8, 801)
+    still = torch.zeros(801, 1, dtype=torch.float64)
+    seen = view(a, Motion(tensor(t), still, still, still, still[:, 0], still[:, 0]), "textbook")
+    wave = made("wave_orbital", a, cosine=(0.4,), sine=(0.0,), frequency=(0.5,), direction=(pi / 2,))
+    v, dv = 0.4 * np.cos(pi * t), -0.4 * pi * np.sin(pi * t)
+    force = 0.5 * 1000 * 0.07 * 1.2 * np.abs(v) * v + (1 + 1.0) * 1000 * pi / 4 * 0.07**2 * dv  # inertia coefficient 1 + C_M
+    assert_close(wave.apply(seen)[:, 0], tensor(-force * 0.55**2 / 2))
+
+
+def test_a_tilted_plane_pulls_as_gravity_would():
+    a = arm(2, density=0.0, gravity_m_s2=9.81)
+    level = arm(2, density=0.0)
+    motion = steady(np.random.default_rng(3).uniform(-3, 3, (20, 2)))
+    masses = [link["mass_kg"] for link in LINKS[:2]]
+    centred = [m * link["length_m"] / 2 for m, link in zip(masses, LINKS, strict=False)]
+    weight = RigidBody(masses, centred, [0.0, 0.0])
+    tilt = made("buoyancy_tilt", level, force_X=(0.0, 0.0), force_Y=tuple(-9.81 * m for m in masses))
+    assert_close(tilt.torque(Flow(level, motion)), weight.torque(Flow(a, motion)))
+    assert tilt.quantities()["direction"].value == pytest.approx(-pi / 2)
+
+
+def test_a_delay_of_a_sine_is_exact():
+    t = np.linspace(0, 2, 401)
+    seen = of_time(t, np.sin(12 * t))
+    read = made("sensor_timing", arm(1), lag=(0.013,), smear=(0.0,)).apply(seen)[:, 0]
+    inner = slice(10, -10)
+    assert_close(read[inner], tensor(np.sin(12 * (t - 0.013)))[inner], rtol=1e-6, atol=2e-7)
+
+
+def test_a_low_pass_of_a_sine_has_its_gain_and_phase():
+    t = np.linspace(0, 6, 1201)
+    out = lagged(tensor(t), tensor(np.sin(9 * t))[:, None], 0.05)[:, 0]
+    late = t > 1
+    gain, phase = 1 / np.hypot(1, 0.45), np.arctan(0.45)
+    assert_close(out[late], tensor(gain * np.sin(9 * t - phase))[late], rtol=1e-5, atol=1e-5)
+    assert torch.equal(delayed(tensor(t), out[:, None], 0.0)[:, 0], out)
+
+
+def test_delay_and_low_pass_are_told_apart():
+    q = made("sensor_timing", arm(1), lag=(0.03,), smear=((0.03**2 + 0.02**2) / 2,)).quantities()
+    assert (q["delay"].value, q["low_pass"].value) == pytest.approx((0.01, 0.02))
+
+
+def test_clipping_ends_at_its_level():
+    t = np.linspace(0, 6, 301)
+    read = made("torque_saturation", arm(1), 1, share=(1.0,), level=(0.7,)).apply(of_time(t, np.sin(3 * t)))[:, 0]
+    assert_close(read, tensor(np.clip(np.sin(3 * t), -0.7, 0.7)))
+
+
+def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
+    found = candidates(REGISTER["torque_saturation"], arm(2), (5.0, 2.0))
+    assert {one.level[0] for one in found if one.joint == 2} >= {2.0, 1.8}
+    assert candidates(REGISTER["torque_saturation"], arm(2)) == ()
+
+
+def test_an_encoder_offset_is_the_torque_at_another_angle():
+    a, motion = arm(2), run(2)
+    seen = view(a, motion)
+    q = motion.q.clone()
+    q[:, 1] -= 0.1
+    assert_close(made("encoder_offset", a, 2, offset=(0.1,)).apply(seen), seen.torque_of(Flow(a, replace(motion, q=q))))
+
+
+def test_a_compliant_drive_of_a_dry_link_raises_its_inertia_with_frequency():
+    """J q'' seen through a spring k: J q'' / (1 - J w^2 / k)."""
+    a, t, w, k = arm(1, density=0.0), np.linspace(0, 8, 1601), 5.0, 40.0
+    q, qd, qdd = (tensor(x)[:, None] for x in (np.cos(w * t), -w * np.sin(w * t), -w**2 * np.cos(w * t)))
+    seen = view(a, Motion(tensor(t), q, qd, qdd, 0 * q[:, 0], 0 * q[:, 0]), "rigid")
+    J = LINKS[0]["inertia_kg_m2"] + LINKS[0]["mass_kg"] * LINKS[0]["com_m"] ** 2
+    read = made("joint_elasticity", a, 1, compliance=(1 / k,)).apply(seen)
+    inner = slice(50, -50)
+    assert_close(read[inner], (J * qdd / (1 - J * w**2 / k))[inner], rtol=1e-3, atol=1e-3)
+
+
+def test_crosstalk_gain_and_drift_in_closed_form():
+    a = arm(2)
+    seen = replace(view(a, run(2)), place=tensor(np.linspace(-1, 1, 60)))
+    tau = seen.tau
+    assert_close(made("torque_crosstalk", a, 1, leak=(0.1,)).apply(seen)[:, 0], tau[:, 0] + 0.1 * tau[:, 1])
+    assert_close(made("torque_gain", a, 2, error=(0.1,)).apply(seen)[:, 1], 1.1 * tau[:, 1])
+    drift = made("torque_drift", a, 2, trend=(0.05,))
+    assert_close(drift.apply(seen)[:, 1] - tau[:, 1], 0.05 * seen.place)
+    assert drift.quantities()["change"].value == pytest.approx(0.1)
+    assert_close(drift.apply(replace(seen, place=None)), tau)
+
+
+def test_places_in_the_campaign_run_from_minus_one_to_one():
+    first, last = campaign_places([np.array([10.0, 20.0]), np.array([90.0, 110.0])])
+    assert first.tolist() == [-1.0, -0.8]
+    assert last.tolist() == pytest.approx([0.6, 1.0])
+
+
+def test_effects_of_the_sensor_come_after_those_of_the_angle_whatever_the_order_given():
+    a, motion = arm(2), run(2)
+    offset, gain, bias = (made("encoder_offset", a, 1, offset=(0.1,)), made("torque_gain", a, 1, error=(0.2,)),
+                          made("torque_bias", a, 1, offset=(0.3,)))
+    seen = view(a, motion)
+    tau = with_effects(seen, (bias, gain, offset)).tau
+    assert_close(tau[:, 0], 1.2 * offset.apply(seen)[:, 0] + 0.3)
+    assert_close(with_effects(seen, ()).tau, seen.tau)
+
+
+def test_friction_under_load_is_a_share_of_the_torque_carried():
+    a, motion = arm(1), hub_at_rest(run(1))
+    seen = view(a, motion)
+    extra = made("load_friction", a, 1, coefficient=(0.1,)).apply(seen) - seen.tau
+    assert_close(extra, 0.1 * seen.tau.abs() * torch.tanh(motion.qd / 0.02))
+
+
+def test_folding_back_changes_the_sheltered_links_drag_alone():
+    a = arm(2)
+    drag = NormalDrag((0.0, 1.0)).torque
+    one = made("link_interference", a, 2, shelter=(-0.4,), side=(0.0,), power=(1.0,))
+    flow = Flow(a, steady([[0.2, pi], [0.2, 0.0], [0.2, pi / 2]], [[0.0, 0.0]] * 3, 0.0, [0.7, 0.7, 0.7]))
+    share = tensor([[-0.4], [0.0], [-0.2]])
+    assert_close(one.torque(flow), share * drag(flow), rtol=2e-3, atol=1e-9)
+
+
+@pytest.mark.parametrize(("value", "interval", "text"), [
+    (0.5, (0.47, 0.53), "0.50 +- 0.03 N"), (0.5, None, "0.5 N"), (1.0, (0.2, 5.0), "1.0 N (95 %: 0.2 to 5.0)"),
+    (3.0, (3.0, 3.0), "3 +- 0 N"), (0.1234, (0.1112, 0.1356), "0.123 +- 0.012 N"), (12345.0, (8345.0, 16345.0), "12345 +- 4000 N"),
+])
+def test_numbers_are_told_with_the_figures_of_their_uncertainty(value, interval, text):
+    assert told(Quantity(value, "N"), interval) == text
+
+
+def test_the_interval_of_a_derived_quantity_follows_from_the_covariance():
+    spring = made("umbilical_stiffness", arm(1), 1, stiffness=(2.0,), preload=(-1.0,))
+    covariance = torch.tensor([[0.01, 0.002], [0.002, 0.04]], dtype=torch.float64)
+    low, high = intervals(lambda v: spring.with_linear(v).quantities(), spring.linear_values(), covariance)["rest_angle"]
+    gradient = np.array([-0.25, -0.5])  # of -preload/stiffness
+    assert (high - low) / 2 == pytest.approx(1.96 * np.sqrt(gradient @ covariance.numpy() @ gradient), rel=1e-5)
