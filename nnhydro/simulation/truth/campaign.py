@@ -1,0 +1,161 @@
+"""Draw a whole concealed campaign: arm, motions, hidden causes at the size asked for, sensors; and the answer.
+
+    kind       effect (ids of the catalogue), none, base_form (the baseline's law is slightly wrong), unlisted
+    strength   weak or strong, see visibility.py
+
+Everything follows from (seed, index). A draw in which a cause cannot reach its size is thrown away and the next one is tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nnhydro.simulation.truth import registry
+from nnhydro.simulation.truth.arms import document, draw_arm
+from nnhydro.simulation.truth.motions import Plan, carry_out, plans
+from nnhydro.simulation.truth.sensors import FINE, Sensors, draw_sensors, record
+from nnhydro.simulation.truth.tank import belted, plain_torque, read
+from nnhydro.simulation.truth.visibility import FACTORS, Bench, bench, sized
+from nnhydro.simulation.truth.world import Array, Cause, Generator, Run, TrueArm
+
+ATTEMPTS = 30
+PHASES = 8  # of a cause that acts by chance: an unseen motion's truth is the mean over them
+MIX = {"effect": 0.6, "none": 0.2, "base_form": 0.1, "unlisted": 0.1}
+MORNING = 9 * 3600.0  # s, when the campaign begins
+SIZES = {"small": ((8, 8), (6.0, 7.0), (50.0,)), "normal": ((8, 20), (6.0, 12.0), (50.0, 80.0, 100.0))}
+
+
+class NotVisibleError(Exception):
+    """No draw showed the cause at the size asked for."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What to hide: an id, none, random, mixed, unlisted, base_form, unlisted:..., base_form:...; how strong; on what arm."""
+
+    effect: str = "random"
+    strength: str = "strong"
+    links: int | None = None
+    effects: int = 1
+    size: str = "normal"
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """A campaign as files (name -> columns), what arm.yaml holds, the baseline to diagnose it against, and the answer to be sealed."""
+
+    files: dict[str, dict[str, Array]]
+    arm: dict[str, Any]
+    baseline: str
+    answer: dict[str, Any]
+
+
+def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
+    """Return the names of the causes to hide."""
+    effect = wish.effect
+    if effect == "mixed":
+        effect = str(rng.choice(list(MIX), p=list(MIX.values())))
+        effect = "random" if effect == "effect" else effect
+    if effect == "none":
+        return ()
+    if effect in ("unlisted", "base_form"):
+        return (str(rng.choice(registry.names(effect, links))),)
+    others = [name for name in registry.names("", links) if name not in (effect, "added_mass")]
+    first = (str(rng.choice(others)),) if effect == "random" else (effect,)
+    more = rng.permutation([name for name in others if name not in first])[: wish.effects - 1]
+    return (*first, *(str(name) for name in more))
+
+
+def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: Sensors, stem: str, start: float) -> tuple[Run, ...]:
+    result = []
+    for number, plan in enumerate(todo, 1):
+        result.append(carry_out(plan, len(arm.links), FINE * sensors.rate, f"{stem}_{number:02d}", start, int(rng.integers(2**31))))
+        start += round(float(rng.uniform(150, 360)), 1)
+    return tuple(result)
+
+
+def _hide(rng: Generator, bench: Bench, names: Sequence[str], strength: str) -> list[tuple[Cause, float]] | None:
+    """Return the causes with their lambdas, None where one of them cannot be made visible enough."""
+    low, high = FACTORS[strength]
+    found: list[tuple[Cause, float]] = []
+    for name in names:
+        draft = registry.makers()[name](rng, bench.arm)
+        target = bench.limit * float(np.exp(rng.uniform(np.log(low), np.log(high))))
+        cause, size = sized(bench, draft, target)
+        if draft.low < draft.high and not 0.7 * low * bench.limit <= size <= 1.4 * high * bench.limit:
+            return None
+        found.append((cause, size))
+    if len(found) > 1:
+        columns = [bench.column([cause]) for cause, _ in found]
+        alone = [bench.size([cause], columns[:k] + columns[k + 1:]) for k, (cause, _) in enumerate(found)]
+        if min(alone) < 0.7 * low * bench.limit:
+            return None
+        found = [(cause, size) for (cause, _), size in zip(found, alone, strict=True)]
+    return found
+
+
+def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause]) -> Array:
+    """Return what the torque sensors would read (n, L) at the recorded instants, the mean over chance."""
+    phases = PHASES if any(cause.chance for cause in causes) else 1
+    readings = [read(replace(run, seed=run.seed + k), arm, causes).tau[::FINE] for k in range(phases)]
+    mean: Array = np.mean(readings, axis=0)
+    return mean
+
+
+def _answer(wish: Wish, bench: Bench, hidden: Sequence[tuple[Cause, float]], known_to: float) -> dict[str, Any]:
+    """Return what is to be sealed, without the unseen motions' torques."""
+    def entry(cause: Cause, size: float) -> dict[str, Any]:
+        return {"effect": cause.id, "family": cause.family, "joint": cause.joint, "shape": cause.shape, "law": cause.law,
+                "chance": cause.chance, "near": list(cause.near), "lambda": round(size, 2), "over_limit": round(size / bench.limit, 3),
+                "parameters": {key: {"value": float(f"{value:.6g}"), "unit": unit} for key, (value, unit) in cause.parameters.items()}}
+
+    kind = hidden[0][0].id.rpartition(":")[0] or "effect" if hidden else "none"
+    sensors, arm = bench.sensors, bench.arm
+    return {"schema": "nnhydro/answer/1", "kind": kind, "strength": wish.strength if kind in ("effect", "unlisted") else None,
+            "effects": [entry(cause, size) for cause, size in hidden], "limit": round(bench.limit, 3), "links": len(arm.links),
+            "belt": arm.belt, "known_to": known_to, "noise": {"kind": sensors.noise, "level": round(sensors.level, 5)},
+            "given": sensors.given, "rate_hz": sensors.rate, "recordings": len(bench.runs),
+            "coefficients": {"cd": [round(k.C_D, 5) for k in arm.links], "cm": [round(k.C_M, 5) for k in arm.links]}}
+
+
+def draw_campaign(seed: int, index: int, wish: Wish) -> Concealed:
+    """Return campaign `index` of the suite `seed`; raise NotVisibleError where no draw shows what is to be hidden."""
+    for attempt in range(ATTEMPTS):
+        rng = np.random.default_rng([seed, index, attempt])
+        made = _attempt(rng, wish)
+        if made is not None:
+            made.answer["seed"] = [seed, index, attempt]
+            return made
+    raise NotVisibleError(f"{wish.effect} ({wish.strength}, {wish.links or 'any number of'} links)")
+
+
+def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
+    links = wish.links or (2 if rng.random() < 0.75 else 1)
+    counts, seconds, rates = SIZES[wish.size]
+    names = choose(rng, wish, links)
+    belt = links == 2 and rng.random() < 0.15 and all(registry.takes_belt(name) for name in names)
+    arm, stated, known_to = draw_arm(rng, links, belt)
+    inertia_hidden = "added_mass" in names
+    if inertia_hidden:
+        arm = replace(arm, links=tuple(replace(k, C_M=0.0) for k in arm.links))
+    sensors = draw_sensors(rng, rates, "torque_drift" in names)
+    runs = _runs(rng, arm, plans(rng, links, int(rng.integers(counts[0], counts[1] + 1)), seconds), sensors, "run", MORNING)
+    healthy = np.concatenate([belted(plain_torque(run, arm, 20), arm) for run in runs])
+    sigma = sensors.level * np.sqrt((healthy**2).mean(axis=0))
+    measure = bench(runs, arm, known_to, sensors, sigma, not inertia_hidden)
+    hidden = _hide(rng, measure, names, wish.strength)
+    if hidden is None:
+        return None
+    causes = [cause for cause, _ in hidden]
+    files = {f"recordings/{run.name}.csv": record(run, read(run, arm, causes, plain), arm, sensors, sigma, rng, True)
+             for run, plain in zip(runs, measure.healthy, strict=True)}
+    answer = _answer(wish, measure, hidden, known_to) | {"unseen": {}}
+    todo = [replace(plan, seconds=seconds[0]) for plan in plans(rng, links, 9, seconds)[:3]]
+    for run in _runs(rng, arm, todo, sensors, "motion", runs[-1].start + 300.0):
+        files[f"unseen/{run.name}.csv"] = record(run, read(run, arm, causes), arm, sensors, sigma, rng, False)
+        answer["unseen"][run.name] = {"t_s": run.t[::FINE].round(6).tolist(), "tau_Nm": _expected(run, arm, causes).round(5).tolist()}
+    return Concealed(files, document(stated, known_to), "drag-only" if inertia_hidden else "constant", answer)

@@ -1,0 +1,82 @@
+"""Hidden causes between drive and link: compliance, play, teeth. The encoder sits on the drive's side.
+
+    joint_elasticity  c d delta/dt + K delta = tau (plain) or K (delta + delta^3 / delta0^2) (other, stiffens), exact steps
+    backlash          c d delta/dt + K max(|delta| - gap/2, 0) sign(delta) = tau
+    torque_ripple     a (cos(N q + p) + 0.3 cos(2 N q + p2)) (plain), growing with the load (other)
+
+The link moves as commanded; the drive runs ahead of it by delta, so what the encoder shows is not what the water feels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nnhydro.simulation.truth.memory import follow
+from nnhydro.simulation.truth.registry import draw_joint, hides
+from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+
+
+@hides("joint_elasticity", no_belt=True)
+def joint_elasticity(rng: Generator, arm: TrueArm) -> Draft:
+    """Draw a soft drive; its size is the compliance 1/K in rad/(N m)."""
+    joint, T, stiffens = draw_joint(rng, arm), rng.uniform(0.004, 0.012), bool(rng.random() < 0.4)
+
+    def make(a: float) -> Cause:
+        def drive(run: Run, tau: Array) -> Array:
+            delta = follow(tau[:, joint - 1], run.dt, T) * a
+            if stiffens:  # three Newton steps of delta + delta^3/d0^2 = tau/K
+                d0, y = 1.5 * np.abs(delta).max() + 1e-12, delta.copy()
+                for _ in range(5):
+                    y -= (y + y**3 / d0**2 - delta) / (1 + 3 * y**2 / d0**2)
+                delta = y
+            return on_joint(delta, joint, tau.shape[1])
+        return Cause("joint_elasticity", joint, "other" if stiffens else "plain", "the drive is compliant",
+                     {"stiffness": (1 / a, "N m/rad")}, drive=drive)
+    return Draft(make, 2e-5, 0.08)
+
+
+def play(tau: Array, dt: float, gap: float, K: float, c: float) -> Array:
+    """Return delta (n,) rad of a drive with a gap, by backward Euler, whose step has a closed form on each side of the gap."""
+    delta, result = 0.0, np.zeros(len(tau))
+    for k in range(len(tau)):
+        free = delta + dt * tau[k] / c
+        if abs(free) > gap / 2:
+            edge = np.sign(free) * gap / 2
+            free = edge + (free - edge) / (1 + dt * K / c)
+        delta = float(free)
+        result[k] = delta
+    return result
+
+
+@hides("backlash", no_belt=True)
+def backlash(rng: Generator, arm: TrueArm) -> Draft:
+    """Draw a drive with play; its size is the gap in rad."""
+    joint, c = draw_joint(rng, arm), rng.uniform(0.5, 1.5)
+
+    def make(a: float) -> Cause:
+        def drive(run: Run, tau: Array) -> Array:
+            carried = tau[:, joint - 1]
+            size = max(float(np.abs(carried).max()), 1e-9)
+            fine = np.repeat(carried, 4)
+            delta = play(fine, run.dt / 4, a, size / 0.002, c * size * 0.1 / a)[3::4]
+            return on_joint(delta, joint, tau.shape[1])
+        return Cause("backlash", joint, "plain", "a gap in the drive", {"gap": (a, "rad")}, drive=drive)
+    return Draft(make, 5e-4, 0.15)
+
+
+@hides("torque_ripple", no_belt=True)
+def torque_ripple(rng: Generator, arm: TrueArm) -> Draft:
+    """Draw teeth and phases."""
+    joint, N, loaded = draw_joint(rng, arm), int(rng.integers(6, 25)), bool(rng.random() < 0.4)
+    p, p2 = rng.uniform(0, 2 * np.pi, 2)
+
+    def make(a: float) -> Cause:
+        def load(run: Run, tau: Array) -> Array:
+            q, carried = run.q[:, joint - 1], tau[:, joint - 1]
+            wave = a * (np.cos(N * q + p) + 0.3 * np.cos(2 * N * q + p2))
+            if loaded:
+                wave = wave * (0.6 + 0.4 * np.abs(carried) / (carried.std() + 1e-9))
+            return on_joint(wave, joint, tau.shape[1])
+        return Cause("torque_ripple", joint, "other" if loaded else "plain", "torque periodic in the joint's angle",
+                     {"amplitude": (a, "N m"), "per_turn": (float(N), "1")}, load=load)
+    return Draft(make, 1e-4, 2.0)
