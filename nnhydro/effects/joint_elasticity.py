@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
 from typing import final
 
 from torch import Tensor
@@ -11,6 +10,8 @@ from nnhydro.effects.compliance import direction, turned_reading
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
+
+STIFFEST = 1e-12  # rad/(N m): below, the drive is rigid
 
 
 @effect
@@ -47,7 +48,7 @@ class JointElasticity(InstrumentEffect):
     def quantities(self) -> dict[str, Quantity]:
         """Return compliance and stiffness."""
         c = self.compliance[0]
-        return {"compliance": Quantity(c, "rad/(N m)"), "stiffness": Quantity(1 / c if c else inf, "N m/rad")}
+        return {"compliance": Quantity(c, "rad/(N m)"), "stiffness": Quantity(1 / max(c, STIFFEST), "N m/rad")}
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -70,7 +70,7 @@ def term_of(document: Mapping[str, Any]) -> LoadTerm:
     kinds = _every_kind()
     kind = str(document.get("kind"))
     if kind not in kinds:
-        raise ModelError(f"unknown load term {kind!r}: this version knows {', '.join(kinds)}; was the model written by a newer one?")
+        raise ModelError(f"unknown load term {kind!r}: this version knows {', '.join(term_kinds())}; was the model written by a newer one?")
     try:
         return kinds[kind](**document.get("parameters", {}), **document.get("options", {}))
     except TypeError as cause:
