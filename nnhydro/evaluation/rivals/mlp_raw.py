@@ -29,7 +29,7 @@ def mlp_raw(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Training
 
     x, tau = raw_rows(chosen, arm, config, MOST)
     centre, spread, size = x.mean(axis=0), x.std(axis=0) + 1e-9, tau.std(axis=0) + 1e-9
-    made = MLPRegressor(config.hidden, early_stopping=True, max_iter=EPOCHS, random_state=config.seed)
+    made = MLPRegressor(hidden_layer_sizes=config.hidden, early_stopping=True, max_iter=EPOCHS, random_state=config.seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # so many epochs and no more
         made.fit((x - centre) / spread, (tau / size) if tau.shape[1] > 1 else (tau / size).ravel())
