@@ -1,0 +1,42 @@
+"""`nnhydro conceal`: campaigns with a hidden effect and a sealed answer."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nnhydro.report.screen import JSON, emit, note, say, table
+
+Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
+Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "
+                                     "base_form (the baseline's law is slightly wrong) or unlisted (on no list).")]
+Strength = Annotated[str, typer.Option("--strength", help="strong: several times what the campaign can reveal; weak: just above it.")]
+Links = Annotated[int | None, typer.Option("--links", help="1 or 2; drawn where not given.")]
+Count = Annotated[int, typer.Option("--count", help="Number of campaigns.")]
+Effects = Annotated[int, typer.Option("--effects", help="Effects at once in a campaign, 1 to 3.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="The same seed gives the same campaigns; drawn where not given.")]
+Key = Annotated[Path | None, typer.Option("--key", help="File with the key; written where it does not exist. Default: key.txt in --out.")]
+Size = Annotated[str, typer.Option("--size", help="normal: 8 to 20 recordings of 6 to 12 s; small: 8 of 6 s at 50 Hz.")]
+
+
+def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", links: Links = None, count: Count = 1, effects: Effects = 1,
+            seed: Seed = None, key: Key = None, size: Size = "normal", json: bool = JSON) -> None:
+    """Make tow-tank campaigns in which one effect (or none) is hidden, and sealed answers to score a diagnosis with `nnhydro reveal`.
+
+    The truth is computed by code that shares nothing with the models and the catalogue.
+    """
+    import secrets
+
+    from nnhydro.errors import require
+    from nnhydro.simulation.conceal import conceal as write
+    from nnhydro.simulation.truth.campaign import Wish
+
+    require(1 <= count <= 999, f"--count {count}: choose 1 to 999")
+    made = write(out, [Wish(effect, strength, links, effects, size)] * count, secrets.randbits(40) if seed is None else seed, key, note)
+    if json:
+        emit({"suite": str(out), "campaigns": [vars(m) for m in made], "key": str(key or out / "key.txt")})
+        return
+    table(f"{out}: {len(made)} concealed campaigns", ("campaign", "links", "recordings", "baseline"),
+          [(m.name, str(m.links), str(m.recordings), m.baseline) for m in made])
+    say(f"The key lies in {key or out / 'key.txt'}; keep it from whoever diagnoses.")
+    say(f"Next: nnhydro diagnose {out / made[0].name} --out DIAGNOSES/{made[0].name}; then nnhydro reveal {out} --diagnoses DIAGNOSES")

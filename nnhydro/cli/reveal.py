@@ -1,0 +1,24 @@
+"""`nnhydro reveal`: score diagnoses of concealed campaigns against the sealed answers."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nnhydro.report.screen import JSON, emit
+
+Suite = Annotated[Path, typer.Argument(metavar="DIR", help="The suite that nnhydro conceal made.")]
+Diagnoses = Annotated[Path, typer.Option("--diagnoses", help="Folder with <campaign>/diagnosis.json, model/, baseline/, torques/.")]
+Key = Annotated[Path | None, typer.Option("--key", help="File with the key; default DIR/key.txt.")]
+
+
+def reveal(suite: Suite, diagnoses: Diagnoses, key: Key = None, json: bool = JSON) -> None:
+    """Open the sealed answers of a suite and score the diagnoses: names, joints, false claims, parameters, unseen motions."""
+    from nnhydro.report.score_table import print_score
+    from nnhydro.simulation.reveal import reveal as opened
+
+    score = opened(suite, diagnoses, key)
+    if json:
+        emit(score)
+    else:
+        print_score(score, str(suite))

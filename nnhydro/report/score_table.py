@@ -1,0 +1,36 @@
+"""The score of concealed campaigns on the screen."""
+
+from typing import Any
+
+from nnhydro.report.screen import say, table
+
+
+def _percent(x: float | None) -> str:
+    return "" if x is None else f"{100 * x:.0f} %"
+
+
+def _number(x: float | None) -> str:
+    return "" if x is None else f"{x:.3g}"
+
+
+def print_score(score: dict[str, Any], where: str) -> None:
+    """Print groups, totals and the confusion table."""
+    table(f"{where}: {score['scored']} diagnoses",
+          ("hidden", "campaigns", "right", "exact name", "family", "joint", "detected", "wrong claim", "unseen before", "after"),
+          [(g["group"], str(g["campaigns"]), *(_percent(g[k]) for k in ("right", "exact", "family", "joint", "detected", "wrong_claim")),
+            _number(g["error_before"]), _number(g["error_after"])) for g in score["groups"]])
+    numbers, sure, unseen = score["parameters"], score["confidence"], score["unseen"]
+    say("right: every hidden effect named, or in a class of at most three, and nothing else; healthy: nothing said and nothing detected")
+    say(f"Class size {_number(score['class_size']) or '-'}; parameters: median error {_percent(numbers['median_error']) or '-'}, "
+        f"95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of {numbers['compared']}")
+    say(f"Of {sure['claims']} claims made with confidence {sure['threshold']} or more, {_percent(sure['right']) or '-'} are right")
+    if unseen["campaigns"]:
+        say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after (median); "
+            f"{_percent(unseen['share_of_improvement']) or '-'} of the possible improvement; made worse {_percent(unseen['made_worse'])}")
+    table("What was named", ("hidden", "named (times)"), [(hidden, ", ".join(f"{named} ({n})" for named, n in row.items()))
+                                                         for hidden, row in score["confusion"].items()])
+    for verdict in score["campaigns"]:
+        for line in verdict["notes"]:
+            say(f"{verdict['campaign']}: {line}")
+    if score["missing"]:
+        say(f"Without a diagnosis, not scored: {', '.join(score['missing'])}")
