@@ -32,9 +32,9 @@ def _race(bank: Bank, before: Prior, repeats: tuple[float, ...] | None) -> Race:
     ones = np.ones(before.F.shape[1])
     noise = noise_of(bank.blocks, ones, repeats)
     weighted = Blocks(bank.blocks.G / noise[None, :, None, None] ** 2, bank.blocks.n, bank.blocks.unit, bank.blocks.p)
-    low, high = (np.array([bound[i] for effect in bank.effects if isinstance(effect, LoadEffect | InstrumentEffect)
+    low, high = (np.array([bound[i] for effect in bank.effects
                            for bound in effect.linear_bounds()]) for i in (0, 1))
-    return Race(Bench.of(bank.blocks, noise, ones), weighted, noise, low, high)
+    return Race(Bench.of(bank.blocks, noise, ones), weighted, noise, low, high, float((bank.torque / noise**2).sum()))
 
 
 def corrected(model: StripTheory, race: Race, before: Prior, found: Sequence[Finding]) -> StripTheory:
@@ -88,8 +88,9 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
 def _settled(case: Case, repeats: tuple[float, ...] | None, seed: int) -> tuple[Race, Bank, StripTheory, float]:
     """Select twice: the second time instruments read the model with the loads that were found the first time."""
     believed = case.model
+    kept: dict[tuple[int, int], np.ndarray] = {}
     for again in (False, True):
-        bank = build(case, believed)
+        bank = build(case, believed, kept)
         race = _race(bank, case.before, repeats)
         p_value = family_wise_p(race, seed)[0]
         race = run(race, bank.candidates, seed)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.bank import Bank, Case, effect_columns
 from nnhydro.diagnosis.locate import Residual
 from nnhydro.diagnosis.tournament import Candidate, Race
-from nnhydro.effects.effect import Effect
 from nnhydro.identification.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
@@ -62,7 +61,7 @@ def prove(race: Race, bank: Bank, case: Case, believed: StripTheory) -> Proof:
     sets |= {c.key: [d for d in race.chosen if d is not c] for c in race.chosen}
     thetas = {name: left_out_parameters(race, chosen) for name, chosen in sets.items()}
     order = sorted(race.chosen, key=lambda c: c.columns)
-    effects: list[Effect] = [bank.effects[bank.candidates.index(c)] for c in order]
+    effects = [bank.effects[bank.candidates.index(c)] for c in order]
     where = {k: i for i, k in enumerate(k for c in order for k in c.columns)}
     sums, torque, rows, residuals, number = dict.fromkeys(sets, 0.0), 0.0, 0, [], 0
     for unit in case.all_units:

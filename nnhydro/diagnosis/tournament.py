@@ -9,6 +9,7 @@ Source: diagnosis method of this project (docs/decisions.md).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -22,6 +23,8 @@ SIGNS = 999
 P_BLOCK, P_LEFT_OUT = 0.01, 0.05
 MATERIAL = 0.01
 MOST = 5
+CANCELLING = 0.5  # an effect whose own torque exceeds this share of the measured energy only lives by cancelling another
+UNPHYSICAL = 1e12  # score of a set with a value beyond its physical bounds
 LEAST_OF_FIRST = 0.02  # a further effect gains at least this share of what the first one gained
 PER_COLUMN = 1.0  # score a further column must earn beyond what left-out prediction already charges
 PER_GRID = 0.5  # times log(number of grid points): price of choosing a nonlinear parameter
@@ -54,6 +57,7 @@ class Race:
     noise: Array  # (joints,) N m
     low: Array  # (K,) physical bounds of each candidate column's value
     high: Array  # (K,)
+    torque: float  # energy of the measured torque in units of the noise
     chosen: list[Candidate] = field(default_factory=list)
     log: list[str] = field(default_factory=list)
     first_gain: float = 0.0
@@ -63,18 +67,32 @@ class Race:
         kept = [c for c in self.chosen if c not in without] + list(extra)
         return np.array(sorted({k for c in kept for k in c.columns}), dtype=np.int64)
 
+    def _energy(self, candidate: Candidate, columns: NDArray[np.int64], values: Array) -> float:
+        """Energy of one candidate's own torque in units of the noise."""
+        own = np.array(candidate.columns)
+        beta = values[np.searchsorted(columns, own)]
+        place = self.bench.p + own
+        return float(beta @ self._total[np.ix_(place, place)] @ beta)
+
+    @cached_property
+    def _total(self) -> Array:
+        total: Array = self.bench.G.sum(axis=(0, 1))
+        return total
+
     def price(self, candidates: Sequence[Candidate]) -> float:
         """What the candidates must earn for their columns and grids."""
         return sum(PER_COLUMN * len(c.columns) + PER_GRID * float(np.log(c.grid)) for c in candidates)
 
     def total(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> float:
-        """Left-out score with its price, lower is better; infinite where a value leaves its physical bounds."""
+        """Left-out score with its price, lower is better; `UNPHYSICAL` where a value leaves its physical bounds."""
         kept = [c for c in self.chosen if c not in without] + list(extra)
         columns = self.columns(extra, without)
         scored = self.bench.scored(columns)
         values = scored.theta[self.bench.p:]
         if len(columns) and not ((values >= self.low[columns]) & (values <= self.high[columns])).all():
-            return float("inf")
+            return UNPHYSICAL
+        if any(self._energy(c, columns, values) > CANCELLING * self.torque for c in kept):
+            return UNPHYSICAL
         return scored.total + self.price(kept)
 
 

@@ -1,7 +1,7 @@
 """From a finished race to findings: rivals, classes, confidence, parameters with intervals.
 
-A rival that takes a finding's place and predicts left-out recordings no worse (Wilcoxon p > 0.05) belongs to the finding's class. The leaf is named where it stands alone; the family where the class lies in
-one; else none. Confidence is the winner's weight among its rivals, softened for the correlation of residuals.
+A rival that takes a finding's place and predicts left-out recordings no worse (Wilcoxon p > 0.05) belongs to the finding's
+class. The leaf is named where it stands alone; the family where the class lies in one; else none. Confidence is the winner's weight among its rivals, softened for the correlation of residuals.
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.bank import Bank
+from nnhydro.diagnosis.bank import Bank, Hypothesis
 from nnhydro.diagnosis.tournament import Candidate, Race, left_out_p, ranked
-from nnhydro.effects.effect import Effect, InstrumentEffect, LoadEffect
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
@@ -27,7 +26,7 @@ MOST_RIVALS = 5
 class Finding:
     """One effect that was left out, with all that diagnosis.json tells about it."""
 
-    effect: Effect
+    effect: Hypothesis
     family: str | None
     members: tuple[str, ...]  # the class, itself included
     confidence: float
@@ -59,10 +58,9 @@ def fitted(race: Race) -> tuple[Array, Array]:
     return theta, bread @ meat @ bread
 
 
-def instance(bank: Bank, candidate: Candidate, theta: dict[int, float]) -> Effect:
+def instance(bank: Bank, candidate: Candidate, theta: dict[int, float]) -> Hypothesis:
     """Return the candidate's effect with fitted linear values; `theta` by column of the bank."""
     effect = bank.effects[bank.candidates.index(candidate)]
-    assert isinstance(effect, LoadEffect | InstrumentEffect)
     return effect.with_linear(torch.tensor([theta[k] for k in candidate.columns], dtype=torch.float64))
 
 
@@ -86,7 +84,6 @@ def _finding(race: Race, bank: Bank, candidate: Candidate, theta: Array, covaria
     effect = instance(bank, candidate, by_column)
     place = race.bench.p + np.searchsorted(columns, candidate.columns)
     own = torch.from_numpy(covariance[np.ix_(place, place)].copy())
-    assert isinstance(effect, LoadEffect | InstrumentEffect)
     spans = intervals(lambda values: effect.with_linear(values).quantities(), effect.linear_values(), own)
     rivals = _rivals(race, bank, candidate)
     weights = np.exp(-np.maximum([0.0, *(behind for behind, _, _ in rivals)], 0.0) / SOFT)

@@ -10,7 +10,7 @@ from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.evaluation.benchmark import modelled
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.segment import Segment
-from nnhydro.report.figures import draw_joint_panels, new_figure
+from nnhydro.report.torque_panels import draw_joint_panels, new_figure
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1b1b1b; --paper: #ffffff; --soft: #5a5a5a; --line: #d0d0d0; }
