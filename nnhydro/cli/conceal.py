@@ -9,10 +9,10 @@ from nnhydro.report.screen import JSON, emit, note, say, table
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
 Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "
-                                     "base_form (the baseline's law is slightly wrong) or unlisted (on no list).")]
+                                     "base_form (the baseline's law is slightly wrong), unlisted (on no list); or several with commas.")]
 Strength = Annotated[str, typer.Option("--strength", help="strong: several times what the campaign can reveal; weak: just above it.")]
 Links = Annotated[int | None, typer.Option("--links", help="1 or 2; drawn where not given.")]
-Count = Annotated[int, typer.Option("--count", help="Number of campaigns.")]
+Count = Annotated[int, typer.Option("--count", help="Number of campaigns; of each where --effect is a list.")]
 Effects = Annotated[int, typer.Option("--effects", help="Effects at once in a campaign, 1 to 3.")]
 Seed = Annotated[int | None, typer.Option("--seed", help="The same seed gives the same campaigns; drawn where not given.")]
 Key = Annotated[Path | None, typer.Option("--key", help="File with the key; written where it does not exist. Default: key.txt in --out.")]
@@ -32,7 +32,8 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
     from nnhydro.simulation.truth.campaign import Wish
 
     require(1 <= count <= 999, f"--count {count}: choose 1 to 999")
-    made = write(out, [Wish(effect, strength, links, effects, size)] * count, secrets.randbits(40) if seed is None else seed, key, note)
+    wishes = [Wish(name.strip(), strength, links, effects, size) for name in effect.split(",") for _ in range(count)]
+    made = write(out, wishes, secrets.randbits(40) if seed is None else seed, key, note)
     if json:
         emit({"suite": str(out), "campaigns": [vars(m) for m in made], "key": str(key or out / "key.txt")})
         return

@@ -79,7 +79,7 @@ def _key(given: Path | None) -> bytes:
 
 def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = None, progress: Callable[[str], None] = lambda line: None,
             ) -> tuple[Made, ...]:
-    """Write one campaign a wish to the folder `out` and return what was made; the same seed gives the same campaigns.
+    """Write one campaign a wish, in an order drawn by the seed, to `out` and return what was made; the same seed gives the same campaigns.
 
     `key_file` is read where it exists and written where it does not; without it the key is new and lies in `out`/key.txt. An existing `out`
     is replaced whole if it is a suite or empty, and refused otherwise. Raises ConfigError also where an effect cannot be made visible.
@@ -87,6 +87,7 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
     for wish in wishes:
         checked(wish, len(wishes), seed)
     key, made = _key(key_file), []
+    wishes = [wishes[k] for k in np.random.default_rng([seed, len(wishes)]).permutation(len(wishes))]
     with whole_folder(out, MARKER) as work:
         for index, wish in enumerate(wishes):
             name = f"campaign_{index:03d}"

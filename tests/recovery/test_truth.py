@@ -1,0 +1,324 @@
+"""The concealed tank against numbers it has never seen, its symmetries, and what each hidden cause must look like."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from nnhydro.simulation.truth import registry
+from nnhydro.simulation.truth.campaign import Wish, draw_campaign
+from nnhydro.simulation.truth.flow import STRIPS, rigid_torque, water_torque
+from nnhydro.simulation.truth.hidden_friction import bristle, direction
+from nnhydro.simulation.truth.hidden_transmission import play
+from nnhydro.simulation.truth.memory import follow, since_reversal
+from nnhydro.simulation.truth.motions import Plan, carry_out
+from nnhydro.simulation.truth.tank import belted, joint_torque, plain_torque, read
+from nnhydro.simulation.truth.visibility import FACTORS, bench
+from nnhydro.simulation.truth.world import Run, TrueArm, TrueLink
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+STRIP_SUM = 2e-4  # 60 midpoint strips against the integral, relative to the larger of the torque and 1 N m; second order
+ARM = TrueArm((TrueLink(0.5, 0.06, 2.0, 0.24, 0.05, 1.0, 0.9), TrueLink(0.4, 0.05, 1.1, 0.19, 0.02, 1.1, 0.8)))
+
+
+def instant(state):
+    q, qd, qdd = (np.array([[state[f"{d}theta1"], state[f"{d}theta2"]]]) for d in ("", "d", "dd"))
+    return Run("golden", np.zeros(1), q, qd, qdd, np.array([state["u0"]]), np.array([state["du0"]]))
+
+
+def motion(kind="fourier", speed=0.0, seed=4, folded=False, seconds=8.0, start=9 * 3600.0):
+    return carry_out(Plan(kind, speed, folded, seconds, seed), 2, 200.0, "run", start, seed)
+
+
+def draft(name, seed=0, **wanted):
+    """The first draft of `name` whose cause has the wanted attributes (shape, joint) at amount `low`."""
+    for k in range(seed, seed + 60):
+        made = registry.makers()[name](np.random.default_rng(k), ARM)
+        cause = made.make(made.low)
+        if all(getattr(cause, key) == value for key, value in wanted.items()):
+            return made
+    raise AssertionError(f"no {name} with {wanted}")
+
+
+def extra(cause, run, arm=ARM):
+    """What the torque sensors read more with the cause than without."""
+    return read(run, arm, [cause]).tau - read(run, arm).tau
+
+
+@pytest.mark.parametrize(("name", "C_D", "C_M"), [("drag", 1, 0), ("inertia", 0, 1)])
+def test_constant_coefficients_give_the_golden_torques(name, C_D, C_M):
+    file = json.loads((GOLDEN / f"{name}.json").read_text())
+    par = file["parameters"]
+    links = tuple(TrueLink(par[f"L{i}"], par[f"D{i}"], 1.0, 0.1, 0.1, par.get(f"C_Dy{i}", 0.0) * C_D, par.get(f"C_My{i}", 0.0) * C_M)
+                  for i in (1, 2))
+    for case in file["random_cases"] + file["edge_cases"]:
+        torque = water_torque(instant(case["state"]), TrueArm(links, par["rho"]), strips=4 * STRIPS)[0]
+        pinned = case["document"] if C_M else case
+        axial = pinned["links"][1]["f_x" if C_M else "f_x_total"] * par["L1"] * np.sin(case["state"]["theta2"])  # not in a healthy arm
+        wanted = np.array(pinned["tau_joint"]) - [axial, 0.0]
+        assert np.abs(torque - wanted).max() < STRIP_SUM / 8 * max(1.0, np.abs(wanted).max()), case["state"]
+
+
+def test_newton_and_euler_give_the_golden_rigid_body_torques():
+    file = json.loads((GOLDEN / "rigid_body.json").read_text())
+    par, inertia = file["parameters"], file["derived"]
+    arm = TrueArm(tuple(TrueLink(par[f"L{i}"], par[f"D{i}"], par[f"m{i}"], par[f"Lc{i}"], inertia[f"I{i}_centroid_transverse"])
+                        for i in (1, 2)))
+    for case in file["random_cases"] + file["edge_cases"]:
+        tau = rigid_torque(instant(case["state"]), arm)
+        np.testing.assert_allclose(tau[0], case["tau_joint"], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(belted(tau, replace(arm, belt=True))[0], case["base_motor_torque_belt_1to1"], rtol=1e-12, atol=1e-12)
+
+
+def test_steady_tows_give_the_golden_matrix():
+    file = json.loads((GOLDEN / "tow_matrix.json").read_text())
+    par = file["parameters"]
+    arm = TrueArm(tuple(TrueLink(par[f"L{i}"], par[f"D{i}"], 1.0, 0.1, 0.1, par[f"C_Dy{i}"], 0.0) for i in (1, 2)), par["rho"])
+    rows = np.array([row for row in file["rows"] if row[1] in (0, 180, -180)])  # stretched: no axial load at joint 1
+    still = np.zeros((len(rows), 2))
+    run = Run("tow", np.arange(float(len(rows))), np.radians(rows[:, :2]), still, still, rows[:, 2], 0 * rows[:, 2])
+    np.testing.assert_allclose(water_torque(run, arm), rows[:, 3:5], atol=STRIP_SUM * np.abs(rows[:, 3]).max())
+
+
+def test_the_strip_sum_converges_at_second_order():
+    run = motion("bang", 0.4)
+    exact = water_torque(run, ARM, strips=16 * STRIPS)
+    errors = [np.abs(water_torque(run, ARM, strips=STRIPS * k) - exact).mean() for k in (1, 2)]
+    assert 3.3 < errors[0] / errors[1] < 4.7
+
+
+def test_the_motion_is_the_integral_of_its_own_derivatives():
+    for kind in ("bang", "jerk", "fourier", "slow"):
+        run = motion(kind, 0.5)
+        inner = slice(2, -2)
+        np.testing.assert_allclose(np.gradient(run.q, run.dt, axis=0)[inner], run.qd[inner], atol=0.01)
+        np.testing.assert_allclose(np.gradient(run.qd, run.dt, axis=0)[inner], run.qdd[inner], atol=2.5)  # a ramp of 60 ms turns 12 steps
+        assert not run.qd[0].any()
+        assert run.u0[0] == 0.0
+
+
+def test_water_at_rest_only_takes_energy_by_drag():
+    arm = replace(ARM, links=tuple(replace(k, C_M=0.0) for k in ARM.links))
+    run = motion("fourier")
+    assert (np.sum(water_torque(run, arm) * run.qd, axis=1) >= -1e-12).all()
+
+
+def mirrored(run):
+    q = np.column_stack([np.pi - run.q[:, 0], *-run.q[:, 1:].T])
+    return replace(run, q=q, qd=-run.qd, qdd=-run.qdd)
+
+
+SYMMETRIC = ("wake_development", "flow_memory", "wake_reentry", "history_force", "reynolds_drag", "axial_drag", "tip_drag", "drag_form",
+             "added_mass", "rotor_inertia", "payload_mass", "link_interference", "coulomb_friction", "viscous_friction", "load_friction",
+             "stribeck_friction", "joint_elasticity", "backlash", "torque_gain", "torque_crosstalk", "torque_saturation", "sensor_timing")
+
+
+@pytest.mark.parametrize("name", ["healthy", *SYMMETRIC])
+def test_the_mirrored_motion_gives_the_mirrored_torque(name):
+    run = motion("fourier", 0.3)
+    causes = [] if name == "healthy" else [draft(name).make(0.1 if name != "torque_saturation" else 5.0)]
+    torque, other = read(run, ARM, causes).tau, read(mirrored(run), ARM, causes).tau
+    np.testing.assert_allclose(other, -torque, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["ambient_current", "buoyancy_tilt", "umbilical_stiffness", "torque_bias", "wall_proximity"])
+def test_what_knows_a_direction_breaks_the_mirror(name):
+    run, cause = motion("fourier", 0.3), draft(name).make(0.2)
+    assert np.abs(read(run, ARM, [cause]).tau + read(mirrored(run), ARM, [cause]).tau).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", ["coulomb_friction", "viscous_friction", "stribeck_friction", "load_friction"])
+@pytest.mark.parametrize("shape", ["plain", "other"])
+def test_friction_takes_energy_and_acts_at_its_joint_alone(name, shape):
+    run, cause = motion(), draft(name, shape=shape, joint=2).make(0.2)
+    torque = extra(cause, run)
+    assert not torque[:, 0].any()
+    power = torque[:, 1] * run.qd[:, 1]
+    assert power.sum() > 0
+    if (name, shape) != ("coulomb_friction", "other"):  # a bristle gives a little back
+        assert power.min() >= -1e-12
+
+
+def test_dry_friction_knows_the_sign_of_the_rate_alone():
+    run, cause = motion(), draft("coulomb_friction", shape="plain", joint=1).make(0.2)
+    moving = np.abs(run.qd[:, 0]) > 1e-3
+    np.testing.assert_allclose(extra(cause, run)[moving, 0], 0.2 * np.sign(run.qd[moving, 0]))
+    assert direction(np.array([0.0, 0.5, 0.0, -1.0, 0.0])).tolist() == [0.0, 1.0, 0.5, -1.0, -0.5]
+
+
+def test_a_bristle_turns_within_its_own_length_and_keeps_its_force_at_rest():
+    v = np.concatenate([np.full(500, 0.5), np.zeros(100), np.full(500, -0.5)])
+    z = bristle(v, 0.001, 0.01)
+    assert z[499] == pytest.approx(1.0)
+    assert z[598] == pytest.approx(z[502])
+    assert z[-1] == pytest.approx(-1.0)
+
+
+def test_a_bias_is_constant_and_a_drift_moves_over_the_campaign():
+    run = motion()
+    bias = extra(draft("torque_bias", joint=2).make(0.3), run)
+    np.testing.assert_allclose(np.abs(bias[:, 1]), 0.3)
+    warming = draft("torque_drift", joint=1, shape="plain").make(0.3)
+    early, late = (np.abs(extra(warming, replace(run, start=9 * 3600.0 + s))[:, 0]) for s in (0.0, 5000.0))
+    assert early.max() < 0.01
+    assert 0.25 < late.min() < late.max() < 0.3
+
+
+def test_saturation_only_clips():
+    run = motion("bang")
+    tau = read(run, ARM).tau[:, 0]
+    cause = draft("torque_saturation", joint=1, shape="plain").make(3.0)
+    level = cause.parameters["level"][0]
+    assert level < np.abs(tau).max()
+    np.testing.assert_allclose(read(run, ARM, [cause]).tau[:, 0], tau.clip(-level, level))
+
+
+def test_a_delay_shifts_both_channels_and_a_lag_keeps_the_area():
+    run = motion()
+    tau, late = read(run, ARM).tau, read(run, ARM, [draft("sensor_timing", shape="plain").make(4 * run.dt)]).tau
+    np.testing.assert_allclose(late[4:], tau[:-4], atol=1e-9)
+    step = follow(np.where(np.arange(2000) >= 100, 1.0, 0.0), 0.001, 0.05)
+    assert step[150] == pytest.approx(1 - np.exp(-1), abs=0.01)
+
+
+def test_gain_and_crosstalk_are_shares_of_the_torque():
+    run = motion()
+    tau = read(run, ARM).tau
+    gain, leak = draft("torque_gain", joint=1, shape="plain").make(0.1), draft("torque_crosstalk", joint=2).make(0.1)
+    np.testing.assert_allclose(read(run, ARM, [gain]).tau[:, 0], tau[:, 0] * gain.parameters["gain"][0])
+    np.testing.assert_allclose(extra(leak, run)[:, 1], leak.parameters["leak"][0] * tau[:, 0])
+
+
+def test_an_encoder_offset_leaves_the_torque_and_moves_the_angle():
+    run, cause = motion(), draft("encoder_offset", joint=2, shape="plain").make(0.1)
+    seen = read(run, ARM, [cause])
+    np.testing.assert_allclose(np.abs(seen.q[:, 1] - run.q[:, 1]), 0.1)
+    np.testing.assert_allclose(seen.tau, read(run, ARM).tau)
+
+
+def test_a_soft_drive_runs_ahead_of_the_link_by_torque_over_stiffness():
+    run = motion("slow")
+    cause = draft("joint_elasticity", joint=1, shape="plain").make(0.01)
+    seen, tau = read(run, ARM, [cause]), plain_torque(run, ARM)
+    settles = 0.03 * 0.01 * np.abs(tau[:, 0]).max()  # within 12 ms, while the torque goes on changing
+    np.testing.assert_allclose(seen.q[:, 0] - run.q[:, 0], 0.01 * tau[:, 0], atol=settles)
+    assert not (seen.q[:, 1] - run.q[:, 1]).any()
+
+
+def test_play_is_half_a_gap_to_the_side_that_carries():
+    tau = np.concatenate([np.full(400, 1.0), np.full(400, -1.0)])
+    delta = play(tau, 0.002, 0.04, 500.0, 2.0)
+    assert delta[399] == pytest.approx(0.02 + 1 / 500, rel=0.02)
+    assert delta[-1] == pytest.approx(-delta[399], rel=0.02)
+    assert np.diff(delta).max() < 0.04
+
+
+def test_ripple_is_periodic_in_the_angle_and_a_hose_knows_the_angle_alone():
+    run = motion()
+    ripple = draft("torque_ripple", joint=1, shape="plain").make(0.2)
+    turned = replace(run, q=run.q + np.array([2 * np.pi / ripple.parameters["per_turn"][0], 0.0]))
+    np.testing.assert_allclose(extra(ripple, run), extra(ripple, turned), atol=1e-9)
+    hose = draft("umbilical_stiffness", joint=2).make(0.3)
+    faster = replace(run, qd=2 * run.qd, qdd=4 * run.qdd)
+    np.testing.assert_allclose(extra(hose, run), extra(hose, faster), atol=1e-9)
+
+
+def test_a_rotor_feels_its_own_joint_and_a_payload_is_a_heavier_tip():
+    run = motion()
+    np.testing.assert_allclose(extra(draft("rotor_inertia", joint=2).make(0.1), run)[:, 1], 0.1 * run.qdd[:, 1], atol=1e-12)
+    tip = TrueLink(ARM.links[1].length, 0.05, 1.1 + 0.5, (1.1 * 0.19 + 0.5 * 0.4) / 1.6, 0.02 + 1.1 * 0.5 / 1.6 * 0.21**2)
+    heavier = rigid_torque(run, replace(ARM, links=(ARM.links[0], tip))) - rigid_torque(run, ARM)
+    np.testing.assert_allclose(extra(draft("payload_mass", shape="plain").make(0.5), run), heavier, atol=1e-9)
+
+
+def test_a_current_along_the_tow_is_a_slower_tow():
+    run = replace(motion("fourier"), u0=np.full(1600, 0.5))
+    with_the_tow = SimpleNamespace(uniform=lambda low, high: np.pi / 2, random=lambda: 0.9)
+    cause = registry.makers()["ambient_current"](with_the_tow, ARM).make(0.2)
+    np.testing.assert_allclose(water_torque(run, ARM, [cause.water]), water_torque(replace(run, u0=run.u0 - 0.2), ARM), atol=1e-9)
+
+
+def test_a_wave_and_a_street_have_the_phase_of_their_run():
+    run = motion("fourier", 0.5)
+    for name in ("wave_orbital", "vortex_shedding"):
+        cause = draft(name).make(0.1)
+        assert cause.chance
+        one, other = extra(cause, run), extra(cause, replace(run, seed=run.seed + 1))
+        np.testing.assert_allclose(extra(cause, run), one)
+        assert np.abs(one - other).max() > 0.1 * np.abs(one).max()
+
+
+def test_travel_counts_from_the_last_reversal():
+    w = np.array([[1.0], [1.0], [-1.0], [-1.0], [0.0], [-1.0], [2.0]])
+    assert since_reversal(w, 1.0)[:, 0].tolist() == [1.0, 2.0, 0.0, 1.0, 1.0, 2.0, 0.0]
+
+
+def test_a_young_wake_drags_less_and_an_old_one_as_before():
+    t = np.arange(2000) * 0.01
+    still = np.zeros((len(t), 2))
+    run = Run("tow", t, still, still, still, np.full(len(t), 0.5), 0 * t)
+    torque = water_torque(run, ARM, [draft("wake_development", shape="plain").make(0.6).water])
+    steady = water_torque(run, replace(ARM, links=tuple(replace(k, C_M=0.0) for k in ARM.links)))
+    assert torque[3, 0] < 0.6 * steady[3, 0]
+    np.testing.assert_allclose(torque[-1], steady[-1], rtol=1e-3)
+
+
+def test_the_shielded_link_loses_drag_in_tow_only_where_the_other_is_ahead():
+    t, n = np.arange(10) * 0.01, 10
+    still = np.zeros((n, 2))
+    folded = np.tile([0.0, 3.0], (n, 1))  # link 2 back along link 1, on its +Y or -Y side
+    cause = draft("link_interference", joint=2).make(0.8)
+    tau = []
+    for side in (1.0, -1.0):
+        run = Run("tow", t, folded * np.array([1.0, side]), still, still, np.full(n, 0.5), 0 * t)
+        tau.append(np.abs(water_torque(run, ARM, [cause.water])[0, 1] / water_torque(run, ARM)[0, 1]))
+    assert min(tau) < 0.8
+    assert max(tau) == pytest.approx(1.0, abs=0.02)
+
+
+def test_lambda_grows_with_the_size_and_a_change_of_c_d_has_none():
+    from nnhydro.simulation.truth.sensors import Sensors
+
+    sensors = Sensors(100.0, "all", "white", 0.01, 0.0, 1e-5, False)
+    runs = (motion("fourier", 0.3), motion("bang", 0.0, 5), motion("slow", 0.0, 6))
+    measure = bench(runs, ARM, 0.02, sensors, np.array([0.02, 0.01]))
+    made = draft("viscous_friction", shape="plain")
+    small, large = (measure.size([made.make(a)]) for a in (0.05, 0.1))
+    assert large == pytest.approx(2 * small, rel=1e-6)
+    rougher = replace(ARM, links=(replace(ARM.links[0], C_D=1.2), ARM.links[1]))
+    more_drag = [water_torque(run, rougher) - water_torque(run, ARM) for run in runs]
+    x = measure.weighted(more_drag)
+    left = x - measure.basis @ (measure.basis.T @ x)
+    assert np.linalg.norm(left) < 0.02 * np.linalg.norm(x)  # the columns have half the strips
+
+
+def test_causes_on_the_joint_leave_the_water_alone():
+    run = motion()
+    cause = draft("viscous_friction").make(0.1)
+    plain = plain_torque(run, ARM)
+    np.testing.assert_allclose(joint_torque(run, ARM, [cause], plain), joint_torque(run, ARM, [cause]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strength", ["strong", "weak"])
+@pytest.mark.parametrize("name", registry.names())
+def test_every_effect_reaches_the_strength_asked_for(name, strength):
+    made = draw_campaign(21, 0, Wish(name, strength, None if name in registry.names("", 1) else 2, 1, "small"))
+    (entry,) = made.answer["effects"]
+    low, high = FACTORS[strength]
+    assert entry["effect"] == name
+    assert 0.7 * low <= entry["over_limit"] <= 1.4 * high
+    for file, columns in made.files.items():
+        assert all(np.isfinite(x).all() for x in columns.values()), file
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effects", [2, 3])
+def test_several_effects_are_each_visible_beside_the_others(effects):
+    made = draw_campaign(5, 1, Wish("random", "strong", 2, effects, "small"))
+    entries = made.answer["effects"]
+    assert len({entry["effect"] for entry in entries}) == effects
+    assert min(entry["over_limit"] for entry in entries) >= 0.7 * FACTORS["strong"][0]
