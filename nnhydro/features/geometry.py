@@ -1,9 +1,10 @@
 """Where the links point: inter-link angles, and the absolute angles where the water or gravity gives them a meaning.
 
-    sin q_i, cos q_i (i > 1)            planar angle between the links
+    m sin q_i, cos q_i (i > 1)          planar angle between the links
     u_x,i / (V_i + |u_x,i|)             how far the flow runs along the link
     sin phi_i, cos phi_i                only where the arm stands upright (weight)
 
+m = a / (a + STILL^2), a = sum_i V_i^2 + W_i D_i, is 1 in motion and 0 at rest: in still water a bent arm needs no torque to stay bent.
 Source: Rivera (1995), section 3.1 (planar angle as an input of the network).
 """
 
@@ -11,7 +12,7 @@ import torch
 
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.features.groups import STILL
-from nnhydro.features.scaling import speed_scale
+from nnhydro.features.scaling import acceleration_scale, speed_scale
 
 
 @feature_set("angles")
@@ -19,7 +20,8 @@ def angles(view: View) -> Features:
     """Return inter-link angles and the share of axial flow; with gravity, also the absolute angles."""
     flow = view.flow
     between = flow.motion.q[:, 1:]
-    odd = [torch.sin(between)]
+    activity = (speed_scale(flow) ** 2 + acceleration_scale(flow) * flow.D).sum(dim=1, keepdim=True)
+    odd = [torch.sin(between) * activity / (activity + STILL**2)]
     even = [torch.cos(between), flow.u_x / (speed_scale(flow) + flow.u_x.abs() + STILL)]
     if flow.arm.gravity_m_s2 > 0:
         odd.append(torch.cos(flow.phi))

@@ -19,15 +19,15 @@ class TrainingConfig(Settings):
     model: Literal["network", "hybrid"] = "hybrid"
     baseline: str = "auto"  # of the hybrid: a name, or the folder of any model; auto is constant in water, rigid in air
     features: tuple[str, ...] = ("morison", "groups", "angles", "rates", "wake", "arm", "friction", "strips", "interference")
-    hidden: tuple[int, ...] = Field(default=(48, 48), min_length=1, max_length=6)
-    members: int = Field(default=4, ge=1, le=64)
+    hidden: tuple[int, ...] = Field(default=(32, 32), min_length=1, max_length=6)
+    members: int = Field(default=6, ge=1, le=64)
     bound: float = Field(default=4.0, gt=0, le=100)  # of the residual in units of the Morison scale
     floor: float = Field(default=0.1, gt=0, le=10)  # of the Morison scale in units of the torque's rms
-    epochs: int = Field(default=60, ge=1, le=100_000)
+    epochs: int = Field(default=40, ge=1, le=100_000)
     batch: int = Field(default=1024, ge=8, le=1_000_000)
     learning_rate: float = Field(default=2e-3, gt=0, le=1)
     weight_decay: float = Field(default=1.0, ge=0, le=10)
-    patience: int = Field(default=25, ge=1, le=100_000)  # epochs without a better validation error
+    patience: int = Field(default=20, ge=1, le=100_000)  # epochs without a better validation error
     validation_share: float = Field(default=0.15, gt=0, lt=1)  # of the recordings that may be fitted, for each member its own
     memory_mb: float = Field(default=1000.0, gt=0, le=1e6)  # of training rows; what exceeds it lies in files
     cutoff_hz: float | None = Field(default=None, gt=0, le=1000)

@@ -1,12 +1,12 @@
 """How far a trained ensemble can be trusted: distance from its rows, and a deviation calibrated on recordings that it was not trained on.
 
     h = x' (C + lambda I)^-1 x / limit          C = mean x x' over the training rows, x the odd features, standardised
-    std^2 = (k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2,   phi = 1 / (1 + h^2)
+    std^2 = (k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2,   phi = 1 / (1 + h)
 
-Each member watches recordings that it does not train on. `limit` is LIMIT times the 95 % quantile over rows that a member watches of the
-distance from the rows it trains on: what new recordings of the same campaign rarely reach. k, c and a are the non-negative least squares of
-r^2 on s^2, S^2 and 1, r what the members that watch a row leave of it; then one factor a joint makes 50, 80 and 95 % of the rows lie within
-their intervals, every watched recording counting alike. u is the rms of target / S: far from the data the error is that of the baseline.
+`limit` is LIMIT times the mean distance of the training rows; held-out recordings of the same campaign reach three to ten times that mean.
+Each member watches recordings that it does not train on. k, c and a are the non-negative least squares of r^2 on s^2, S^2 and 1, r what
+the members that watch a row leave of it; then one factor a joint makes 50, 80 and 95 % of the rows lie within their intervals, every
+watched recording counting alike. u is the rms of target / S: far from the data the error is that of the baseline.
 Source: split-conformal calibration, Vovk et al. (2005), Lei et al. (2018); the split by recording and the terms are ours.
 """
 
@@ -20,28 +20,14 @@ from torch import Tensor
 
 from nnhydro.identification.training_rows import CHUNK, Rows
 from nnhydro.models.learned import LearnedTorque, spread_of
-from nnhydro.models.network import bounded, mirrored
 
 Array = NDArray[np.float64]
 RIDGE = 1e-4  # lambda, of the largest eigenvalue of C: directions that the recordings hardly move in are not counted
-LIMIT = 10.0
+LIMIT = 200.0  # beyond it held-out residuals of the learner grew past those of the baseline
+CREDIT = 1.5  # below 2, where a residual that held-out recordings do not confirm would break even
 LEVELS = (0.5, 0.8, 0.95)
 MOST = 200_000  # watched rows looked at: quantiles are then known to 0.1 %
 ROUNDS = 5
-
-
-def _grams(rows: Rows, watched: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """x' x of all rows (k, k), of those each member watches (E, k, k), and their numbers (E,)."""
-    k = rows.x.shape[1]
-    odd = (rows.parity < 0).double()
-    whole, seen, n = torch.zeros(k, k).double(), torch.zeros(len(watched), k, k).double(), torch.zeros(len(watched)).double()
-    for start in range(0, len(rows.x), CHUNK):
-        x = rows.x[start:start + CHUNK].double() * odd
-        whole += x.T @ x
-        for member, mask in enumerate(watched[:, rows.unit[start:start + CHUNK]]):
-            seen[member] += x[mask].T @ x[mask]
-            n[member] += mask.sum()
-    return whole, seen, n
 
 
 def _root(C: Tensor) -> Tensor:
@@ -51,21 +37,17 @@ def _root(C: Tensor) -> Tensor:
     return root
 
 
-def support(rows: Rows, watched: Tensor) -> Tensor:
-    """Return R (features, r) with h = |R' x|^2; `watched` (members, units) bool."""
+def support(rows: Rows) -> Tensor:
+    """Return R (features, r) with h = |R' x|^2, zero for even features."""
     odd = (rows.parity < 0).double()
-    whole, seen, n = _grams(rows, watched)
-    distances = []
-    for member in range(len(watched)):
-        index = _sample(watched[member][rows.unit])
-        if len(index) and float(n[member]) < len(rows.x):
-            root = _root((whole - seen[member]) / (len(rows.x) - n[member]))
-            distances.append((rows.x[index].double() * odd @ root).pow(2).sum(dim=1))
-    root = _root(whole / len(rows.x))
-    if not distances:  # nothing could be watched: the rows themselves, which lie closer than new ones would
-        distances = [(rows.x[_sample(torch.ones(len(rows.x), dtype=torch.bool))].double() * odd @ root).pow(2).sum(dim=1)]
-    usual = torch.quantile(torch.cat([d[:: len(d) // MOST + 1] for d in distances]), 0.95).clamp(min=1e-12)
-    return odd[:, None] * root / torch.sqrt(LIMIT * usual)
+    C = torch.zeros(rows.x.shape[1], rows.x.shape[1], dtype=torch.float64)
+    for start in range(0, len(rows.x), CHUNK):
+        x = rows.x[start:start + CHUNK].double() * odd
+        C += x.T @ x
+    C /= len(rows.x)
+    root = _root(C)
+    usual = (root * (C @ root)).sum()  # mean of x' (C + lambda I)^-1 x: the number of directions that the recordings move in
+    return odd[:, None] * root / torch.sqrt(LIMIT * usual.clamp(min=1e-12))
 
 
 def _sample(mask: Tensor) -> Tensor:
@@ -75,19 +57,18 @@ def _sample(mask: Tensor) -> Tensor:
 
 
 def _out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Tensor, ...]:
-    """Residual r, scatter s, scale S (m, joints) N m, phi (m, 1) and unit (m,) of rows that at least one member watches."""
+    """Residual r, scatter s, scale S (m, joints) N m, phi (m, 1), unit (m,) and target (m, joints) of rows that a member watches."""
     index = _sample(watched.any(dim=0)[rows.unit])
     parts = []
     for piece in torch.split(index, CHUNK):
         x, scale = rows.x[piece].double(), rows.scale[piece].double()
         phi = model.familiarity(x)
-        members = scale * bounded(mirrored(model.ensemble, x, model.parity), model.bound)
-        if model.baseline is not None:
-            members = phi * members
+        members = model.correction(x, scale)
         mine = watched[:, rows.unit[piece]].double()[..., None]
         predicted = (members * mine).sum(dim=0) / mine.sum(dim=0)
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
-        parts.append((rows.target[piece].double() - predicted, scatter, scale, phi, rows.unit[piece]))
+        target = rows.target[piece].double()
+        parts.append((target - predicted, scatter, scale, phi, rows.unit[piece], target))
     return tuple(torch.cat(column) for column in zip(*parts, strict=True))
 
 
@@ -116,11 +97,27 @@ def _factor(ratio: Array, unit: Array) -> float:
     return float(np.exp(np.mean(np.log(found))))
 
 
+def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
+    """Return a hybrid with its residual shrunk where recordings that members watch say so: trust_j = min(1, CREDIT best_j), at least 0.
+
+    best_j = sum residual target / sum residual^2 leaves the least squares; a residual of twice best_j times its size does neither good nor
+    harm. The members judged had fewer recordings than the ensemble, hence the credit. A network, and a model none of whose recordings was
+    watched, stays as it is.
+    """
+    if model.baseline is None or not bool(watched.any()):
+        return model
+    r, _, _, _, unit, target = _out_of_fold(model, rows, watched)
+    weight = 1 / torch.bincount(unit)[unit][:, None]  # recordings count alike
+    residual = target - r
+    trust = (weight * residual * target).sum(dim=0) / (weight * residual**2).sum(dim=0).clamp(min=1e-300)
+    return replace(model, trust=(CREDIT * trust).clamp(0.0, 1.0))
+
+
 def with_doubt(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
     """Return `model` with its calibrated `doubt`; unchanged where no recording was watched."""
     if not bool(watched.any()):
         return model
-    r, s, S, phi, unit = _out_of_fold(model, rows, watched)
+    r, s, S, phi, unit, _ = _out_of_fold(model, rows, watched)
     u = (rows.target.double() / rows.scale.double()).pow(2).mean(dim=0).sqrt()
     columns = []
     for j in range(r.shape[1]):

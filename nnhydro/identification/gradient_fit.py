@@ -130,7 +130,8 @@ def _watch(state: TrainingState, layout: Ensemble, rows: Rows, watch: Tensor, s:
     state.best_epoch = torch.where(better, torch.tensor(float(state.epoch)), state.best_epoch)
     for kept, w in zip(state.best, state.weights, strict=True):
         kept[better] = w[better]
-    state.history.append(float(error.mean()))
+    if state.epoch:
+        state.history.append(float(error.mean()))
 
 
 def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: TrainingConfig, state: TrainingState,
@@ -142,9 +143,12 @@ def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: Training
     watch = watched[:, rows.unit]
     train = ~watch
     s = rows.target.pow(2).mean(dim=0).sqrt() + 1e-9
+    seen = watch if bool(watch.any()) else train
+    if not state.epoch:
+        _watch(state, layout, rows, seen, s, config)  # the linear part alone is a candidate
     while state.epoch < config.epochs and bool((state.epoch - state.best_epoch < config.patience).any()):
         _epoch(state, layout, rows, train, s, config)
-        _watch(state, layout, rows, watch if bool(watch.any()) else train, s, config)
+        _watch(state, layout, rows, seen, s, config)
         if checkpoint is not None:
             checkpoint(state)
         if progress is not None:

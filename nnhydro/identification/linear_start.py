@@ -3,8 +3,8 @@
     minimise  sum over rows of sum_j [ W_j (x K_j - y_j) ]^2 / s_j^2  +  lambda tr |K|^2
     y_j = b atanh( target_j / (S_j b) ),   W_j = S_j (1 - (target_j / (S_j b))^2)
 
-y is the output before the bound, W what an error of it costs in torque, s_j the rms target. A member solves on the rows that it trains on
-and takes the lambda that does best on the recordings that it watches. One pass over the rows: memory is that of the normal matrices.
+y is the output before the bound, W what an error of it costs in torque, s_j the rms target. A member solves on the rows that it trains
+on and takes the lambda that does best on the recordings that it watches. One pass over the rows: memory is that of the normal matrices.
 Even features cannot change the sign with the mirror and stay out. Source: ours.
 """
 

@@ -51,7 +51,7 @@ def on_arm(model: TorqueModel, arm: Arm) -> TorqueModel:
 
     Raises CampaignError where the arms have different numbers of joints.
     """
-    if arm is model.arm:
+    if arm == model.arm:
         return model
     require(arm.n_links == model.arm.n_links, f"{arm.name}: has {arm.n_links} joint(s), the arm of the model has {model.arm.n_links}: "
             "only arms of as many joints can share a model", CampaignError)
@@ -103,6 +103,6 @@ def calibrated_on(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, h
     if not of_several_arms(chosen):
         return calibrated(chosen_baseline, chosen, arm, how)
     first = arm_of(chosen[0], arm)
-    loads = started(chosen_baseline, [unit for unit in chosen if arm_of(unit, arm) is first], first)
+    loads = started(chosen_baseline, [unit for unit in chosen if arm_of(unit, arm) == first], first)
     return StripTheory(arm, how, {}, chosen_baseline.name,
                        fit_shared(loads, chosen, arm) if chosen_baseline.calibrated else loads_on(loads, arm))

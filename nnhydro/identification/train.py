@@ -8,7 +8,7 @@ from typing import Any
 from torch import Tensor
 
 from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.doubt import support, with_doubt
+from nnhydro.identification.doubt import support, with_doubt, with_trust
 from nnhydro.identification.gradient_fit import Progress, TrainingState, gradient_fit
 from nnhydro.identification.identify import versions
 from nnhydro.identification.linear_start import linear_start
@@ -65,7 +65,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
                                   "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen]}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              ensemble, base)
-        return with_doubt(replace(bare, support=support(rows, watched)), rows, watched)
+        return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
 
 
 def train(campaign: Campaign, config: TrainingConfig | None = None, checkpoint: Path | None = None,

@@ -37,11 +37,13 @@ def view_of(arm: Arm, motion: Motion, floor: Tensor) -> View:
 class LearnedTorque(TorqueModel):
     """An ensemble on dimensionless features; with a `baseline`, a hybrid. Tensors are float64, single rows are cheap.
 
-    tau = baseline + phi S b tanh(y / b),    phi = 1 / (1 + h^2),   h = |support' x|^2
+    tau = baseline + phi g S b tanh(y / b),    phi = 1 / (1 + h),   h = |support' x|^2
 
-    h measures how far the features x lie from those of training, 1 where recordings held out of it rarely reach: there the residual of a
-    hybrid fades and the baseline remains (phi = 1 for a network, which has nothing to return to). std^2 = (k s)^2 + (c S)^2 + a^2 +
-    (u (1 - phi) S)^2 with s the scatter of the members and `doubt` = (k, c, a, u), calibrated on recordings that members did not train on.
+    h measures how far the features x lie from those of training, 1 far beyond what recordings held out of it reach: there the residual of
+    a hybrid fades and the baseline remains; g (`trust`) is below 1 where recordings held out of it do not confirm it. For a network both
+    are 1. std^2 = [(k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2] (1 + e)^2 with s the scatter of the members and `doubt` = (k, c, a, u),
+    calibrated on recordings that members did not train on; e is the largest share of its half range by which a feature lies outside the
+    range of training.
     """
 
     kind: ClassVar[str] = "learned"
@@ -56,6 +58,7 @@ class LearnedTorque(TorqueModel):
     ensemble: Ensemble
     baseline: TorqueModel | None
     support: Tensor | None = None  # (features, r); None: nothing is known of the distance, h = 0
+    trust: Tensor | None = None  # (joints,) of a hybrid's residual; None: all of it
     doubt: Tensor | None = None  # (4, joints): k, c [-], a [N m], u [-]; None: std is the members' scatter
 
     @property
@@ -79,12 +82,19 @@ class LearnedTorque(TorqueModel):
         """Return phi (n, 1), 1 among the training recordings to 0 far away, of standardised features x (n, k) as they are."""
         if self.support is None:
             return torch.ones_like(x[:, :1])
-        return 1 / (1 + (x @ self.support).pow(2).sum(dim=1, keepdim=True) ** 2)
+        return 1 / (1 + (x @ self.support).pow(2).sum(dim=1, keepdim=True))
+
+    def excess(self, x: Tensor) -> Tensor:
+        """Return e (n, 1) of standardised features x (n, k) as they are: 0 within the range of training."""
+        half = ((self.highest - self.lowest) / 2).clamp(min=1.0)
+        return ((x - self.held(x)).abs() / half).amax(dim=1, keepdim=True)
 
     def correction(self, x: Tensor, scale: Tensor) -> Tensor:
         """Return what each member adds to the baseline (E, n, joints) N m; x (n, k) from `standardised`, Morison scale (n, joints) N m."""
         learned = scale * bounded(mirrored(self.ensemble, self.held(x), self.parity), self.bound)
-        return learned if self.baseline is None else self.familiarity(x) * learned
+        if self.baseline is None:
+            return learned
+        return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)
 
     def members(self, motion: Motion) -> Tensor:
         """Return the sensor torques (E, n, joints) N m of each member of the ensemble."""
@@ -107,7 +117,7 @@ class LearnedTorque(TorqueModel):
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
         if self.doubt is None:
             return scatter if len(members) > 1 else None
-        return spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
+        return (1 + self.excess(x)) * spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
 
     def document(self) -> dict[str, Any]:
         """Return names, bound, layout and the baseline."""
@@ -119,7 +129,7 @@ class LearnedTorque(TorqueModel):
         """Return scaling and weights, those of the baseline too."""
         named = {f"ensemble.{i}": tensor for i, tensor in enumerate(self.ensemble.tensors())}
         named |= {key: getattr(self, key) for key in ("floor", "centre", "spread", "parity", "lowest", "highest")}
-        named |= {key: tensor for key, tensor in (("support", self.support), ("doubt", self.doubt)) if tensor is not None}
+        named |= {key: tensor for key in ("support", "trust", "doubt") if (tensor := getattr(self, key)) is not None}
         return named | ({} if self.baseline is None else {f"{BASELINE}{key}": value for key, value in self.baseline.arrays().items()})
 
 

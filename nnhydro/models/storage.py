@@ -12,7 +12,6 @@ import numpy as np
 from torch import Tensor
 
 from nnhydro.conventions import SCHEMA_MODEL
-from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.files import json_text, whole_folder
@@ -54,7 +53,6 @@ def save_model(model: TorqueModel, out: Path) -> Path:
 
 def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> StripTheory:
     catalogue()  # confirmed hypotheses are terms too
-    catalogue()  # confirmed hypotheses are terms too
     instruments = tuple(instrument_of(one) for one in document.get("instruments", []))
     return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]), instruments)
 
@@ -67,7 +65,7 @@ def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
     scaling = {key: tensors[key] for key in ("floor", "centre", "spread", "parity", "lowest", "highest")}
     made = None if base is None else _KINDS[base["kind"]](base["model"], inner, parse_arm(base["arm"], MODEL), how, {})
     return LearnedTorque(arm, how, fit, tuple(document["features"]), float(document["bound"]), **scaling, ensemble=ensemble,
-                         baseline=made, support=tensors.get("support"), doubt=tensors.get("doubt"))
+                         baseline=made, support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
 
 
 _KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned}

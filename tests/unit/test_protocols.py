@@ -1,6 +1,7 @@
 """What is held out is held out: groups stay whole, ranges lie outside, and a model of several arms takes over the right masses."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -95,7 +96,7 @@ def test_sectors_of_the_posture_do_not_overlap():
     split = protocols()["leave-angle-sector-out"].split(material(tank()))
     middle = [float(np.median(posture(unit.segments()[0], arm(2)))) for unit in split.units]
     recorded = [[middle[i] for i in fold.held_out if not split.units[i].steady] for fold in split.folds]
-    assert all(max(a) < min(b) for a, b in zip(recorded[:-1], recorded[1:], strict=True))
+    assert all(max(a) < min(b) for a, b in pairwise(recorded))
 
 
 def test_angles_are_wrapped_to_one_turn():
@@ -109,7 +110,7 @@ def test_the_learning_curve_holds_out_the_same_and_shows_ever_more():
     split = protocols()["learning-curve"].split(material(tank()))
     assert len({fold.held_out for fold in split.folds}) == 1
     shown = [set(fold.fitted) for fold in split.folds]
-    assert all(a < b for a, b in zip(shown[:-1], shown[1:], strict=True))
+    assert all(a < b for a, b in pairwise(shown))
     assert split.curve
     assert sizes(26) == (2, 4, 8, 16, 26)
     assert sizes(9) == (2, 4, 9)

@@ -36,10 +36,14 @@ def test_rows_come_back_in_order_whatever_the_budget(budget, tmp_path):
 
 
 def test_the_files_vanish_with_the_store_even_after_an_error(tmp_path):
-    with pytest.raises(KeyboardInterrupt), RowStore(0, tmp_path) as store:
-        store.append(parts()[0])
-        assert len(list(tmp_path.iterdir())) == 1
-        raise KeyboardInterrupt
+    def interrupted():
+        with RowStore(0, tmp_path) as store:
+            store.append(parts()[0])
+            assert len(list(tmp_path.iterdir())) == 1
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert not list(tmp_path.iterdir())
 
 

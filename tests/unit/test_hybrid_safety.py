@@ -1,0 +1,112 @@
+"""A hybrid is never much worse than its baseline: where there is nothing to learn, and where there are no data."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from campaigns import GIVEN, TINY, campaign, planted, recording, with_torque
+from rigs import arm, mirrored_about_Y, run, states
+
+from nnhydro.errors import ConfigError
+from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.protocols.protocol import protocols
+from nnhydro.identification.identify import identify
+from nnhydro.identification.train import train
+from nnhydro.models.learned import view_of
+from nnhydro.models.storage import load_model, save_model
+from nnhydro.physics.motion import Motion
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.splitting import units
+
+FAST = TINY.model_copy(update={"members": 3, "epochs": 6, "validation_share": 0.25})
+NEVER_WORSE = 1.05
+
+
+def frictional(count=6):
+    a = arm(2)
+    clean = campaign(a, planted(a), count, seconds=2.0, rate=25.0, noise=0.02)
+    return with_torque(clean, lambda name, tau: tau + 0.3 * np.tanh(4 * clean.load(name).qd))
+
+
+def towed(noise=0.1, count=8):
+    """Recordings in which nothing but noise is left to learn beyond the constant baseline."""
+    a = arm(2)
+    return Campaign.of(a, [recording(a, planted(a), f"run{i}", seed=i + 1, seconds=4.0, rate=25.0, speed=0.1 * i, noise=noise)
+                           for i in range(count)])
+
+
+@pytest.mark.parametrize("name", sorted(set(protocols()) - {"leave-arm-out"}))
+def test_where_the_baseline_is_right_the_hybrid_keeps_to_it(name):
+    result = benchmark(towed(), ["constant", "hybrid"], 3, config=FAST, protocol=name)
+    for number in range(len(result.folds)):
+        errors = result.fold_errors(number)
+        assert errors["hybrid"] <= NEVER_WORSE * errors["constant"]
+
+
+def test_the_residual_fades_far_from_the_recordings():
+    whole = frictional()
+    model = train(whole, FAST)
+    shown = Motion.of(whole.segments("run1", GIVEN)[0])
+    faint = replace(model, support=1000 * model.support)  # as if every state were a thousand times as far
+    assert float((faint.torque(shown) - faint.baseline.torque(shown)).abs().max()) < 1e-3 * float(model.torque(shown).abs().max())
+    assert float((model.torque(shown) - model.baseline.torque(shown)).abs().mean()) > 0.05
+
+
+def test_a_joint_that_never_moved_is_unfamiliar_when_it_moves():
+    a = arm(2)
+    made = []
+    for i in range(5):
+        r = recording(a, planted(a), f"run{i}", seed=i + 1, seconds=3.0, rate=25.0, speed=0.1 * i)
+        locked = {"q": r.q * [1, 0], "qd": r.qd * [1, 0], "qdd": r.qdd * [1, 0]}
+        made.append(replace(r, **locked))
+    model = train(Campaign.of(a, made), FAST)
+
+    def phi(motion):
+        return float(model.familiarity(model.standardised(view_of(model.arm, motion, model.floor))).median())
+
+    assert phi(Motion.of(next(iter(units(Campaign.of(a, made), GIVEN))).segments()[0])) > 0.95
+    assert phi(states(2, 200, seed=3)) < 0.2
+
+
+def test_fading_keeps_the_mirror_symmetry_and_the_rest():
+    model = train(frictional(), FAST)
+    motion = run(2)
+    torch.testing.assert_close(model.torque(mirrored_about_Y(motion)), -model.torque(motion), rtol=1e-9, atol=1e-9)
+    still = Motion.at(np.random.default_rng(1).uniform(-3, 3, (10, 2)), 0.0, 0.0)
+    assert float(model.torque(still).abs().max()) < 1e-12
+    assert bool(torch.isfinite(model.std(still)).all())
+
+
+@pytest.mark.parametrize("inner", ["physics", "learned"])
+def test_the_baseline_may_be_any_stored_model(inner, tmp_path):
+    other = frictional(4)
+    first = identify(other, "constant") if inner == "physics" else train(other, FAST.model_copy(update={"model": "network"}))
+    folder = save_model(first, tmp_path / "first")
+    model = train(frictional(), FAST.model_validate({**FAST.model_dump(), "baseline": str(folder)}))
+    again = load_model(save_model(model, tmp_path / "second"))
+    motion = run(2)
+    assert torch.equal(model.baseline.torque(motion), first.torque(motion))
+    assert torch.equal(again.torque(motion), model.torque(motion))
+
+
+def test_a_baseline_that_saw_the_campaign_is_refused_in_a_benchmark(tmp_path):
+    whole = frictional()
+    folder = save_model(identify(whole, "constant"), tmp_path / "seen")
+    config = FAST.model_validate({**FAST.model_dump(), "baseline": str(folder)})
+    with pytest.raises(ConfigError, match="fitted to this very campaign"):
+        benchmark(whole, ["hybrid"], 2, config=config)
+
+
+@pytest.mark.slow
+def test_on_the_demo_campaign_the_hybrid_is_never_worse_under_any_protocol():
+    from nnhydro.demo import CAMPAIGN
+    from nnhydro.recordings.campaign import open_campaign
+
+    whole = open_campaign(CAMPAIGN)
+    config = TINY.model_copy(update={"hidden": (16,), "members": 3, "epochs": 10})
+    for name in sorted(set(protocols()) - {"leave-arm-out"}):
+        result = benchmark(whole, ["constant", "hybrid"], 3, config=config, protocol=name)
+        for number in range(len(result.folds)):
+            errors = result.fold_errors(number)
+            assert errors["hybrid"] <= NEVER_WORSE * errors["constant"], (name, number, errors)
