@@ -69,6 +69,8 @@ class Verdict:
     pairs: tuple[tuple[str, str], ...]  # hidden, named: rows of the confusion table
     alarm: bool  # something was said or noticed, right or wrong
     parameters: tuple[Parameter, ...] = ()
+    rivals: tuple[dict[str, float], ...] = ()  # of every hidden effect: nearest other names, with the lambda that tells them apart
+    limit: float | None = None  # the lambda from which on the campaign reveals something
     seconds: float | None = None
     error_before: float | None = None
     error_after: float | None = None
@@ -161,4 +163,5 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
         claims=tuple((claim.confidence, ok) for claim, ok in zip(claims, correct, strict=True)), pairs=_pairs(answer, truth, claims, match),
         alarm=detected or bool(claims) or _detected(diagnosis, "unexplained"),
         parameters=tuple(number for entry, claim in plain for number in _numbers(entry, claim)),
+        rivals=tuple(entry.get("rivals", {}) for entry in entries), limit=answer.get("limit"),
         seconds=float(seconds) if isinstance(seconds, (int, float)) else None)

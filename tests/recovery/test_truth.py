@@ -322,3 +322,10 @@ def test_several_effects_are_each_visible_beside_the_others(effects):
     entries = made.answer["effects"]
     assert len({entry["effect"] for entry in entries}) == effects
     assert min(entry["over_limit"] for entry in entries) >= 0.7 * FACTORS["strong"][0]
+
+
+def test_a_drift_is_nearest_to_a_bias_and_the_answer_says_how_near():
+    made = draw_campaign(8, 0, Wish("torque_drift", "strong", 1, 1, "small"))
+    (entry,) = made.answer["effects"]
+    assert min(entry["rivals"], key=entry["rivals"].get) == "torque_bias"
+    assert max(entry["rivals"].values()) <= entry["lambda"] + 0.1

@@ -17,6 +17,7 @@ import numpy as np
 from nnhydro.simulation.truth import registry
 from nnhydro.simulation.truth.arms import document, draw_arm
 from nnhydro.simulation.truth.motions import Plan, carry_out, plans
+from nnhydro.simulation.truth.rivals import RUNS, nearest
 from nnhydro.simulation.truth.sensors import FINE, Sensors, draw_sensors, record
 from nnhydro.simulation.truth.tank import belted, plain_torque, read
 from nnhydro.simulation.truth.visibility import FACTORS, Bench, bench, sized
@@ -154,6 +155,9 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
     files = {f"recordings/{run.name}.csv": record(run, read(run, arm, causes, plain), arm, sensors, sigma, rng, True)
              for run, plain in zip(runs, measure.healthy, strict=True)}
     answer = _answer(wish, measure, hidden, known_to) | {"unseen": {}}
+    some = bench(runs[:RUNS], arm, known_to, sensors, sigma, not inertia_hidden)
+    for entry, near in zip(answer["effects"], nearest(rng, some, hidden), strict=True):
+        entry["rivals"] = near
     todo = [replace(plan, seconds=seconds[0]) for plan in plans(rng, links, 9, seconds)[:3]]
     for run in _runs(rng, arm, todo, sensors, "motion", runs[-1].start + 300.0):
         files[f"unseen/{run.name}.csv"] = record(run, read(run, arm, causes), arm, sensors, sigma, rng, False)

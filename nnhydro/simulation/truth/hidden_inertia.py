@@ -30,12 +30,14 @@ def added_mass(rng: Generator, arm: TrueArm) -> Draft:
 def rotor_inertia(rng: Generator, arm: TrueArm) -> Draft:
     """Draw the joint whose motor is heavy."""
     joint = draw_joint(rng, arm)
+    last = arm.links[joint - 1:]
+    moved = sum(k.inertia + k.mass * k.com**2 for k in last) + sum(arm.rho * np.pi * k.diameter**2 * k.length**3 / 12 for k in last)
 
     def make(a: float) -> Cause:
         def load(run: Run, tau: Array) -> Array:
             return on_joint(a * run.qdd[:, joint - 1], joint, tau.shape[1])
         return Cause("rotor_inertia", joint, "plain", "a motor's rotor turns with the joint", {"inertia": (a, "kg m2")}, load=load)
-    return Draft(make, 1e-4, 0.5)
+    return Draft(make, 1e-3 * moved, 1.5 * moved)
 
 
 @hides("payload_mass")
@@ -51,4 +53,4 @@ def payload_mass(rng: Generator, arm: TrueArm) -> Draft:
             force = a * (F.A[:, -1] + beyond * (F.dspin[:, -1, None] * side - turn**2 * F.e[:, -1]))
             return np.column_stack([cross(place - F.P[:, j], force) for j in range(tau.shape[1])])
         return Cause("payload_mass", None, "other" if beyond else "plain", "a mass at the tip", {"mass": (a, "kg")}, load=load)
-    return Draft(make, 1e-3, 2.0)
+    return Draft(make, 1e-3, 0.8 * sum(k.mass for k in arm.links))
