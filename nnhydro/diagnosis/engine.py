@@ -10,10 +10,10 @@ from nnhydro.diagnosis.bank import Bank, Case, build, clock_places, hypotheses, 
 from nnhydro.diagnosis.blocks import Blocks
 from nnhydro.diagnosis.locate import locate
 from nnhydro.diagnosis.noise import noise_of
-from nnhydro.diagnosis.proof import prove
+from nnhydro.diagnosis.proof import Proof, prove
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.score import Bench
-from nnhydro.diagnosis.tournament import P_BLOCK, Race, family_wise_p, run
+from nnhydro.diagnosis.tournament import P_BLOCK, Candidate, Race, family_wise_p, run
 from nnhydro.diagnosis.verdict import Finding, findings, fitted
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.identification.identify import calibrated, started, versions, with_parameters
@@ -25,6 +25,7 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.splitting import units
 
+COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
 CONFIDENT = 0.5  # nothing is said with less
 
 
@@ -71,11 +72,12 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     known = hypotheses(campaign, torque_peaks(all_units), without)
     case = Case(all_units, model, before, known, clock_places(campaign, all_units))
     race, bank, believed, p_value = _settled(case, None if floor is None else floor.std, seed)
-    found = [f for f in findings(race, bank) if f.confidence >= CONFIDENT]
-    if len(found) < len(race.chosen):
-        race.chosen = [f.candidate for f in found]
-        found = findings(race, bank)
+    race.chosen = [f.candidate for f in findings(race, bank) if f.confidence >= CONFIDENT]
     proof = prove(race, bank, case, believed)
+    while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
+        race.chosen.remove(least)
+        proof = prove(race, bank, case, believed)
+    found = findings(race, bank)
     left = family_wise_p(race, seed + 1)[0]
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
     unexplained = {"detected": left <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after, "depends_on": []}
@@ -83,6 +85,13 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     return Diagnosis(plain, corrected(model, race, before, found), chosen.name,
                      time.perf_counter() - start, p_value, noise_error, proof, locate(proof.residuals, race.noise), found, unexplained,
                      _recalibrated(model.loads), versions() | {"campaign_sha256": campaign.sha256()}, race.log)
+
+
+def _least(race: Race, proof: Proof) -> Candidate | None:
+    """The finding that adds least, where it adds less than its share to the improvement on left-out recordings: shape left by another."""
+    gain = {c: proof.without[c.key] - proof.after for c in race.chosen}
+    least = min(gain, key=lambda c: gain[c])
+    return least if gain[least] < COMPANION * (proof.before - proof.after) else None
 
 
 def _settled(case: Case, repeats: tuple[float, ...] | None, seed: int) -> tuple[Race, Bank, StripTheory, float]:

@@ -128,17 +128,24 @@ def block_scores(race: Race) -> tuple[Array, Array]:
 
 
 def family_wise_p(race: Race, seed: int) -> tuple[float, Array]:
-    """Return the p of "nothing is missing" over the whole bank, and each column's own statistic (K,)."""
+    """Return the p of "nothing is missing" over the whole bank, and each column's own statistic (K,).
+
+    Each column enters twice: by its block scores and by their signed ranks, which a few violent blocks cannot drown.
+    """
+    from scipy.stats import rankdata
+
     U, energy = block_scores(race)
     spread = np.sqrt((U**2).sum(axis=0))
     alive = (energy > 1e-6 * np.maximum(np.diag(race.blocks.G.sum(axis=(0, 1)))[race.blocks.p:-1], 1e-300)) & (spread > 0)
     if not alive.any():
         return 1.0, np.zeros(U.shape[1])
-    scaled = np.where(alive, U / np.where(spread > 0, spread, 1.0), 0.0)
+    ranks = np.sign(U) * rankdata(np.abs(U), axis=0)
+    both = [x / np.maximum(np.sqrt((x**2).sum(axis=0)), 1e-300) for x in (U, ranks)]
+    scaled = np.concatenate([np.where(alive, x, 0.0) for x in both], axis=1)
     seen = np.abs(scaled.sum(axis=0))
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SIGNS, len(U)))
     null = np.abs(signs @ scaled).max(axis=1)
-    return float((1 + (null >= seen.max() - 1e-12).sum()) / (SIGNS + 1)), seen
+    return float((1 + (null >= seen.max() - 1e-12).sum()) / (SIGNS + 1)), np.maximum(*np.split(seen, 2))
 
 
 def left_out_p(before: Scored, after: Scored) -> float:

@@ -1,7 +1,8 @@
 """From a finished race to findings: rivals, classes, confidence, parameters with intervals.
 
-A rival that takes a finding's place and predicts left-out recordings no worse (Wilcoxon p > 0.05) belongs to the finding's
-class. The leaf is named where it stands alone; the family where the class lies in one; else none. Confidence is the winner's weight among its rivals, softened for the correlation of residuals.
+A rival that takes a finding's place and predicts left-out recordings no worse (Wilcoxon p > 0.05) belongs to the finding's class. The
+leaf is named where it stands alone; the family where the class lies in one; else none. Confidence is the winner's weight among its
+rivals, softened for the correlation of residuals.
 """
 
 from dataclasses import dataclass

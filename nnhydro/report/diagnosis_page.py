@@ -14,8 +14,10 @@ from nnhydro.report.torque_panels import draw_joint_panels, new_figure
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1b1b1b; --paper: #ffffff; --soft: #5a5a5a; --line: #d0d0d0; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e8e8e8; --paper: #161616; --soft: #a8a8a8; --line: #444; } img { background: #fff } }
-body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
+@media (prefers-color-scheme: dark) {
+:root { --ink: #e8e8e8; --paper: #161616; --soft: #a8a8a8; --line: #444; } img { background: #fff } }
+body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem;
+ margin: 2rem auto; padding: 0 1rem }
 h1 { font-size: 1.4rem } h2 { font-size: 1.1rem; margin-top: 2rem; border-bottom: 1px solid var(--line) }
 .verdict { font-size: 1.15rem; border-left: .4rem solid var(--ink); padding: .2rem 1rem }
 table { border-collapse: collapse } td, th { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid var(--line);
@@ -59,9 +61,10 @@ def _findings(result: Diagnosis) -> str:
     for f in result.document()["findings"]:
         family = f["family"] or "several families"
         alike = ", ".join(f["class"][1:])
+        doubt = f", cannot be told from {escape(alike)}" if alike else ""
+        errors = "without it {error_before:.1%}, with it {error_after:.1%}".format(**f["heldout"])
         parts.append(f"<h3>{escape(f['statement'])}</h3><p class=soft>{escape(f['effect'])} ({escape(family)}), confidence "
-                     f"{f['confidence']:.2f}{', cannot be told from ' + escape(alike) if alike else ''}. Error on left-out recordings without "
-                     f"it {100 * f['heldout']['error_before']:.1f} %, with it {100 * f['heldout']['error_after']:.1f} %.</p>")
+                     f"{f['confidence']:.2f}{doubt}. Error on left-out recordings {errors}.</p>")
         parts.append(_table(["number", "value", "95 % interval", "unit"], [
             [name, f"{p['value']:.4g}", f"{p['ci95'][0]:.4g} to {p['ci95'][1]:.4g}", p["unit"]] for name, p in f["parameters"].items()]))
         parts.append("<p>What could take its place, and how much speaks for it:</p>" + _table(
@@ -77,14 +80,15 @@ def page(result: Diagnosis, campaign: Campaign) -> str:
              for x in document["location"]]
     segment = _telling(result, campaign)
     curves = "" if segment is None else f"<p>Recording {escape(segment.recording)}.</p>" + _picture(result, segment)
-    rest = (f"After correction the error on recordings that took no part is {100 * result.proof.after:.1f} %; a perfect model would leave "
-            f"{100 * result.noise_floor:.1f} %. " + ("Something systematic remains that no known effect explains."
-                                                     if result.unexplained["detected"] else "What remains shows no further named structure."))
+    rest = f"After correction the error on recordings that took no part is {result.proof.after:.1%}; noise alone would leave "
+    rest += f"{result.noise_floor:.1%}. " + ("Something systematic remains that no known effect explains."
+                                             if result.unexplained["detected"] else "What remains shows no further named structure.")
+    found = "found" if mismatch["detected"] else "not found"
     return f"""<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content="width=device-width">
 <title>Diagnosis: {escape(campaign.arm.name)}</title><style>{STYLE}</style></head><body><main>
 <h1>What the model of {escape(campaign.arm.name)} leaves out</h1><p class=verdict>{escape(result.verdict())}</p>
-<p class=soft>Baseline {escape(document['baseline'])}; mismatch {'found' if mismatch['detected'] else 'not found'} (p = {mismatch['p_value']:.3f},
-over all hypotheses tried); error of the recalibrated baseline on left-out recordings {100 * mismatch['error']:.1f} %.</p>
+<p class=soft>Baseline {escape(document['baseline'])}; mismatch {found} (p = {mismatch['p_value']:.3f}, over all hypotheses tried);
+error of the recalibrated baseline on left-out recordings {mismatch['error']:.1%}.</p>
 <h2>Where</h2>{_table(['where', 'share', 'what it depends on', 'band'], where) if where else '<p>Nowhere beyond noise.</p>'}
 <h2>What, and why this and not its rivals</h2>{_findings(result)}
 <h2>Measured, baseline and corrected torque</h2>{curves}

@@ -1,0 +1,107 @@
+"""The algebra of the diagnosis: left-out scores, the family-wise test, the selection and where a residual lies."""
+
+import numpy as np
+import pytest
+
+from nnhydro.diagnosis.blocks import Blocks, block_grams
+from nnhydro.diagnosis.locate import Residual, locate
+from nnhydro.diagnosis.score import Bench
+from nnhydro.diagnosis.tournament import Candidate, Race, family_wise_p, run
+
+UNITS, ROWS, P, K = 10, 120, 3, 8
+
+
+def tables(seed, planted=(), noise=1.0):
+    """Tables [Y X y] (rows, 1 joint, P + K + 1) of each unit; `planted` {column: value}."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for _ in range(UNITS):
+        YX = rng.standard_normal((ROWS, P + K))
+        y = YX[:, :P] @ np.array([1.0, -2.0, 0.5]) + noise * rng.standard_normal(ROWS)
+        for column, value in dict(planted).items():
+            y = y + value * YX[:, P + column]
+        made.append(np.column_stack([YX, y])[:, None, :])
+    return made
+
+
+def race_of(made, noise=1.0, low=-np.inf, high=np.inf):
+    grams, rows, unit = [], [], []
+    for number, table in enumerate(made):
+        G, n = block_grams(table, 4)
+        grams.append(G)
+        rows.append(n)
+        unit.append(np.full(len(n), number))
+    blocks = Blocks(np.concatenate(grams), np.concatenate(rows), np.concatenate(unit), P)
+    scale = np.array([noise])
+    weighted = Blocks(blocks.G / noise**2, blocks.n, blocks.unit, P)
+    torque = sum(float((t[:, 0, -1] ** 2).sum()) for t in made) / noise**2
+    return Race(Bench.of(blocks, scale, np.zeros(P)), weighted, scale, np.full(K, low), np.full(K, high), torque)
+
+
+BANK = [Candidate(f"effect_{k}", 0, 0, 1, (k,)) for k in range(K)]
+
+
+def test_the_left_out_energy_is_that_of_a_refit_to_the_other_units():
+    made = tables(1, {0: 0.5})
+    scored = race_of(made).bench.scored(np.array([0, 3]))
+    take = [0, 1, 2, P + 0, P + 3]
+    for number, table in enumerate(made):
+        others = np.concatenate([t for i, t in enumerate(made) if i != number])[:, 0]
+        theta = np.linalg.lstsq(others[:, take], others[:, -1], rcond=None)[0]
+        energy = ((table[:, 0, -1] - table[:, 0, take] @ theta) ** 2).sum()
+        assert scored.energy[number, 0] == pytest.approx(energy, rel=1e-6)
+
+
+def test_a_planted_column_is_chosen_and_nothing_else():
+    for seed in range(5):
+        race = run(race_of(tables(seed, {2: 0.5})), BANK, seed)
+        assert [c.effect for c in race.chosen] == ["effect_2"]
+
+
+def test_two_planted_columns_are_chosen_in_any_order():
+    race = run(race_of(tables(3, {2: 0.4, 6: -0.5})), BANK, 0)
+    assert {c.effect for c in race.chosen} == {"effect_2", "effect_6"}
+
+
+def test_noise_alone_is_left_alone():
+    assert sum(len(run(race_of(tables(seed)), BANK, seed).chosen) for seed in range(20)) == 0
+
+
+def test_the_family_wise_p_pays_for_looking_at_every_column():
+    p = np.array([family_wise_p(race_of(tables(seed)), seed)[0] for seed in range(100)])
+    assert (p <= 0.05).mean() <= 0.12
+    assert 0.35 < p.mean() < 0.65
+
+
+def test_a_value_beyond_its_physical_bounds_is_never_chosen():
+    assert run(race_of(tables(1, {2: -0.5}), low=0.0), BANK, 0).chosen == []
+
+
+def test_an_effect_that_only_lives_by_cancelling_the_baseline_is_refused():
+    made = tables(1)
+    for table in made:  # column 5 is almost a baseline column, and the difference of the two is in the torque
+        table[:, 0, P + 5] = table[:, 0, 0] + 0.01 * table[:, 0, P + 5]
+        table[:, 0, -1] += 60 * (table[:, 0, P + 5] - table[:, 0, 0])
+    assert "effect_5" not in [c.effect for c in run(race_of(made), BANK, 0).chosen]
+
+
+def test_the_order_of_units_does_not_matter():
+    made = tables(4, {1: 0.3})
+    columns = np.array([1, 4])
+    assert race_of(made).bench.scored(columns).total == pytest.approx(race_of(made[::-1]).bench.scored(columns).total, rel=1e-12)
+
+
+def test_the_region_where_a_residual_lies_is_found():
+    rng = np.random.default_rng(0)
+    parts = []
+    for number in range(6):
+        q, qd = rng.uniform(-1, 1, 400), rng.uniform(-1, 1, 400)
+        r = np.column_stack([0.01 * rng.standard_normal(400), np.where(q > 0.6, 0.5, 0.0) + 0.01 * rng.standard_normal(400)])
+        parts.append(Residual(f"run{number}", r, {"q1_rad": q, "dq1_rad_s": qd}, 0.01))
+    first = locate(parts, np.array([0.01, 0.01]))[0]
+    assert first.joint == 2
+    assert first.share > 0.95
+    low, high = first.conditions["q1_rad"]
+    assert low > 0.3
+    assert high == pytest.approx(1.0, abs=0.05)
+    assert first.recordings == []
