@@ -10,7 +10,7 @@ import nnhydro
 import nnhydro.cli as folder
 
 EPILOG = "Start with: nnhydro demo. Then: nnhydro check YOUR_CAMPAIGN, nnhydro benchmark YOUR_CAMPAIGN."
-NOT_COMMANDS = ("main", "output")
+NOT_COMMANDS = ("main",)
 
 
 def build() -> typer.Typer:

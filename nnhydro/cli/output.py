@@ -1,5 +1,0 @@
-"""Moved to nnhydro.report.screen."""
-
-from nnhydro.report.screen import JSON, emit, note, say, table
-
-__all__ = ["JSON", "emit", "note", "say", "table"]
