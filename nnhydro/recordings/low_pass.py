@@ -21,7 +21,7 @@ MIN_NEAR = 6  # rows at least through which the parabola at an end is drawn
 
 
 def _extension(x: Array, pad: int, near: int) -> Array:
-    """Return `pad` rows that go on after the last of `x` (n, ...): a parabola through the last `near` rows less the reflected rest of `x`."""
+    """Return `pad` rows that go on after the last of `x` (n, ...): a parabola through its last `near` rows less the reflected rest."""
     row = np.arange(-len(x) + 1, pad + 1) / near
     powers = row[:, None] ** np.arange(3)
     flat = x.reshape(len(x), -1)
@@ -54,7 +54,8 @@ class LowPass:
         """Return `x` (n, ...) evenly sampled every `dt` s, filtered along its first axis; a linear operator on `x`.
 
         Both ends are padded by a parabola through the last period of the cut-off, less the reflected rest: an odd reflection alone would
-        force the acceleration to zero where a recording begins or ends in motion. A cut-off at or above 0.45 of the sampling rate passes everything. Raises RecordingError below four rows.
+        force the acceleration to zero where a recording begins or ends in motion. A cut-off at or above 0.45 of the sampling rate
+        passes everything. Raises RecordingError below four rows.
         """
         from scipy.signal import butter, sosfiltfilt
 
