@@ -10,6 +10,7 @@ from nnhydro.cli.main import run
 from nnhydro.identification.train import train
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.state_loads import state_loads
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +63,33 @@ def test_gains_keeps_somebody_elses_folder(place, said, tmp_path):
     code, _, err = said("gains", place / "constant", "--out", tmp_path)
     assert code == 2
     assert "holds other files" in err
+
+
+def test_export_writes_the_file_and_what_it_needs_to_be_told(place, said, tmp_path):
+    code, out, _ = said("export", place / "hybrid", "--out", tmp_path / "arm.onnx")
+    assert code == 0
+    assert "wake_next" in out
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["arm.onnx", "arm.onnx.json"]
+    told = json.loads((tmp_path / "arm.onnx.json").read_text())
+    assert told["model_digest"] == (place / "hybrid" / "digest.txt").read_text().strip()
+    code, out, _ = said("export", place / "hybrid", "--out", tmp_path / "arm.onnx", "--json")
+    assert code == 0
+    assert json.loads(out) == {"file": str(tmp_path / "arm.onnx"), **told}
+
+
+@pytest.mark.parametrize(("options", "word"), [(("--format", "torchscript"), "onnx"), (("--precision", "half"), "single")])
+def test_export_refuses_what_it_does_not_know(place, said, tmp_path, options, word):
+    code, out, err = said("export", place / "constant", "--out", tmp_path / "a.onnx", *options)
+    assert (code, out) == (2, "")
+    assert word in err
+    assert len(err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_export_of_a_model_over_the_travel_says_why_not(place, said, tmp_path):
+    a = arm(2)
+    save_model(StripTheory(a, GIVEN, {}, "state", state_loads(a)), tmp_path / "state")
+    code, _, err = said("export", tmp_path / "state", "--out", tmp_path / "a.onnx")
+    assert code == 2
+    assert "remembers the motion before" in err
+    assert not (tmp_path / "a.onnx").exists()

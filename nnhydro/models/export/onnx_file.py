@@ -1,0 +1,180 @@
+"""`FILE.onnx` for a controller and `FILE.onnx.json` that says how to feed it.
+
+The graph is one step in time (step.py): belt, gears, baseline, features, every member of an ensemble and all scaling are inside. Before it
+is written it is held against the model: at random states, and step by step along runs from rest and under tow.
+"""
+
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.errors import ConfigError, ModelError, missing_extra, require
+from nnhydro.files import json_text, write_json
+from nnhydro.models.export.expressions import Program
+from nnhydro.models.export.step import NAMES, Step
+from nnhydro.models.export.tracing import Objects, traced
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.motion import Motion
+
+SCHEMA = "nnhydro/onnx/1"
+OPSET = 18
+PRECISIONS = {"double": np.float64, "single": np.float32}
+STATES, ROWS, SEED = 40, 30, 0
+CLOSE = 1e-9  # of the rms torque: between the recorded scalars and torch, both in double precision
+UNITS = {"q": ("rad", "joint angles, joint-relative"), "qd": ("rad/s", "joint rates"), "qdd": ("rad/s^2", "joint accelerations"),
+         "u0": ("m/s", "carriage speed"), "du0": ("m/s^2", "carriage acceleration"), "dt": ("s", "time since the step before"),
+         "wake": ("m/s", "memory of the wake, as the step before gave it: memories x links x strips")}
+OUTPUTS = {"tau": ("N m", "torques that the sensors read, before any filter"), "std": ("N m", "their standard deviation"),
+           "wake_next": ("m/s", "memory for the step that follows")}
+MEMORY = ("Start from rest: wake = 0 and dt = 0 in the first step. Start under way (carriage or arm already moving steadily): dt = 1e9 in "
+          "the first step. Then dt is the time since the step before and wake its wake_next.")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A model as scalars: the program of one step, its outputs by name, and how far it is from the model."""
+
+    step: Step
+    program: Program
+    outputs: dict[str, Objects]
+    deviation: dict[str, float]
+
+    @property
+    def has_memory(self) -> bool:
+        """Return whether a step needs the memory of the one before."""
+        return "wake_next" in self.outputs
+
+
+def _states(step: Step, count: int) -> list[list[Tensor]]:
+    """Random inputs in every direction, at speeds of tow tanks."""
+    random = torch.Generator().manual_seed(SEED)
+    size = {"q": 1.5, "qd": 1.0, "qdd": 3.0, "u0": 0.4, "du0": 0.5, "wake": 0.3}
+    return [[torch.full(shape, 0.01, dtype=torch.float64) if name == "dt" else
+             size[name] * torch.randn(shape, generator=random, dtype=torch.float64) for name, shape in step.shapes().items()]
+            for _ in range(count)]
+
+
+def _runs(links: int) -> list[Motion]:
+    """Two runs in time order with reversals: the arm from rest, and under a carriage that was moving before."""
+    t = torch.linspace(0.0, 3.0, ROWS, dtype=torch.float64)
+    w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
+    phase = w * t[:, None]
+    q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
+    still = torch.zeros_like(t)
+    return [Motion(t, q, qd, qdd, still, still), Motion(t, q, qd, qdd, 0.4 + 0.1 * torch.sin(2 * t), 0.2 * torch.cos(2 * t))]
+
+
+def stepped(step: Step, motion: Motion) -> Tensor:
+    """Return the torques (n, links) N m of a run in time order, one step a row, the memory handed on."""
+    wake, torques = torch.zeros(step.shapes()["wake"], dtype=torch.float64), []
+    gaps = torch.diff(motion.t, prepend=motion.t[:1])
+    if bool(motion.u0[0] != 0):
+        gaps[0] = 1e9
+    for row in range(len(motion)):
+        tau, *_, wake = step(motion.q[row], motion.qd[row], motion.qdd[row], motion.u0[row:row + 1], motion.du0[row:row + 1],
+                             gaps[row:row + 1], wake)
+        torques.append(tau)
+    return torch.stack(torques)
+
+
+def _far(got: NDArray[np.float64], want: NDArray[np.float64]) -> float:
+    """Largest deviation relative to the rms of what is wanted, NaN counted as infinite."""
+    far = float(np.abs(got - want).max() / (np.sqrt((want**2).mean()) + 1e-12))
+    return far if np.isfinite(far) else float("inf")
+
+
+def record(model: TorqueModel) -> Recorded:
+    """Return `model` as scalars; raises ModelError where one step cannot give what the model gives for a whole run."""
+    with_std = model.std(_runs(model.arm.n_links)[0]) is not None
+    step = Step(model, with_std)
+    along = max(_far(stepped(step, run).numpy(), model.torque(run).numpy()) for run in _runs(model.arm.n_links))
+    require(along < CLOSE, "this model remembers the motion before in a way that one step cannot carry (coefficients over the travel s/D, "
+            "Basset's force, instruments with a delay): export a network, a hybrid or a baseline without such a term", ModelError)
+    first, *others = _states(step, STATES)
+    program, arrays = traced(step, first)
+    names = ["tau", "std", "wake_next"] if with_std else ["tau", "wake_next"]
+    outputs = dict(zip(names, arrays, strict=True))
+    flat = np.concatenate([x.ravel() for x in arrays])
+    got = program.evaluate(list(flat), np.stack([torch.cat([x.ravel() for x in inputs]).numpy() for inputs in others]))
+    want = np.stack([torch.cat([x.ravel() for x in step(*inputs)]).numpy() for inputs in others])
+    at_states = _far(got, want)
+    require(at_states < CLOSE, "this model decides or computes outside torch, so that no fixed graph can stand for it", ModelError)
+    memory = {k for name, k in zip(NAMES, _starts(step), strict=True) if name == "wake"}.pop()
+    drives = program.needed([x for name in names[:-1] for x in outputs[name].ravel()])
+    if not any(k >= memory for k in drives & set(range(program.n_inputs))):
+        outputs.pop("wake_next")
+    return Recorded(step, program, outputs, {"at_states": at_states, "along_runs": along})
+
+
+def _starts(step: Step) -> list[int]:
+    """Number of the first scalar of each input."""
+    return [int(x) for x in np.cumsum([0, *(int(np.prod(shape)) for shape in step.shapes().values())])[:-1]]
+
+
+def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str) -> dict[str, Any]:
+    """Return FILE.onnx.json: names, shapes, units, conventions, how to begin, and which model it is."""
+    import onnx
+
+    model, shapes = recorded.step.model, recorded.step.shapes()
+    low_pass = model.preparation.low_pass
+    return {
+        "schema": SCHEMA, "model": getattr(model, "name", model.kind), "kind": model.kind, "model_digest": digest, "precision": precision,
+        "opset": OPSET, "arm": model.arm.document(),
+        "inputs": [{"name": name, "shape": list(shapes[name]), "unit": UNITS[name][0], "meaning": UNITS[name][1]} for name in declared],
+        "outputs": [{"name": name, "shape": list(values.shape), "unit": OUTPUTS[name][0], "meaning": OUTPUTS[name][1]}
+                    for name, values in recorded.outputs.items()],
+        "memory": MEMORY if recorded.has_memory else None,
+        "conventions": "q1 from +X, the others relative to the link inboard, counter-clockwise; the carriage moves along +Y; torques are "
+                       "what the drives supply, positive along +q, behind belt and gears where the arm has them; inputs that no output "
+                       "depends on are left out",
+        "filter": None if low_pass is None else f"the model was made from motions low-passed for comparison at {low_pass.cutoff_hz:g} Hz: "
+                  "feed rates and accelerations that hold no more noise than that",
+        "checked": {"relative_deviation_in_double": recorded.deviation, "states": STATES - 1, "rows_of_runs": 2 * ROWS},
+        "versions": {"torch": torch.__version__, "onnx": onnx.__version__}}
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write `content` to `path`, whole or not at all."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as cause:
+        raise ConfigError(f"--out {path}: cannot be written ({cause.strerror or cause}): name a file where you may write") from cause
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "") -> dict[str, Any]:
+    """Write `model` to `out` and what it needs to be told to `out`.json; returns the latter.
+
+    Raises MissingExtraError without the library onnx, ConfigError for an unknown precision, ModelError where the model cannot be exported.
+    """
+    try:
+        import onnx  # noqa: F401
+    except ImportError:
+        missing_extra("onnx", "onnx", "nnhydro export")
+    from nnhydro.models.export.onnx_graph import onnx_model
+
+    require(precision in PRECISIONS, f"--precision {precision!r}: one of {', '.join(PRECISIONS)}")
+    require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'model.onnx'}")
+    recorded = record(model)
+    made = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
+    told = sidecar(recorded, [x.name for x in made.graph.input], precision, digest)
+    made.metadata_props.add(key="nnhydro", value=json_text(told))
+    _write(out, made.SerializeToString())
+    write_json(out.with_name(f"{out.name}.json"), told)
+    return told

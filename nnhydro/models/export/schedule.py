@@ -1,0 +1,41 @@
+"""When each atom of a program is computed: in as few rounds as it takes, with as few kinds of operation a round as possible.
+
+A round computes all its atoms at once, one operation a kind. A kind whose atoms can all wait does wait, so that later they go together.
+"""
+
+from collections.abc import Sequence
+
+from nnhydro.models.export.expressions import Program, Scalar, Value
+
+
+def _sources(program: Program, k: int) -> set[int]:
+    return {j for x in program.atoms[k].operands if isinstance(x, Scalar) for j in x.terms}
+
+
+def _deadlines(program: Program, chosen: Sequence[int]) -> dict[int, int]:
+    """Last round in which each atom may be computed without making the whole longer."""
+    last = max((program.atoms[k].level for k in chosen), default=0)
+    found = dict.fromkeys(chosen, last)
+    for k in sorted(chosen, reverse=True):
+        for j in _sources(program, k) & found.keys():
+            found[j] = min(found[j], found[k] - 1)
+    return found
+
+
+def rounds(program: Program, outputs: Sequence[Value]) -> list[dict[str, list[int]]]:
+    """Return the atoms of each round by kind; inputs stand in none."""
+    waiting = sorted(k for k in program.needed(list(outputs)) if program.atoms[k].kind != "input")
+    deadline = _deadlines(program, waiting)
+    done = set(range(program.n_inputs))
+    made: list[dict[str, list[int]]] = []
+    while waiting:
+        ready: dict[str, list[int]] = {}
+        for k in waiting:
+            if _sources(program, k) <= done:
+                ready.setdefault(program.atoms[k].kind, []).append(k)
+        urgent = {kind: atoms for kind, atoms in ready.items() if any(deadline[k] <= len(made) + 1 for k in atoms)} or ready
+        made.append(urgent)
+        taken = {k for atoms in urgent.values() for k in atoms}
+        done |= taken
+        waiting = [k for k in waiting if k not in taken]
+    return made
