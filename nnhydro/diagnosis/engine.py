@@ -21,6 +21,7 @@ from nnhydro.identification.prior import Prior, prior
 from nnhydro.models.baselines import baseline as baseline_called
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.splitting import units
@@ -55,6 +56,7 @@ def _recalibrated(loads: Loads) -> dict[str, list[float]]:
     return {key: list(getattr(loads.terms[term], symbol)) for key, term, symbol in pairs if term in loads.terms}
 
 
+@one_thread()
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
              without: Sequence[str] = ()) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.

@@ -20,6 +20,7 @@ from nnhydro.identification.identify import versions
 from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
+from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.recordings.repeats import group_names, noise_floor
@@ -194,6 +195,7 @@ def _material(campaigns: tuple[Campaign, ...], config: TrainingConfig, fold_coun
                     tuple(group_names(campaign) for campaign in campaigns), fold_count, seed)
 
 
+@one_thread()
 def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (), fold_count: int = 5, seed: int = 0,
               config: TrainingConfig | None = None, report: Report | None = None, protocol: str = DEFAULT) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.

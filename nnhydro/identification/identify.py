@@ -18,6 +18,7 @@ from nnhydro.identification.travel_scale import has_travel_scale, with_best_trav
 from nnhydro.models.baselines import Baseline, baseline
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation
@@ -131,6 +132,7 @@ def estimates(loads: Loads, solution: Solution, blocks: Sequence[Statistics], be
                  zip(names, solution.theta, unit, low, high, _notes(loads, solution, before), strict=True))
 
 
+@one_thread()
 def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | None = None, seed: int = 0) -> StripTheory:
     """Return the baseline `model` fitted to all recordings and steady tables of `campaign`, its estimates in `fit["parameters"]`.
 

@@ -20,6 +20,7 @@ from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation
@@ -43,6 +44,7 @@ def _layout(rows: Rows, watched: Tensor, config: TrainingConfig) -> Ensemble:
     return replace(fresh, skip=linear_start(rows, watched, config.bound))
 
 
+@one_thread()
 def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: TrainingConfig, checkpoint: Path | None = None,
                 progress: Progress | None = None) -> LearnedTorque:
     """Return the model trained on the units `chosen` alone: scaling, baseline, weights, early stop and doubt see nothing else.

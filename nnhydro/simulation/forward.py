@@ -6,8 +6,7 @@ All motions are stepped side by side as one batch: the cost is that of the longe
 Source: Kutta (1901); the zero-order hold is that of a digital controller.
 """
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -17,23 +16,13 @@ from torch import Tensor
 
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.motion import tensor
+from nnhydro.physics.threads import one_thread
 from nnhydro.simulation.controller import TorqueLaw
 from nnhydro.simulation.motions.motion_kind import Reference, State
 from nnhydro.simulation.plant import Plant
 from nnhydro.simulation.run import MAX_ROWS, Run, grid
 
 RUNAWAY = 1e3  # rad/s: no arm gets there
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Keep torch on one thread: on tensors of a few rows the others only wait for each other, up to a hundred times longer."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 @final
@@ -77,7 +66,7 @@ def _require_tame(qd: Tensor, t: float, names: list[str]) -> None:
                           "controller.rate_hz")
 
 
-@_one_thread()
+@one_thread()
 def controlled(references: Mapping[str, Reference], plant: Plant, law: TorqueLaw, rate_hz: float, hold: int) -> list[Run]:
     """Return one run a reference: `plant` under `law`, which acts every `hold` steps of 1/`rate_hz` s.
 
