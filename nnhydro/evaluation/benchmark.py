@@ -108,11 +108,17 @@ class Benchmark:
         """Return every model's pooled error in one fold."""
         return {name: Misfit.total(s.by_fold[number].values()).error for name, s in self.standings.items() if s.by_fold[number]}
 
+    def fold_wider(self, number: int) -> dict[str, float]:
+        """Return how much wider, relative to the torque, the intervals of one fold are on held-out than on fitted recordings."""
+        known = {name: (s.coverage[number].width, s.fitted_coverage[number].width) for name, s in self.standings.items()
+                 if len(s.coverage) > number and len(s.fitted_coverage) > number}
+        return {name: held_out / fitted for name, (held_out, fitted) in known.items() if fitted > 0}
+
     def document(self) -> dict[str, Any]:
         """Return what benchmark.json holds."""
         models = {name: standing.document(self.seed, self.split.curve) for name, standing in self.standings.items()}
         parts = [{"name": fold.name, "held_out": [self.units[i].name for i in fold.held_out], "fitted": self.fitted_count(fold),
-                  "errors": self.fold_errors(k)} for k, fold in enumerate(self.split.folds)]
+                  "errors": self.fold_errors(k), "wider": self.fold_wider(k)} for k, fold in enumerate(self.split.folds)]
         low_pass = self.how.low_pass
         digests = [campaign.sha256() for campaign in self.campaigns]
         return {"schema": SCHEMA_BENCHMARK, "protocol": self.protocol, "noise_floor": self.noise_floor, "models": models, "folds": parts,

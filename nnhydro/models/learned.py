@@ -16,6 +16,7 @@ from nnhydro.physics.motion import Motion
 from nnhydro.physics.transmission import to_drives
 from nnhydro.recordings.arm import Arm
 
+WIDENING = 3.0  # a feature a third of its half range outside doubles the deviation
 BASELINE = "baseline."  # before the names of a baseline's tensors
 
 def reference_terms(arm: Arm, motion: Motion) -> dict[str, Tensor]:
@@ -41,7 +42,7 @@ class LearnedTorque(TorqueModel):
 
     h measures how far the features x lie from those of training, 1 far beyond what recordings held out of it reach: there the residual of
     a hybrid fades and the baseline remains; g (`trust`) is below 1 where recordings held out of it do not confirm it. For a network both
-    are 1. std^2 = [(k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2] (1 + e)^2 with s the scatter of the members and `doubt` = (k, c, a, u),
+    are 1. std^2 = [(k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2] (1 + 3 e)^2 with s the scatter of the members and `doubt` = (k, c, a, u),
     calibrated on recordings that members did not train on; e is the largest share of its half range by which a feature lies outside the
     range of training.
     """
@@ -117,7 +118,7 @@ class LearnedTorque(TorqueModel):
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
         if self.doubt is None:
             return scatter if len(members) > 1 else None
-        return (1 + self.excess(x)) * spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
+        return (1 + WIDENING * self.excess(x)) * spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
 
     def document(self) -> dict[str, Any]:
         """Return names, bound, layout and the baseline."""

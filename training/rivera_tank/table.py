@@ -1,5 +1,6 @@
 """The page of the study: one table of errors under every protocol, one of coverage."""
 
+FIRST = "leave-recordings-out"
 HEAD = """# Every model under every protocol
 
 `python training/rivera_tank/run.py` ({minutes} minutes on two cores; choices in config.toml, every number in results.json).
@@ -40,11 +41,12 @@ def _coverage(results: dict) -> str:
 
 
 def page(results: dict) -> str:
-    """Return README.md for the results by protocol."""
+    """Return README.md for the results by protocol, the default protocol first."""
+    results = dict(sorted(results.items(), key=lambda item: item[0] != FIRST))
     minutes = sum(result["seconds"] for result in results.values()) / 60
     floor = next((100 * result["noise_floor"] for result in results.values() if result["noise_floor"] is not None), float("nan"))
     text = HEAD.format(minutes=round(minutes), floor=floor) + "\n" + _errors(results)
     for protocol, result in results.items():
-        if protocol != "leave-recordings-out":
+        if protocol != FIRST:
             text += f"\n## {protocol}: error where is held out, %\n\n{_folds(result)}"
     return text + f"\n## Coverage: share of held-out torques within the intervals, %\n\n{_coverage(results)}"
