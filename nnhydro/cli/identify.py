@@ -37,4 +37,4 @@ def identify(
     else:
         say(f"{model} has nothing to fit.")
     say(f"Model: {out}")
-    say(f"Next: nnhydro benchmark {campaign}   (is it any good on recordings that it has not seen?)")
+    say(f"Next: nnhydro benchmark {campaign} --out compared   (is it any good on recordings that it has not seen?)")

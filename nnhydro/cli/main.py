@@ -9,7 +9,7 @@ import typer
 import nnhydro
 import nnhydro.cli as folder
 
-EPILOG = "Start with: nnhydro demo. Then: nnhydro check YOUR_CAMPAIGN, nnhydro benchmark YOUR_CAMPAIGN."
+EPILOG = "Start with: nnhydro demo. Then: nnhydro check YOUR_CAMPAIGN, nnhydro benchmark YOUR_CAMPAIGN --out DIR."
 NOT_COMMANDS = ("main",)
 
 
