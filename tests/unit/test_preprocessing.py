@@ -9,8 +9,8 @@ from rigs import arm
 
 from nnhydro.errors import ConfigError, RecordingError
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation, plan, prepare, steady_segment
+from nnhydro.recordings.low_pass import LowPass, _extension
+from nnhydro.recordings.preprocessing import Preparation, derivatives, plan, prepare, steady_segment
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 
@@ -207,3 +207,21 @@ def test_a_belt_motors_angle_becomes_the_joints(tmp_path, ratio):
     read = read_recording(write_csv(tmp_path / "run.csv", columns | {"tau1_Nm": t, "tau2_Nm": t}), a)
     np.testing.assert_allclose(read.q, q, atol=1e-12)
     np.testing.assert_allclose(read.qd, qd, atol=1e-12)
+
+
+def test_a_recording_that_begins_and_ends_in_motion_keeps_its_acceleration_there():
+    t = np.arange(0, 8, 0.01)
+    for phase in (0.0, 0.7, 1.5):
+        q = np.sin(np.pi * t + phase) + 0.3 * np.sin(2.6 * np.pi * t + 2 * phase)
+        true = -np.pi**2 * np.sin(np.pi * t + phase) - 0.3 * (2.6 * np.pi) ** 2 * np.sin(2.6 * np.pi * t + 2 * phase)
+        found = derivatives(LowPass(16.0).apply(q[:, None], 0.01), 0.01, 2)[:, 0]
+        wrong = np.abs(found - true) / np.sqrt((true**2).mean())
+        assert wrong[[0, -1]].max() < 0.5
+        assert wrong[2:-2].max() < 0.1
+
+
+def test_what_goes_on_beyond_an_end_is_the_parabola_less_the_reflected_rest():
+    parabola = np.arange(40.0)[:, None] ** 2
+    np.testing.assert_allclose(_extension(parabola, 5, 8)[:, 0], np.arange(40.0, 45.0) ** 2, rtol=1e-9)
+    wave = np.sin(np.arange(-39, 1) / 3.0)[:, None]  # it crosses zero at its last row: its odd reflection is its own continuation
+    np.testing.assert_allclose(_extension(wave, 6, 40)[:, 0], np.sin(np.arange(1, 7) / 3.0), atol=0.05)
