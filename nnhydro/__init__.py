@@ -1,31 +1,76 @@
 """Joint torques of robot arms under water: learned from tow-tank recordings, compared with the physics, diagnosed where they differ."""
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+if TYPE_CHECKING:  # what type checkers and editors see; at run time a name is imported when it is first used
+    from nnhydro.api.benchmark import Benchmark as Benchmark
+    from nnhydro.api.benchmark import benchmark as benchmark
+    from nnhydro.api.campaign import load as load
+    from nnhydro.api.campaign import read_frame as read_frame
+    from nnhydro.api.check import Check as Check
+    from nnhydro.api.check import check as check
+    from nnhydro.api.diagnosis import Diagnosis as Diagnosis
+    from nnhydro.api.diagnosis import Finding as Finding
+    from nnhydro.api.diagnosis import diagnose as diagnose
+    from nnhydro.api.effects import Catalogue as Catalogue
+    from nnhydro.api.effects import catalogue as catalogue
+    from nnhydro.api.model import Model as Model
+    from nnhydro.api.model import identify as identify
+    from nnhydro.api.model import load_model as load_model
+    from nnhydro.api.model import train as train
+    from nnhydro.api.prediction import Prediction as Prediction
+    from nnhydro.errors import NnhydroError as NnhydroError
+    from nnhydro.identification.config import TrainingConfig as TrainingConfig
+    from nnhydro.recordings.arm import Arm as Arm
+    from nnhydro.recordings.arm import read_arm as read_arm
+    from nnhydro.recordings.campaign import Campaign as Campaign
+    from nnhydro.recordings.recording import Recording as Recording
+
+    __version__: str
 
 _PUBLIC = {
+    "load": "nnhydro.api.campaign",
+    "read_frame": "nnhydro.api.campaign",
+    "check": "nnhydro.api.check",
+    "identify": "nnhydro.api.model",
+    "train": "nnhydro.api.model",
+    "benchmark": "nnhydro.api.benchmark",
+    "diagnose": "nnhydro.api.diagnosis",
+    "load_model": "nnhydro.api.model",
+    "catalogue": "nnhydro.api.effects",
+    "Campaign": "nnhydro.recordings.campaign",
+    "Recording": "nnhydro.recordings.recording",
     "Arm": "nnhydro.recordings.arm",
     "read_arm": "nnhydro.recordings.arm",
-    "Recording": "nnhydro.recordings.recording",
-    "Campaign": "nnhydro.recordings.campaign",
-    "open_campaign": "nnhydro.recordings.campaign",
-    "Loads": "nnhydro.physics.load_sum",
-    "identify": "nnhydro.identification.identify",
-    "train": "nnhydro.identification.train",
-    "benchmark": "nnhydro.evaluation.benchmark",
-    "save_model": "nnhydro.models.storage",
-    "load_model": "nnhydro.models.storage",
-    "predict": "nnhydro.models.prediction",
+    "TrainingConfig": "nnhydro.identification.config",
+    "Check": "nnhydro.api.check",
+    "Model": "nnhydro.api.model",
+    "Prediction": "nnhydro.api.prediction",
+    "Benchmark": "nnhydro.api.benchmark",
+    "Diagnosis": "nnhydro.api.diagnosis",
+    "Finding": "nnhydro.api.diagnosis",
+    "Catalogue": "nnhydro.api.effects",
     "NnhydroError": "nnhydro.errors",
 }
 
 __all__ = ["__version__", *_PUBLIC]
 
 
+def _version() -> str:
+    """The version of the installed package, which comes from the git tag; of a source tree that was never installed nothing is known."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("nnhydro")
+    except PackageNotFoundError:
+        return "0+unknown"
+
+
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that `import nnhydro` costs nothing."""
+    if name == "__version__":
+        return _version()
     if name in _PUBLIC:
         return getattr(import_module(_PUBLIC[name]), name)
     raise AttributeError(f"module 'nnhydro' has no attribute {name!r}")

@@ -18,7 +18,7 @@ CACHED_SAMPLES = 2_000_000  # about 100 MB: recordings beyond that are read agai
 
 
 @final
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Campaign:
     """The arm, its recordings (read when asked for), its steady tables and the sha256 of all that was read.
 
@@ -32,6 +32,12 @@ class Campaign:
     root: Path | None = None
     map_sha256: str = ""  # of the column mapping that the files were read through, "" where there is none
     _cache: dict[str, Recording] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.names[:3]) + (", ..." if len(self.names) > 3 else "")
+        parts = [f"{self.arm.n_links} link{'s' if self.arm.n_links > 1 else ''}", f"{len(self.names)} recordings ({names})"]
+        parts += [f"steady table {table.name} ({len(table)} runs)" for table in self.steady]
+        return f"<Campaign {self.arm.name!r}: {', '.join(parts)}{'' if self.root is None else f', in {self.root}'}>"
 
     @staticmethod
     def of(arm: Arm, recordings: list[Recording], steady: tuple[SteadyTable, ...] = ()) -> "Campaign":

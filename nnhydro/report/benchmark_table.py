@@ -1,25 +1,14 @@
-"""The benchmark on the screen: a table, best model first, what each knows of its own error, fold by fold, and the verdict."""
+"""The benchmark as sheets (all models, recording by recording, fold by fold, what each knows of its own error) and on the screen."""
 
+from functools import partial
 from typing import Any
 
 from nnhydro.evaluation.benchmark import Benchmark
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
-from nnhydro.report.screen import say, table
+from nnhydro.report.screen import say, show
+from nnhydro.report.sheet import Column, Sheet, percent, percent_interval
 
-
-def _models(result: Benchmark, models: dict[str, Any]) -> None:
-    """Print the table of all models on held-out recordings."""
-    joints = result.campaign.arm.n_links
-    rows = []
-    for name in result.ranking():
-        m = models[name]
-        interval = " to ".join(f"{100 * x:.1f}" for x in m["error_ci95"])
-        rows.append([name, f"{100 * m['error']:.1f} %", interval, *(f"{x:.3f}" for x in m["nrmse"]),
-                     *(f"{100 * x:.1f} %" for x in m["vaf"]), f"{m['fit_s']:.1f}"])
-    if result.noise_floor is not None:
-        rows.append(["(a perfect model)", f"{100 * result.noise_floor:.1f} %", "", *[""] * (2 * joints + 1)])
-    table(_title(result), ["model", "error", "95 % interval", *(f"NRMSE {j + 1}" for j in range(joints)),
-                           *(f"VAF {j + 1}" for j in range(joints)), "fit [s]"], rows)
+PERFECT = "(a perfect model)"
 
 
 def _title(result: Benchmark) -> str:
@@ -31,30 +20,62 @@ def _title(result: Benchmark) -> str:
     return f"Held-out torque error: {held}, {protocol_called(result.protocol).meaning}"
 
 
-def _folds(result: Benchmark) -> None:
-    """Print every model's error in every fold."""
+def models_sheet(result: Benchmark, document: dict[str, Any], perfect: bool = True) -> Sheet:
+    """Return all models on held-out recordings, best first, and with `perfect` the noise floor as a last row."""
+    names, models = result.ranking(), document["models"]
+    floor = [None] if perfect and result.noise_floor is not None else []
+    entries = [models[name] for name in names]
+    columns = [Column("model", [*names, *([PERFECT] if floor else [])], words=True),
+               Column("error", [*(m["error"] for m in entries), *([result.noise_floor] if floor else [])], percent),
+               Column("95 % interval", [*(tuple(m["error_ci95"]) for m in entries), *floor], percent_interval, "error_ci95")]
+    for joint in range(result.campaign.arm.n_links):
+        columns.append(Column(f"NRMSE {joint + 1}", [*(m["nrmse"][joint] for m in entries), *floor], "{:.3f}", f"nrmse{joint + 1}"))
+    for joint in range(result.campaign.arm.n_links):
+        columns.append(Column(f"VAF {joint + 1}", [*(m["vaf"][joint] for m in entries), *floor], percent, f"vaf{joint + 1}"))
+    return Sheet(_title(result), (*columns, Column("fit [s]", [*(m["fit_s"] for m in entries), *floor], "{:.1f}", "fit_s")))
+
+
+def recordings_sheet(result: Benchmark, document: dict[str, Any]) -> Sheet:
+    """Return every model's error on every unit, worst for the best model first."""
+    names, models = result.ranking(), document["models"]
+    errors = {name: models[name]["by_recording"] for name in names}
+    units = sorted(errors[names[0]], key=errors[names[0]].__getitem__, reverse=True)
+    return Sheet("Error of every model on every recording, held out of its fit",
+                 (Column("recording", units, words=True), *(Column(name, [errors[name].get(u) for u in units], percent) for name in names)))
+
+
+def folds_sheet(result: Benchmark) -> Sheet:
+    """Return every model's error in every fold."""
     folds = result.split.folds
     errors = [result.fold_errors(k) for k in range(len(folds))]
     heading = "Error against the number of recordings fitted" if result.split.curve else "Error where is held out"
-    rows = [[name, *(f"{100 * e[name]:.1f} %" if name in e else "" for e in errors)] for name in result.ranking()]
-    table(heading, ["model", *(fold.name for fold in folds)], rows)
+    names = result.ranking()
+    return Sheet(heading, (Column("model", names, words=True),
+                           *(Column(fold.name, [e.get(name) for name in names], percent) for fold, e in zip(folds, errors, strict=True))))
 
 
-def _coverage(models: dict[str, Any], ranking: list[str]) -> None:
-    """Print how often the intervals of models that know their uncertainty hold the measured torque."""
-    known = [(name, models[name]["coverage"]) for name in ranking if "coverage" in models[name]]
-    if known:
-        rows = [[name, *(f"{100 * share:.0f} %" for share in c["shares"].values()), f"{100 * c['width']:.1f} %",
-                 f"{c['wider_than_fitted']:.2f}" if "wider_than_fitted" in c else ""] for name, c in known]
-        table("Intervals: share of held-out torques inside, mean std over mean torque, and how much wider than on fitted recordings",
-              ["model", *(f"of {level} %" for level in known[0][1]["shares"]), "std", "wider"], rows)
+def coverage_sheet(result: Benchmark, document: dict[str, Any]) -> Sheet | None:
+    """Return how often the intervals of models that know their uncertainty hold the measured torque; None where none knows."""
+    known = [(name, document["models"][name]["coverage"]) for name in result.ranking() if "coverage" in document["models"][name]]
+    if not known:
+        return None
+    whole = partial("{:.0%}".format)
+    levels = [Column(f"of {level} %", [c["shares"][level] for _, c in known], whole, f"inside_{level}") for level in known[0][1]["shares"]]
+    return Sheet("Intervals: share of held-out torques inside, mean std over mean torque, and how much wider than on fitted recordings",
+                 (Column("model", [name for name, _ in known], words=True), *levels, Column("std", [c["width"] for _, c in known], percent),
+                  Column("wider", [c.get("wider_than_fitted") for _, c in known], "{:.2f}")))
+
+
+def benchmark_sheets(result: Benchmark) -> tuple[Sheet, ...]:
+    """Return what a reader sees first: all models, the folds where they differ in kind, and the intervals."""
+    document = result.document()
+    folds = () if result.protocol == DEFAULT else (folds_sheet(result),)
+    covered = coverage_sheet(result, document)
+    return (models_sheet(result, document), *folds, *(() if covered is None else (covered,)))
 
 
 def print_benchmark(result: Benchmark) -> None:
-    """Print the table of all models on held-out recordings, coverage where models know it, and the verdict in a sentence."""
-    models = result.document()["models"]
-    _models(result, models)
-    if result.protocol != DEFAULT:
-        _folds(result)
-    _coverage(models, result.ranking())
+    """Print the tables and the verdict in a sentence."""
+    for sheet in benchmark_sheets(result):
+        show(sheet)
     say(result.verdict())

@@ -5,6 +5,8 @@ from typing import Any
 
 import typer
 
+from nnhydro.report.sheet import Sheet
+
 MAP = typer.Option(None, "--map", help="YAML file: foreign columns and their units; columns.yaml in the campaign by default.")
 JSON = typer.Option(False, "--json", help="Print the result as JSON, for programs.")
 
@@ -19,21 +21,26 @@ def note(text: str) -> None:
     typer.echo(text, err=True)
 
 
-def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table: the first column left, the others right; as wide as its content when the output is piped."""
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[bool] = (True,)) -> None:
+    """Print a table: columns of `words` left, the others right; as wide as its content when the output is piped."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)  # markup would swallow units such as [s]
     if not console.is_terminal:
-        console = Console(highlight=False, width=200)
+        console = Console(highlight=False, markup=False, width=200)
     made = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, title_style="bold")
     for number, name in enumerate(columns):
-        made.add_column(name, justify="left" if number == 0 else "right")
+        made.add_column(name, justify="left" if number < len(words) and words[number] else "right")
     for row in rows:
         made.add_row(*row)
     console.print(made)
+
+
+def show(sheet: Sheet) -> None:
+    """Print a sheet."""
+    table(sheet.title, sheet.headings(), sheet.rows(), [column.words for column in sheet.columns])
 
 
 def emit(document: Any) -> None:

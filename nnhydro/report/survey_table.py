@@ -8,7 +8,8 @@ from typing import Any
 
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.survey import Survey
-from nnhydro.report.screen import say, table
+from nnhydro.report.screen import say, show
+from nnhydro.report.sheet import Column, Sheet
 
 SHOWN = 40  # recordings in the table; the rest is counted
 
@@ -17,14 +18,43 @@ def _plural(count: int, word: str) -> str:
     return f"{count} {word}{'' if count == 1 else 's'}"
 
 
+def recordings_sheet(found: Survey, most: int | None = None) -> Sheet:
+    """Return what each recording holds, of the first `most`."""
+    cut = None if found.how is None or found.how.low_pass is None else found.how.low_pass.cutoff_hz
+    odd, entries = Counter(oddity.recording for oddity in found.oddities), found.entries[:most]
+    return Sheet(_plural(len(found.entries), "recording"), (
+        Column("recording", [e.name for e in entries], words=True), Column("rows", [e.rows for e in entries]),
+        Column("s", [e.duration_s for e in entries], "{:.4g}", "duration_s"),
+        Column("Hz", [e.rate_hz for e in entries], "{:.4g}", "rate_hz"), Column("jitter", [e.jitter for e in entries], "{:.1%}"),
+        Column("given", [" ".join(e.given) for e in entries], words=True),
+        Column("derived", [" ".join(e.derived) or "-" for e in entries], words=True),
+        Column("cut-off Hz", [cut] * len(entries), "{:.3g}", "cutoff_hz"), Column("oddities", [odd[e.name] for e in entries])))
+
+
+def oddities_sheet(found: Survey) -> Sheet:
+    """Return what looks wrong, the worst first."""
+    return Sheet("What looks wrong", (
+        Column("severity", [o.severity for o in found.oddities], words=True),
+        Column("check", [o.check for o in found.oddities], words=True),
+        Column("recording", [o.recording for o in found.oddities], words=True),
+        Column("message", [o.message for o in found.oddities], words=True)))
+
+
+def tips_sheet(found: Survey) -> Sheet:
+    """Return how the tip of each link moves."""
+    links = found.links
+    title = "How the tips move through the water" if links and links[0].reynolds is not None else "How the tips move (a dry arm)"
+    return Sheet(title, (
+        Column("link", list(range(1, len(links) + 1)), words=True), Column("L/D", [x.slenderness for x in links], "{:.3g}", "slenderness"),
+        Column("top speed of the tip, m/s", [x.top_speed_m_s for x in links], "{:.3g}", "top_speed_m_s"),
+        Column("Reynolds", [x.reynolds for x in links], "{:.2g}", "reynolds"),
+        Column("longest stroke, D", [x.travel for x in links], "{:.3g}", "travel")))
+
+
 def _print_recordings(found: Survey) -> None:
-    cut = "-" if found.how is None or found.how.low_pass is None else f"{found.how.low_pass.cutoff_hz:.3g}"
     odd = Counter(oddity.recording for oddity in found.oddities)
-    rows = [[e.name, str(e.rows), f"{e.duration_s:.4g}", f"{e.rate_hz:.4g}", f"{e.jitter:.1%}", " ".join(e.given),
-             " ".join(e.derived) or "-", cut, str(odd[e.name] or "-")] for e in found.entries[:SHOWN]]
-    if rows:
-        headings = ["recording", "rows", "s", "Hz", "jitter", "given", "derived", "cut-off Hz", "oddities"]
-        table(_plural(len(found.entries), "recording"), headings, rows)
+    if found.entries:
+        show(recordings_sheet(found, SHOWN))
     if len(found.entries) > SHOWN:
         say(f"... and {len(found.entries) - SHOWN} more recordings.")
     for name, runs in found.tables:
@@ -45,11 +75,8 @@ def merged(oddities: Sequence[Oddity]) -> list[str]:
 
 
 def _print_arm(found: Survey) -> None:
-    rows = [[f"link {i}", f"{link.slenderness:.3g}", f"{link.top_speed_m_s:.3g}", "-" if link.reynolds is None else f"{link.reynolds:.2g}",
-             f"{link.travel:.3g}"] for i, link in enumerate(found.links, 1)]
-    if rows:
-        title = "How the tips move (a dry arm)" if found.links[0].reynolds is None else "How the tips move through the water"
-        table(title, ["", "L/D", "top speed of the tip, m/s", "Reynolds", "longest stroke, D"], rows)
+    if found.links:
+        show(tips_sheet(found))
     if found.floor is not None:
         std = ", ".join(f"{x:.2g}" for x in found.floor.std)
         say(f"Repeats: a perfect model would score {found.floor.error:.3g} (sum|error| / sum|torque|); noise {std} N m (joint 1, 2, ...).")

@@ -1,0 +1,34 @@
+"""Campaigns: from a folder, or from data frames in memory."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign, verified
+from nnhydro.recordings.readers.files import channel_names
+from nnhydro.recordings.readers.from_columns import Named, recording_from_columns
+from nnhydro.recordings.recording import Origin, Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def load(folder: str | Path, columns: str | Path | None = None) -> Campaign:
+    """Return the campaign in `folder` (arm.yaml, recordings/, steady/); every file is read once, so that a faulty one is named now.
+
+    `columns` is a YAML file that says what foreign columns mean; by default columns.yaml in the folder. Raises NnhydroError
+    (CampaignError, ArmError, RecordingError, ConfigError) with one line that says what is wrong, where, and what mends it.
+    """
+    return verified(Path(folder), None if columns is None else Path(columns))
+
+
+def read_frame(frame: "pd.DataFrame", arm: Arm, name: str = "recording", torque: bool = True) -> Recording:
+    """Return the recording in a data frame whose columns are those of a recording's file (t_s, q1_rad, tau1_Nm, ...), SI units.
+
+    Without `torque` it is a motion alone. Raises RecordingError naming the column that is missing or not a number.
+    """
+    known = channel_names(arm, torque)
+    columns = {str(label): np.asarray(frame[label], dtype=float) for label in frame.columns if str(label) in known}
+    return recording_from_columns(Named(dict(columns), tuple(map(str, frame.columns))), arm, name, Origin(name, "", "data frame"), torque)

@@ -1,0 +1,46 @@
+"""What a campaign holds and what looks wrong with it."""
+
+from dataclasses import dataclass
+from typing import final
+
+from nnhydro.api.shown import Shown
+from nnhydro.errors import ConfigError, require
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.survey import Survey, survey
+from nnhydro.report.sheet import Sheet
+from nnhydro.report.survey_table import oddities_sheet, recordings_sheet, tips_sheet, verdict
+
+
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Check(Shown):
+    """A campaign looked over: `survey` holds every number; the data frame has a row a recording."""
+
+    survey: Survey
+
+    @property
+    def usable(self) -> bool:
+        """Whether nothing makes the campaign unusable."""
+        return not self.survey.errors
+
+    @property
+    def oddities(self) -> tuple[str, ...]:
+        """What looks wrong, each with its remedy, the worst first."""
+        return tuple(oddity.message for oddity in self.survey.oddities)
+
+    def verdict(self) -> str:
+        """Return whether the campaign can be used, in one sentence."""
+        return verdict(self.survey)
+
+    def sheets(self) -> tuple[Sheet, ...]:
+        """Return recordings, oddities, and how the tips move."""
+        return recordings_sheet(self.survey), oddities_sheet(self.survey), tips_sheet(self.survey)
+
+
+def check(campaign: Campaign, cutoff_hz: float | None = None) -> Check:
+    """Return what was given, what is derived and what looks wrong, with the remedy.
+
+    `cutoff_hz` is the low-pass cut-off, chosen from the data by default. Raises RecordingError where a file cannot be read at all.
+    """
+    require(cutoff_hz is None or 0 < cutoff_hz < 1e6, f"cutoff_hz {cutoff_hz}: give a positive frequency in Hz", ConfigError)
+    return Check(survey(campaign, cutoff_hz))

@@ -1,0 +1,111 @@
+"""What the baseline leaves out of the recordings: found, named, with numbers and the proof."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+from nnhydro.api.model import Model
+from nnhydro.api.shown import Shown
+from nnhydro.diagnosis import engine
+from nnhydro.diagnosis.result import Diagnosis as Result
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.report.diagnosis_folder import write_diagnosis
+from nnhydro.report.diagnosis_sheets import errors_sheet, findings_sheet, location_sheet, parameters_sheet, rivals_sheet
+from nnhydro.report.sheet import Sheet
+
+
+@final
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a finding in its unit, with its 95 % interval."""
+
+    value: float
+    unit: str
+    ci95: tuple[float, float]
+
+
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Finding(Shown):
+    """One effect that the baseline leaves out; its data frame has a row a number."""
+
+    effect: str
+    family: str | None  # None where the alternatives span families
+    alternatives: tuple[str, ...]  # effects that these recordings cannot tell from it
+    joint: int | None  # from 1; None: the whole arm
+    confidence: float
+    statement: str
+    parameters: dict[str, Parameter]
+    error_without: float
+    error_with: float
+    document: dict[str, Any]
+
+    @staticmethod
+    def of(document: dict[str, Any]) -> "Finding":
+        """Return the finding that diagnosis.json holds."""
+        numbers = {name: Parameter(p["value"], p["unit"], tuple(p["ci95"])) for name, p in document["parameters"].items()}
+        return Finding(document["effect"], document["family"], tuple(document["class"][1:]), document["joint"], document["confidence"],
+                       document["statement"], numbers, document["heldout"]["error_before"], document["heldout"]["error_after"], document)
+
+    def verdict(self) -> str:
+        """Return the finding as a sentence with numbers."""
+        return self.statement
+
+    def sheets(self) -> tuple[Sheet, ...]:
+        """Return the numbers with their intervals, and the rivals."""
+        return parameters_sheet({"findings": [self.document]}), rivals_sheet(self.document)
+
+
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Shown):
+    """What is missing, where, and how good the model with it is; the data frame has a row a finding."""
+
+    result: Result
+    campaign: Campaign
+
+    @property
+    def detected(self) -> bool:
+        """Whether baseline and recordings differ beyond noise and recalibration."""
+        return bool(self.document()["mismatch"]["detected"])
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """The effects that were left out, the strongest first."""
+        return tuple(Finding.of(f) for f in self.document()["findings"])
+
+    @property
+    def corrected(self) -> Model:
+        """The baseline, refitted, with everything that was found."""
+        return Model(self.result.corrected)
+
+    @property
+    def baseline(self) -> Model:
+        """The baseline, calibrated on the recordings."""
+        return Model(self.result.baseline)
+
+    def verdict(self) -> str:
+        """Return what was found in plain words."""
+        return self.result.verdict()
+
+    def sheets(self) -> tuple[Sheet, ...]:
+        """Return findings, their numbers, the errors, and where the residual lies."""
+        document = self.document()
+        return findings_sheet(document), parameters_sheet(document), errors_sheet(document), location_sheet(document)
+
+    def document(self) -> dict[str, Any]:
+        """Return what diagnosis.json holds."""
+        return self.result.document()
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write diagnosis.json, report.html, figures, model/ and baseline/ to `folder`, whole or not at all; returns their paths."""
+        return write_diagnosis(self.result, self.campaign, Path(folder))
+
+
+def diagnose(campaign: Campaign, baseline: str | None = None, cutoff_hz: float | None = None, seed: int = 0) -> Diagnosis:
+    """Return what the baseline leaves out of the recordings of `campaign`.
+
+    `baseline` is a physics model by name; constant, or rigid where the arm is dry, by default. Raises ConfigError for an unknown
+    baseline, CampaignError or RecordingError where the data cannot be used.
+    """
+    return Diagnosis(engine.diagnose(campaign, baseline, seed, cutoff_hz), campaign)

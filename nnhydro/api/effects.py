@@ -1,0 +1,54 @@
+"""The catalogue of what a simulation may leave out."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+from nnhydro.api.shown import Shown
+from nnhydro.effects.catalogue import catalogue as known
+from nnhydro.effects.catalogue import load_plugin
+from nnhydro.effects.effect import Effect
+from nnhydro.report.effect_card import ACTS, card
+from nnhydro.report.sheet import Column, Sheet
+
+
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Catalogue(Shown):
+    """All effects by their id; the data frame has a row an effect."""
+
+    effects: dict[str, type[Effect]]
+
+    def __getitem__(self, effect: str) -> dict[str, Any]:
+        """Return the card of one effect: mechanism, equation, signature, look-alikes, parameters with units and bounds, source."""
+        return card(self.effects[effect])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.effects)
+
+    def __len__(self) -> int:
+        return len(self.effects)
+
+    def verdict(self) -> str:
+        """Return how many effects are known."""
+        return f"{len(self)} effects that a simulation may leave out."
+
+    def sheets(self) -> tuple[Sheet, ...]:
+        """Return one row an effect."""
+        every = list(self.effects.values())
+        return (Sheet("", (
+            Column("id", list(self.effects), words=True), Column("family", [one.family for one in every], words=True),
+            Column("acts on", [ACTS[one.acts] for one in every], key="acts", words=True),
+            Column("name", [one.name for one in every], words=True),
+            Column("what it looks like", [one.signature.region for one in every], key="region", words=True))),)
+
+
+def catalogue(plugin: str | Path | None = None) -> Catalogue:
+    """Return all effects that a diagnosis can find, with those that the Python file `plugin` declares; that file is run.
+
+    Raises ConfigError where the file declares none or fails.
+    """
+    if plugin is not None:
+        load_plugin(Path(plugin))
+    return Catalogue(dict(known()))

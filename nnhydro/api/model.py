@@ -1,0 +1,107 @@
+"""Models of the joint torques: fitted, trained or loaded; they predict, say their parameters, and are stored and exported."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, final
+
+from nnhydro.api.campaign import read_frame
+from nnhydro.api.prediction import Prediction
+from nnhydro.api.shown import Shown
+from nnhydro.identification.config import TrainingConfig, read_config
+from nnhydro.identification.gradient_fit import Progress
+from nnhydro.identification.identify import identify as fit
+from nnhydro.identification.train import train as fit_network
+from nnhydro.models import prediction, storage
+from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.readers.files import read_recording
+from nnhydro.recordings.recording import Recording
+from nnhydro.report.parameter_sheet import parameter_sheet
+from nnhydro.report.sheet import Sheet
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Model(Shown):
+    """A model of what the arm's torque sensors read; its data frame has a row a parameter.
+
+    `torque_model` is the model that computes (`torque(motion)` on torch tensors, see docs/models.md).
+    """
+
+    torque_model: TorqueModel
+
+    @property
+    def name(self) -> str:
+        """The baseline's name, `network` or `hybrid`."""
+        return str(getattr(self.torque_model, "name", self.torque_model.kind))
+
+    @property
+    def arm(self) -> Arm:
+        """The arm whose torques it predicts."""
+        return self.torque_model.arm
+
+    @property
+    def fit(self) -> dict[str, Any]:
+        """How the model came about: choices, estimates, versions, sha256 of the campaign."""
+        return self.torque_model.fit
+
+    def verdict(self) -> str:
+        """Return what the model is, in one sentence."""
+        model = self.torque_model
+        base = getattr(model.baseline, "name", model.baseline.kind) if isinstance(model, LearnedTorque) and model.baseline else None
+        text = f"{self.name}{f' on {base}' if base else ''}, {self.arm.n_links} joint{'s' if self.arm.n_links > 1 else ''}"
+        low_pass = model.preparation.low_pass
+        text += "" if low_pass is None else f", low-passed at {low_pass.cutoff_hz:.3g} Hz"
+        rms = self.fit.get("rms_residual_Nm")
+        if rms is None:
+            return f"{text}."
+        return f"{text}; leaves {', '.join(f'{x:.3g}' for x in rms)} N m (rms, joint by joint) on the recordings it was fitted to."
+
+    def sheets(self) -> tuple[Sheet, ...]:
+        """Return the parameters, or how a network is built."""
+        return (parameter_sheet(self.torque_model),)
+
+    def predict(self, motion: "Recording | pd.DataFrame | str | Path") -> Prediction:
+        """Return what this rig's torque sensors would read for a motion: a row for every row; torque columns are ignored.
+
+        `motion` is a recording, a data frame with its columns, or a file. Raises RecordingError where the motion has gaps or NaN.
+        """
+        if isinstance(motion, str | Path):
+            motion = read_recording(Path(motion), self.arm, torque=False)
+        elif not isinstance(motion, Recording):
+            motion = read_frame(motion, self.arm, torque=False)
+        return Prediction.of(prediction.predict(self.torque_model, motion))
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the model to `folder`, whole or not at all; a model that lies there is replaced. Returns the folder."""
+        return storage.save_model(self.torque_model, Path(folder))
+
+
+def load_model(folder: str | Path) -> Model:
+    """Return the model that `Model.save`, `nnhydro identify`, `train` or `diagnose` wrote; raises ModelError with one line."""
+    return Model(storage.load_model(Path(folder)))
+
+
+def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | None = None, seed: int = 0) -> Model:
+    """Return a physics model fitted to all recordings, with 95 % intervals over recordings.
+
+    `model` is rigid, textbook, drag-only, constant or state. Raises ConfigError for another name, CampaignError or RecordingError where
+    the data cannot be used.
+    """
+    return Model(fit(campaign, model, cutoff_hz, seed))
+
+
+def train(campaign: Campaign, config: TrainingConfig | str | Path | None = None, checkpoint: str | Path | None = None,
+          progress: Progress | None = None) -> Model:
+    """Return a network or a hybrid trained on all recordings; a share of them is only watched, for early stopping.
+
+    `config` is a TrainingConfig or a TOML file. With `checkpoint`, an interrupted training goes on from that file. `progress` is called
+    with epoch, epochs and validation error. Raises ConfigError or CampaignError.
+    """
+    chosen = read_config(Path(config)) if isinstance(config, str | Path) else config
+    return Model(fit_network(campaign, chosen, None if checkpoint is None else Path(checkpoint), progress))

@@ -1,0 +1,75 @@
+"""A diagnosis as sheets, made from what diagnosis.json holds: what is left out, its numbers, its rivals, where the residual lies."""
+
+from typing import Any
+
+from nnhydro.report.sheet import Column, Sheet, interval, percent
+
+Document = dict[str, Any]
+ARM = "arm"
+
+
+def place(joint: int | None) -> str:
+    """Return the joint as people read it."""
+    return ARM if joint is None else str(joint)
+
+
+def findings_sheet(document: Document) -> Sheet:
+    """Return one row a finding."""
+    found = document["findings"]
+    return Sheet("What is left out", (
+        Column("effect", [f["effect"] for f in found], words=True), Column("joint", [f["joint"] for f in found], "{}"),
+        Column("family", [f["family"] for f in found], words=True),
+        Column("cannot be told from", [", ".join(f["class"][1:]) or None for f in found], key="alternatives", words=True),
+        Column("confidence", [f["confidence"] for f in found], "{:.2f}"),
+        Column("error without", [f["heldout"]["error_before"] for f in found], percent, "error_without"),
+        Column("with", [f["heldout"]["error_after"] for f in found], percent, "error_with")))
+
+
+def parameters_sheet(document: Document) -> Sheet:
+    """Return one row a number of a finding."""
+    rows = [(f["effect"], f["joint"], name, p) for f in document["findings"] for name, p in f["parameters"].items()]
+    return Sheet("Its numbers", (
+        Column("effect", [effect for effect, _, _, _ in rows], words=True), Column("joint", [joint for _, joint, _, _ in rows]),
+        Column("number", [name for _, _, name, _ in rows], words=True), Column("value", [p["value"] for *_, p in rows], "{:.4g}"),
+        Column("95 % interval", [tuple(p["ci95"]) for *_, p in rows], interval, "ci95"),
+        Column("unit", [p["unit"] for *_, p in rows], words=True)))
+
+
+def rivals_sheet(finding: Document) -> Sheet:
+    """Return what could take the finding's place, and how much speaks for it."""
+    rivals = finding["rivals"]
+    return Sheet(f"What could take the place of {finding['effect']}", (
+        Column("rival", [r["effect"] for r in rivals], words=True), Column("joint", [place(r.get("joint")) for r in rivals]),
+        Column("weight", [r["support"] for r in rivals], "{:.3f}", "support")))
+
+
+def location_sheet(document: Document) -> Sheet:
+    """Return where the residual of the baseline lies, a row a joint."""
+    where = document["location"]
+    return Sheet("Where the baseline and the recordings differ", (
+        Column("joint", [x["joint"] for x in where]), Column("share of the excess", [x["share"] for x in where], "{:.0%}", "share"),
+        Column("what it depends on", [x["where"] for x in where], key="where", words=True),
+        Column("band [Hz]", [tuple(x["band_hz"]) for x in where], lambda b: f"{b[0]:.2g} to {b[1]:.2g}", "band_hz")))
+
+
+def errors_sheet(document: Document) -> Sheet:
+    """Return the error on recordings that took no part: baseline, corrected model, noise."""
+    rows = [("recalibrated baseline", document["mismatch"]["error"])]
+    if document["findings"]:
+        rows.append(("with what was left out", document["findings"][0]["heldout"]["error_after"]))
+    if document["mismatch"]["noise_floor"] is not None:
+        rows.append(("noise alone", document["mismatch"]["noise_floor"]))
+    return Sheet("Error on recordings that took no part", (Column("model", [name for name, _ in rows], words=True),
+                                                            Column("error", [error for _, error in rows], percent)))
+
+
+def recalibrated_sheet(document: Document) -> Sheet | None:
+    """Return the baseline's recalibrated coefficients, a row a link; None where it has none."""
+    found = {name: values for name, values in (document.get("recalibrated") or {}).items() if values}
+    if not found:
+        return None
+    links = max(len(values) for values in found.values())
+    headings = {"cd": "C_D [-]", "cm": "C_M [-]"}
+    return Sheet("Recalibrated, not missing: coefficients of the baseline", (
+        Column("link", list(range(1, links + 1))),
+        *(Column(headings.get(name, name), [*values, *[None] * (links - len(values))], "{:.3f}", name) for name, values in found.items())))

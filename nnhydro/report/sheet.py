@@ -1,0 +1,107 @@
+"""A sheet: a titled table with raw values and the way each column is written, for the terminal, for a page and as a data frame."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Any, final
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+NOTHING = ""
+Form = str | Callable[[Any], str]
+
+
+def percent(x: float) -> str:
+    """Return a share as per cent, one digit."""
+    return f"{100 * x:.1f} %"
+
+
+def percent_interval(ends: tuple[float, float]) -> str:
+    """Return an interval of shares as per cent."""
+    return f"{100 * ends[0]:.1f} to {100 * ends[1]:.1f}"
+
+
+def interval(ends: tuple[float, float]) -> str:
+    """Return an interval, four digits."""
+    return f"{ends[0]:.4g} to {ends[1]:.4g}"
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Column:
+    """One column: heading, raw values (None: nothing to say), how a value is written, and its name in a data frame.
+
+    `form` is a format such as "{:.3g}" or a function; a value that is a pair becomes two columns of a frame, `key_low` and `key_high`.
+    """
+
+    heading: str
+    values: Sequence[Any]
+    form: Form = "{}"
+    key: str = ""
+    words: bool = False  # aligned left
+
+    def cell(self, value: Any) -> str:
+        """Return one value as text."""
+        if value is None:
+            return NOTHING
+        return self.form(value) if callable(self.form) else self.form.format(value)
+
+    def cells(self) -> list[str]:
+        """Return all values as text."""
+        return [self.cell(value) for value in self.values]
+
+    def series(self) -> dict[str, list[Any]]:
+        """Return the raw values by their names in a data frame."""
+        name = self.key or self.heading
+        if any(isinstance(value, tuple) for value in self.values):
+            pairs = [value or (None, None) for value in self.values]
+            return {f"{name}_low": [low for low, _ in pairs], f"{name}_high": [high for _, high in pairs]}
+        return {name: list(self.values)}
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A table of columns of equal length."""
+
+    title: str
+    columns: tuple[Column, ...]
+
+    def __len__(self) -> int:
+        return len(self.columns[0].values) if self.columns else 0
+
+    def headings(self) -> list[str]:
+        """Return the headings."""
+        return [column.heading for column in self.columns]
+
+    def rows(self) -> list[list[str]]:
+        """Return the rows as text."""
+        return [list(row) for row in zip(*(column.cells() for column in self.columns), strict=True)]
+
+    def frame(self) -> "pd.DataFrame":
+        """Return the raw values as a data frame."""
+        import pandas as pd
+
+        return pd.DataFrame({name: values for column in self.columns for name, values in column.series().items()})
+
+    def text(self) -> str:
+        """Return the table as plain text, columns aligned."""
+        rows = [self.headings(), *self.rows()]
+        widths = [max(len(row[k]) for row in rows) for k in range(len(self.columns))]
+        lines = ["  ".join(cell.ljust(width) if column.words else cell.rjust(width)
+                           for cell, width, column in zip(row, widths, self.columns, strict=True)).rstrip() for row in rows]
+        return "\n".join(([self.title] if self.title else []) + [lines[0], "-" * (sum(widths) + 2 * len(widths) - 2), *lines[1:]])
+
+    def html(self) -> str:
+        """Return the table as HTML: caption, headings of columns, and of rows where the first column is words."""
+        def cell(column: Column, text: str, first: bool) -> str:
+            if first and column.words:
+                return f'<th scope="row" class="words">{escape(text)}</th>'
+            return f'<td{" class=words" if column.words else ""}>{escape(text)}</td>'
+
+        head = "".join(f'<th scope="col"{" class=words" if c.words else ""}>{escape(c.heading)}</th>' for c in self.columns)
+        body = "".join("<tr>" + "".join(cell(column, text, k == 0) for k, (column, text) in enumerate(zip(self.columns, row, strict=True)))
+                       + "</tr>" for row in self.rows())
+        caption = f"<caption>{escape(self.title)}</caption>" if self.title else ""
+        return f'<div class="wide"><table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
