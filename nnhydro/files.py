@@ -42,6 +42,17 @@ def _ours(out: Path, marker: str) -> bool:
     return not any(out.iterdir()) or (out / marker).exists()
 
 
+def check_folder(out: Path, marker: str) -> None:
+    """Raise ConfigError where `whole_folder` could not make or replace `out`: asked before long work, so that none is lost."""
+    require(not out.exists() or out.is_dir(), f"--out {out}: is a file: name a folder")
+    there = next(folder for folder in (out, *out.absolute().parents) if folder.exists())
+    require(there.is_dir(), f"--out {out}: cannot be made, for {there} is a file: name another place")
+    writable = there if there != out else out.absolute().parent  # a folder is replaced beside itself
+    require(os.access(writable, os.W_OK | os.X_OK) and os.access(there, os.R_OK | os.X_OK),
+            f"--out {out}: {writable} may not be written to: name a folder where you may write")
+    require(not out.exists() or _ours(out, marker), f"--out {out}: holds other files (no {marker}): name a new or empty folder")
+
+
 @contextmanager
 def whole_folder(out: Path, marker: str) -> Iterator[Path]:
     """Yield an empty folder that becomes `out` when the block ends well and vanishes when it does not.
@@ -49,8 +60,7 @@ def whole_folder(out: Path, marker: str) -> Iterator[Path]:
     An existing `out` is replaced whole, but only if it is empty or holds `marker`, the file by which such folders are known: a folder
     of somebody's own files is refused (ConfigError).
     """
-    require(not out.exists() or out.is_dir(), f"--out {out}: is a file: name a folder")
-    require(not out.exists() or _ours(out, marker), f"--out {out}: holds other files (no {marker}): name a new or empty folder")
+    check_folder(out, marker)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(dir=out.parent, prefix=f".{out.name}."))

@@ -16,20 +16,23 @@ def benchmark(
     folds: int = typer.Option(5, "--folds", min=2, help="Each recording is held out once, in so many rounds."),
     config: Path | None = typer.Option(None, "--config", help="TOML file with the network's choices."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
-    seed: int = typer.Option(0, "--seed", help="Seed of folds, networks and intervals."),
+    seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; that of --config, else 0, by default."),
     json: bool = JSON,
 ) -> None:
     """Fit every model to part of the recordings and compare all of them on the rest; the protocol says which are held out."""
     from nnhydro.evaluation.benchmark import benchmark as compare
+    from nnhydro.files import check_folder
     from nnhydro.identification.config import TrainingConfig, read_config
     from nnhydro.recordings.campaign import open_campaigns
-    from nnhydro.report.benchmark_folder import write_benchmark
+    from nnhydro.report.benchmark_folder import RESULT, write_benchmark
     from nnhydro.report.benchmark_table import print_benchmark
 
+    check_folder(out, RESULT)
+    given = {"seed": seed, "cutoff_hz": cutoff}
     chosen = read_config(config) if config is not None else TrainingConfig()
-    chosen = chosen.model_copy(update={"seed": seed} | ({"cutoff_hz": cutoff} if cutoff is not None else {}))
+    chosen = chosen.model_copy(update={key: value for key, value in given.items() if value is not None})
     names = [name.strip() for name in models.split(",") if name.strip()]
-    result = compare(open_campaigns(campaign), names, folds, seed, chosen, note, protocol)
+    result = compare(open_campaigns(campaign), names, folds, chosen.seed, chosen, note, protocol)
     paths = write_benchmark(result, out)
     if json:
         emit(result.document())

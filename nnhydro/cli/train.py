@@ -1,10 +1,24 @@
 """`nnhydro train`: train a network or a hybrid on a campaign; Ctrl-C stops it, --resume goes on."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from nnhydro.report.screen import JSON, MAP, emit, note, say
+
+if TYPE_CHECKING:
+    from nnhydro.models.learned import LearnedTorque
+
+
+def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorque":
+    """Do `work`; where it is interrupted, say the command that goes on."""
+    try:
+        return work()
+    except KeyboardInterrupt:
+        note(f"stopped; go on with: {again}")
+        raise
 
 
 def train(
@@ -12,39 +26,44 @@ def train(
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
     config: Path | None = typer.Option(None, "--config", help="TOML file with the choices; the defaults are the benchmark's."),
     resume: bool = typer.Option(False, "--resume", help="Go on from where an interrupted training stopped."),
+    tensorboard: Path | None = typer.Option(None, "--tensorboard", help="Folder for a TensorBoard log (extra: tensorboard)."),
     column_map: Path | None = MAP,
     json: bool = JSON,
 ) -> None:
     """Train a network or a hybrid on all recordings; a share of them is only watched, for early stopping."""
+    from contextlib import ExitStack
+
     from nnhydro.errors import ConfigError, require
-    from nnhydro.files import json_text
+    from nnhydro.files import check_folder, write_json
+    from nnhydro.files import json_text as text_of
     from nnhydro.identification.config import TrainingConfig, read_config
     from nnhydro.identification.train import train as fit
-    from nnhydro.models.storage import save_model
+    from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
+    from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
 
+    check_folder(out, DIGEST)
     chosen = read_config(config) if config is not None else TrainingConfig()
     opened = verified(campaign, column_map)
     checkpoint, told = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
-    identity = json_text({"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()})
+    identity = {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()}
     if resume:
         require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to go on with; leave --resume out")
-        require(told.exists() and told.read_text(encoding="utf-8") == identity, f"--resume: {told} belongs to another configuration or to "
-                "other recordings: start anew without --resume", ConfigError)
+        require(told.exists() and told.read_text(encoding="utf-8") == text_of(identity), f"--resume: {told} belongs to another "
+                "configuration or to other recordings: start anew without --resume", ConfigError)
     else:
         checkpoint.unlink(missing_ok=True)
-        out.parent.mkdir(parents=True, exist_ok=True)
-        told.write_text(identity, encoding="utf-8")
+        write_json(told, identity)
+    with ExitStack() as open_:
+        listeners = [open_.enter_context(epochs_on_screen())]
+        listeners += [] if tensorboard is None else [open_.enter_context(epochs_in_tensorboard(tensorboard))]
 
-    def progress(epoch: int, epochs: int, error: float) -> None:
-        if epoch % max(1, epochs // 20) == 0:
-            note(f"epoch {epoch}/{epochs}: validation error {error:.3g}")
+        def progress(epoch: int, epochs: int, error: float) -> None:
+            for listen in listeners:
+                listen(epoch, epochs, error)
 
-    try:
-        model = fit(opened, chosen, checkpoint, progress)
-    except KeyboardInterrupt:
-        note(f"stopped; go on with: nnhydro train {campaign} --out {out} --resume" + (f" --config {config}" if config else ""))
-        raise
+        model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), f"nnhydro train {campaign} --out {out} --resume"
+                           + (f" --config {config}" if config else ""))
     save_model(model, out)
     checkpoint.unlink(missing_ok=True)
     told.unlink(missing_ok=True)

@@ -103,6 +103,24 @@ def test_train_writes_a_model_and_leaves_no_checkpoint(place, said, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["m"]
 
 
+def test_a_training_can_be_followed_in_tensorboard(place, said, tmp_path):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    command = ("train", place / "campaign", "--config", place / "tiny.toml", "--out", tmp_path / "m")
+    assert said(*command, "--tensorboard", tmp_path / "log", "--json")[0] == 0
+    log = EventAccumulator(str(tmp_path / "log")).Reload()
+    errors = log.Scalars("validation error")
+    assert [event.step for event in errors] == [1, 2, 3]
+    assert all(0 < event.value < 10 for event in errors)
+
+
+def test_a_log_for_tensorboard_needs_its_library(place, said, tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)
+    one_line(said("train", place / "campaign", "--out", tmp_path / "m", "--tensorboard", tmp_path / "log"), "nnhydro[tensorboard]")
+
+
 def test_a_training_that_was_interrupted_is_resumed_and_no_other(place, said, tmp_path, monkeypatch):
     import nnhydro.identification.train as training
 
@@ -201,6 +219,38 @@ def test_the_same_seed_gives_the_same_benchmark(place, said, tmp_path):
 
     assert document(1) == document(1)
     assert document(1)["folds"] != document(2)["folds"]
+
+
+def test_the_seed_of_the_configuration_counts_unless_another_is_given(place, said, tmp_path):
+    (tmp_path / "seeded.toml").write_text(TINY + "seed = 5\n")
+
+    def seed(*options):
+        command = ("benchmark", place / "campaign", "--models", "textbook", "--folds", "2", "--out", tmp_path / "b", "--json", *options)
+        document = strict(said(*command)[1])
+        assert document["seed"] == document["config"]["seed"]
+        return document["seed"]
+
+    assert seed() == 0
+    assert seed("--config", tmp_path / "seeded.toml") == 5
+    assert seed("--config", tmp_path / "seeded.toml", "--seed", 0) == 0
+
+
+@pytest.mark.parametrize("command", ["train", "benchmark"])
+def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(place, said, tmp_path, monkeypatch, command):
+    import nnhydro.recordings.campaign as reading
+
+    def worked(*arguments, **keys):
+        raise AssertionError("the campaign was opened")
+
+    for opening in ("verified", "open_campaigns"):
+        monkeypatch.setattr(reading, opening, worked)
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.txt").write_text("mine")
+    one_line(said(command, place / "campaign", "--out", tmp_path / "file"), "--out", "is a file")
+    one_line(said(command, place / "campaign", "--out", tmp_path / "file" / "inside"), "--out", "cannot be made")
+    one_line(said(command, place / "campaign", "--out", tmp_path / "full"), "--out", "holds other files")
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "full", "thesis.txt"]
 
 
 def test_the_benchmark_on_the_screen_ends_in_a_verdict(place, said, tmp_path):

@@ -7,7 +7,7 @@ import stat
 import pytest
 
 from nnhydro.errors import ConfigError
-from nnhydro.files import json_text, whole_folder, write_json, write_text
+from nnhydro.files import check_folder, json_text, whole_folder, write_json, write_text
 
 
 def names(folder):
@@ -94,3 +94,12 @@ def test_a_folder_of_others_and_a_file_are_refused_before_any_work(tmp_path):
             pytest.fail("the block must not run")
     assert names(tmp_path) == ["file", "theirs"]
     assert (tmp_path / "theirs" / "notes").read_text() == "mine"
+
+
+def test_a_place_is_checked_without_being_touched(tmp_path):
+    check_folder(tmp_path / "deep" / "out", "mark")
+    assert names(tmp_path) == []
+    (tmp_path / "file").touch()
+    for wrong, said in ((tmp_path / "file", "is a file"), (tmp_path / "file" / "out", "cannot be made"), (tmp_path, "holds other files")):
+        with pytest.raises(ConfigError, match=said):
+            check_folder(wrong, "mark")

@@ -1,0 +1,55 @@
+"""How far a training is: on a terminal a bar with the time left, elsewhere a line every twentieth of the way; and a log for TensorBoard."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from nnhydro.errors import missing_extra
+from nnhydro.report.screen import note
+
+Told = Callable[[int, int, float], None]  # epoch, epochs, validation error
+LINES = 20  # where there is no terminal
+
+
+def _lines() -> Told:
+    """A line now and then, with the time that the rest would take at the pace so far."""
+    began: list[tuple[float, int]] = []
+
+    def told(epoch: int, epochs: int, error: float) -> None:
+        began.append((time.monotonic(), epoch))
+        if epoch % max(1, epochs // LINES) == 0:
+            (start, first), (now, _) = began[0], began[-1]
+            pace = (now - start) / (epoch - first) if epoch > first else None
+            left = "" if pace is None or epoch == epochs else f", {pace * (epochs - epoch):.0f} s left at most"
+            note(f"epoch {epoch}/{epochs}: validation error {error:.3g}{left}")
+
+    return told
+
+
+@contextmanager
+def epochs_on_screen() -> Iterator[Told]:
+    """Yield what to call after each epoch; writes to standard error. Early stopping may end a training before the time left is over."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _lines()
+        return
+    columns = (TextColumn("epoch {task.completed}/{task.total}"), BarColumn(), TextColumn("validation error {task.fields[error]:.3g}"),
+               TimeElapsedColumn(), TextColumn("left at most"), TimeRemainingColumn())
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("training", total=None, error=float("nan"))
+        yield lambda epoch, epochs, error: bar.update(task, completed=epoch, total=epochs, error=error)
+
+
+@contextmanager
+def epochs_in_tensorboard(folder: Path) -> Iterator[Told]:
+    """Yield what to call after each epoch; event files go to `folder`. Raises MissingExtraError without the library tensorboard."""
+    try:
+        from torch.utils.tensorboard import SummaryWriter
+    except ImportError:
+        missing_extra("tensorboard", "tensorboard", "--tensorboard")
+    with SummaryWriter(str(folder)) as writer:
+        yield lambda epoch, epochs, error: writer.add_scalar("validation error", error, epoch)
