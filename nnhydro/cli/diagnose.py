@@ -10,7 +10,7 @@ from nnhydro.report.screen import JSON, MAP, emit, note, say, table
 def diagnose(
     campaign: Path = typer.Argument(help="Folder of the campaign."),
     out: Path = typer.Option(..., "--out", help="Folder for diagnosis.json, report.html, model/ and baseline/."),
-    baseline: str = typer.Option("", "--baseline", help="A physics model by name; constant (rigid where dry) by default."),
+    baseline: str = typer.Option("", "--baseline", help="A physics model by name, a model folder, or column (tau*_sim_Nm); constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstraps."),

@@ -50,8 +50,15 @@ def kept_rows(segment: Segment) -> NDArray[np.int64]:
     return rows
 
 
+def parts_of(rows: int, parts: int) -> list[slice]:
+    """Return the consecutive blocks of so many rows: at most `parts`, of at least 8 rows."""
+    count = min(parts, max(rows // 8, 1))
+    ends = np.cumsum([len(piece) for piece in np.array_split(np.arange(rows), count)]).tolist()
+    return [slice(start, end) for start, end in zip([0, *ends], ends, strict=False)]
+
+
 def block_grams(table: Array, parts: int) -> tuple[Array, Array]:
     """Return G (parts, joints, P, P) and rows (parts,) of consecutive parts of `table` (n, joints, P)."""
-    pieces = [piece for piece in np.array_split(table, min(parts, max(len(table) // 8, 1))) if len(piece)]
+    pieces = [table[part] for part in parts_of(len(table), parts)]
     G: Array = np.stack([np.matmul(piece.transpose(1, 2, 0), piece.transpose(1, 0, 2)) for piece in pieces])
     return G, np.array([len(piece) for piece in pieces], dtype=float)

@@ -6,7 +6,7 @@ from typing import Any, final
 from nnhydro.diagnosis.locate import Location
 from nnhydro.diagnosis.proof import Proof
 from nnhydro.diagnosis.verdict import Finding
-from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
 
 SCHEMA = "nnhydro/diagnosis/1"
 
@@ -16,8 +16,8 @@ SCHEMA = "nnhydro/diagnosis/1"
 class Diagnosis:
     """The mismatch between a baseline and a campaign: is there one, where, what was left out, and the proof."""
 
-    baseline: StripTheory
-    corrected: StripTheory
+    baseline: TorqueModel
+    corrected: TorqueModel
     baseline_name: str
     seconds: float
     p_value: float

@@ -5,10 +5,12 @@
 
 The logarithm makes a hypothesis reach the noise floor everywhere; on the squared error a flexible wrong one wins by shaving the worst
 recording. z are the baseline's parameters in standard deviations of what is known of them: moving a mass by twenty of them has its price.
-Lower is better. Source: diagnosis by likelihood of left-out recordings, ours.
+Columns with a value of their own in every recording (a phase, an offset) are eliminated from the common fit, and predicted in each block
+of a recording by what its other blocks taught. Lower is better. Source: diagnosis by likelihood of left-out recordings, ours.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -17,8 +19,10 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.blocks import Blocks
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 FLOOR = 0.8  # of the noise energy: what lies below is chance, not merit
 RIDGE = 1e-8  # relative to a column's own energy: keeps aliased columns solvable
+OWN_RIDGE = 1e-3  # the same for values of a recording's own, which few rows must carry
 
 
 @final
@@ -35,38 +39,101 @@ class Scored:
 @final
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Unit sums with noise weights: everything that scores need. `prior` (p,) precision of the baseline's parameters (0: free)."""
+    """Gram sums a block with noise weights: everything that scores need. `prior` (p,) precision of the baseline's parameters (0: free)."""
 
-    G: Array  # (units, joints, P, P), weighted by 1/noise^2 of the joint
-    n: Array  # (units,)
+    blocks: Blocks  # weighted by 1/noise^2 of the joint
     p: int
     prior: Array  # (p,)
 
     @staticmethod
     def of(blocks: Blocks, noise: Array, prior: Array) -> "Bench":
         """Return the bench for joint noises (joints,) N m."""
-        G, n = blocks.by_unit()
-        return Bench(G / noise[None, :, None, None] ** 2, n, blocks.p, prior)
+        return Bench(Blocks(blocks.G / noise[None, :, None, None] ** 2, blocks.n, blocks.unit, blocks.p), blocks.p, prior)
 
-    def index(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return positions of baseline and of candidate `columns` in the Gram matrices."""
-        result: NDArray[np.int64] = np.concatenate([np.arange(self.p), self.p + columns])
+    @cached_property
+    def by_unit(self) -> tuple[Array, Array]:
+        """The sums (units, joints, P, P) and rows (units,) a unit."""
+        return self.blocks.by_unit()
+
+    @cached_property
+    def total(self) -> Array:
+        """The sum (P, P) over units and joints."""
+        result: Array = np.asarray(self.by_unit[0].sum(axis=(0, 1)), np.float64)
         return result
 
-    def scored(self, columns: NDArray[np.int64]) -> Scored:
-        """Return the left-out score with the candidate `columns` beside the baseline."""
-        take = self.index(columns)
-        H = self.G[:, :, take[:, None], take[None, :]]
-        g = self.G[:, :, take, -1]
-        s = self.G[:, :, -1, -1]
-        Hu, gu = H.sum(axis=1), g.sum(axis=1)  # (units, q, q), (units, q)
-        total, gt = Hu.sum(axis=0), gu.sum(axis=0)
-        penalty = np.concatenate([self.prior, np.zeros(len(columns))]) + RIDGE * np.diag(total) + 1e-12
-        A = total + np.diag(penalty)
-        theta = np.linalg.solve(A, gt)
-        left_out = np.linalg.solve(A[None] - Hu, (gt - gu)[..., None])[..., 0]  # (units, q)
+    @cached_property
+    def joint_sums(self) -> Array:
+        """The sums (blocks, P, P) over joints."""
+        result: Array = self.blocks.G.sum(axis=1)
+        return result
+
+    def index(self, columns: Index) -> Index:
+        """Return positions of baseline and of candidate `columns` in the Gram matrices."""
+        result: Index = np.concatenate([np.arange(self.p), self.p + columns])
+        return result
+
+    def penalty(self, take: Index) -> Array:
+        """Return the precisions (q,) that fits of the columns at `take` add to the diagonal."""
+        result: Array = np.concatenate([self.prior, np.zeros(len(take) - self.p)]) + RIDGE * np.diag(self.total)[take] + 1e-12
+        return result
+
+    def left_out(self, take: Index, own: Index) -> tuple[Array, Array]:
+        """Return the parameters of the columns at `take` fitted to all units (q,) and to all but each one (units, q)."""
+        G = self.by_unit[0].sum(axis=1)
+        H, g = G[:, take[:, None], take[None, :]], G[:, take, -1]
+        if len(own):
+            C = G[:, take[:, None], own[None, :]] @ self._own_gain(G, own)  # (units, q, o)
+            H = H - C @ G[:, own[:, None], take[None, :]]
+            g = np.asarray(g - np.matmul(C, G[:, own, -1][..., None])[..., 0], np.float64)
+        A, gt = H.sum(axis=0) + np.diag(self.penalty(take)), g.sum(axis=0)
+        return np.linalg.solve(A, gt), np.linalg.solve(A[None] - H, (gt - g)[..., None])[..., 0]
+
+    def _own_gain(self, G: Array, own: Index) -> Array:
+        """The inverse (units, o, o) of the own columns' Gram matrices, with the prior that a recording's own values are like its peers'."""
+        Hoo = G[:, own[:, None], own[None, :]]
+        size = np.diag(self.total)[own] / len(G)
+        return np.asarray(np.linalg.inv(Hoo + np.diag(OWN_RIDGE * size + 1e-12)), np.float64)
+
+    def scored(self, columns: Index, own: Index | None = None) -> Scored:
+        """Return the left-out score with the candidate `columns` beside the baseline, and `own` with a value in every recording."""
+        take, beside = self.index(columns), self.p + (np.zeros(0, np.int64) if own is None else own)
+        theta, left_out = self.left_out(take, beside)
+        G, n = self.by_unit
+        H, g, s = G[:, :, take[:, None], take[None, :]], G[:, :, take, -1], G[:, :, -1, -1]
         energy = s - 2 * np.einsum("ujq,uq->uj", g, left_out) + np.einsum("uq,ujqr,ur->uj", left_out, H, left_out, optimize=True)
-        n = self.n[:, None]
-        by_unit = (n / 2 * np.log(np.maximum(energy / n, FLOOR))).sum(axis=1)
+        if len(beside):
+            energy = energy - self._own_gains(take, beside, left_out)
+        energy = np.maximum(energy, 0.0)
+        by_unit = (n[:, None] / 2 * np.log(np.maximum(energy / n[:, None], FLOOR))).sum(axis=1)
         cost = 0.5 * float((self.prior * theta[: self.p] ** 2).sum())
         return Scored(energy, by_unit, float(by_unit.sum()) + cost, theta)
+
+    @cached_property
+    def _nearness(self) -> Array:
+        """Weight (blocks, blocks) of each other block of the same recording: neighbours count most, as a phase is not kept for ever."""
+        unit, place = self.blocks.unit, np.arange(len(self.blocks.unit))
+        apart = np.abs(place[:, None] - place[None, :])
+        result: Array = np.where((unit[:, None] == unit[None, :]) & (apart > 0), np.exp(-1.0 * (apart - 1)), 0.0)
+        return result
+
+    def own_values(self, take: Index, own: Index, theta: Array) -> Array:
+        """Return the values (blocks, o) of a recording's own columns, each from the other blocks of its unit; `theta` (units, q)."""
+        G, unit, o, q = self.joint_sums, self.blocks.unit, len(own), len(take)
+        with_all = G[:, own[:, None], np.concatenate([own, take, [G.shape[2] - 1]])[None, :]]  # (blocks, o, o + q + 1)
+        rest: Array = np.tensordot(self._nearness, with_all, axes=1)
+        g = rest[:, :, -1] - np.matmul(rest[:, :, o:o + q], theta[unit][..., None])[..., 0]
+        size = np.diag(self.total)[own] / (int(unit.max()) + 1)
+        H = rest[:, :, :o] + np.diag(OWN_RIDGE * size + 1e-12)
+        alone = np.bincount(unit)[unit] < 2
+        result: Array = np.where(alone[:, None], 0.0, np.linalg.solve(H, g[..., None])[..., 0])
+        return result
+
+    def _own_gains(self, take: Index, own: Index, theta: Array) -> Array:
+        """Energy (units, joints) that a recording's own columns take away, each block predicted by the others."""
+        a, G, unit = self.own_values(take, own, theta), self.blocks.G, self.blocks.unit
+        residual = G[:, :, own, -1] - np.einsum("bjoq,bq->bjo", G[:, :, own[:, None], take[None, :]], theta[unit], optimize=True)
+        H = G[:, :, own[:, None], own[None, :]]
+        gain = 2 * np.einsum("bo,bjo->bj", a, residual) - np.einsum("bo,bjor,br->bj", a, H, a, optimize=True)
+        result = np.zeros((int(unit.max()) + 1, gain.shape[1]))
+        np.add.at(result, unit, gain)
+        return result

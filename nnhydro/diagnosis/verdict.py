@@ -1,25 +1,49 @@
 """From a finished race to findings: rivals, classes, confidence, parameters with intervals.
 
-A rival that takes a finding's place and predicts left-out recordings no worse (Wilcoxon p > 0.05) belongs to the finding's class. The
-leaf is named where it stands alone; the family where the class lies in one; else none. Confidence is the winner's weight among its
-rivals, softened for the correlation of residuals.
+A rival that takes a finding's place and predicts left-out recordings no worse (Wilcoxon p > 0.05), or hardly worse with a torque that is
+the finding's own (cosine above 0.98), belongs to the finding's class; the member with the fewest parameters names it. The family is named
+where the class lies in one. Confidence is the class's weight among all rivals, softened for the correlation of residuals.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.bank import Bank, Hypothesis
-from nnhydro.diagnosis.tournament import Candidate, Race, left_out_p, ranked
+from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.instances import Hypothesis
+from nnhydro.diagnosis.locks import left_out_p
+from nnhydro.diagnosis.race import Race, ranked
+from nnhydro.diagnosis.uncertainty import Fit, fitted, likeness
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
 SOFT = 6.0  # score difference that counts as one: left-out scores of autocorrelated rows overstate the evidence
-NEAR = 10.0  # rivals further behind than this never enter a class
+NEAR = 10.0  # rivals further behind than this never enter a class by their score
+ALIKE = 0.98  # cosine from which two effects are one torque,
+HARDLY = 0.02  # where the better one gains no more than this share of the whole
 MOST_RIVALS = 5
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """What could take a finding's place: its score behind the winner, p that the winner predicts better, likeness of their torques."""
+
+    behind: float
+    p: float
+    likeness: float
+    gain: float  # of the finding itself
+    candidate: Candidate
+
+    @property
+    def in_class(self) -> bool:
+        """Whether the rival cannot be told from the finding."""
+        if self.likeness > ALIKE and self.behind < max(NEAR, HARDLY * self.gain):
+            return True
+        return self.behind < NEAR and (self.p > 0.05 or self.behind < 2.0)
 
 
 @final
@@ -43,62 +67,65 @@ class Finding:
                 "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals}
 
 
-def fitted(race: Race) -> tuple[Array, Array]:
-    """Return the parameters (q,) of baseline and chosen columns, and their sandwich covariance (q, q) over blocks."""
-    take = race.bench.index(race.columns())
-    G = race.blocks.G.sum(axis=1)
-    total = G.sum(axis=0)
-    penalty = np.concatenate([race.bench.prior, np.zeros(len(take) - race.bench.p)]) + 1e-8 * np.diag(total)[take] + 1e-12
-    A = total[np.ix_(take, take)] + np.diag(penalty)
-    theta = np.linalg.solve(A, total[take, -1])
-    scores = G[:, take, -1] - np.einsum("bqr,r->bq", G[:, take[:, None], take[None, :]], theta)
-    scores = scores - scores.mean(axis=0)
-    blocks = len(G)
-    meat = scores.T @ scores * blocks / max(blocks - len(take), 1) + np.diag(penalty * (np.arange(len(take)) < race.bench.p))
-    bread = np.linalg.inv(A)
-    return theta, bread @ meat @ bread
-
-
-def instance(bank: Bank, candidate: Candidate, theta: dict[int, float]) -> Hypothesis:
-    """Return the candidate's effect with fitted linear values; `theta` by column of the bank."""
-    effect = bank.effects[bank.candidates.index(candidate)]
-    return effect.with_linear(torch.tensor([theta[k] for k in candidate.columns], dtype=torch.float64))
-
-
-def _rivals(race: Race, bank: Bank, candidate: Candidate) -> list[tuple[float, float, Candidate]]:
-    """(score behind the winner, p that the winner predicts better, rival) for what could take the candidate's place."""
-    now = race.bench.scored(race.columns())
-    base = race.total(without=[candidate])
-    found = []
-    for gain, rival in ranked(race, bank.candidates, [candidate])[: MOST_RIVALS + 1]:
+def rivals_of(race: Race, candidate: Candidate) -> list[Rival]:
+    """Return what could take the candidate's place, best first."""
+    now, base = race.scored(), race.total(without=[candidate])
+    total, found = race.total(), []
+    for gain, rival in ranked(race, race.bank.candidates, [candidate])[: MOST_RIVALS + 1]:
         if rival.key == candidate.key:
             continue
-        behind = (base - gain) - race.total()
-        there = race.bench.scored(race.columns([rival], [candidate]))
-        found.append((behind, left_out_p(there, now), rival))
+        there = race.scored([rival], [candidate])
+        found.append(Rival((base - gain) - total, left_out_p(there, now), likeness(race, candidate, rival), base - total, rival))
     return found[:MOST_RIVALS]
 
 
-def _finding(race: Race, bank: Bank, candidate: Candidate, theta: Array, covariance: Array) -> Finding:
-    columns = race.columns()
-    by_column = dict(zip(columns.tolist(), theta[race.bench.p:].tolist(), strict=True))
-    effect = instance(bank, candidate, by_column)
-    place = race.bench.p + np.searchsorted(columns, candidate.columns)
-    own = torch.from_numpy(covariance[np.ix_(place, place)].copy())
-    spans = intervals(lambda values: effect.with_linear(values).quantities(), effect.linear_values(), own)
-    rivals = _rivals(race, bank, candidate)
-    weights = np.exp(-np.maximum([0.0, *(behind for behind, _, _ in rivals)], 0.0) / SOFT)
-    members = {effect.id} | {rival.effect for behind, p, rival in rivals if behind < NEAR and (p > 0.05 or behind < 2.0)}
-    families = {bank.effects[bank.candidates.index(c)].family for c in (candidate, *(r for _, _, r in rivals)) if c.effect in members}
-    parameters = {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])} for name, q in effect.quantities().items()}
-    support = [{"effect": rival.effect, "joint": rival.joint or None, "support": float(w / weights.sum())}
-               for (_, _, rival), w in zip(rivals, weights[1:], strict=True)]
-    same = sum(w for (_, _, rival), w in zip(rivals, weights[1:], strict=True) if rival.effect == effect.id)
+def _effect(fit: Fit, candidate: Candidate) -> Hypothesis:
+    """The candidate's effect with its fitted values; the amplitude of one whose phase is each recording's own."""
+    values, _ = fit.of(candidate)
+    return candidate.instance.with_values(torch.from_numpy(values[: len(candidate.instance.effect.linear_names())].copy()))
+
+
+def _parameters(fit: Fit, candidate: Candidate, effect: Hypothesis) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
+    values, covariance = fit.of(candidate)
+    shape = tuple(candidate.instance.spans)
+    p = len(values) - len(shape)
+
+    def quantities(x: torch.Tensor) -> Any:
+        changes: dict[str, Any] = {name: (float(v),) * len(getattr(effect, name)) for name, v in zip(shape, x[p:], strict=True)}
+        return replace(effect.with_linear(x[: len(effect.linear_names())]), **changes).quantities()
+
+    spans = intervals(quantities, torch.from_numpy(values.copy()), torch.from_numpy(covariance.copy()))
+    return {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])} for name, q in effect.quantities().items()}, spans
+
+
+def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
+    effect = _effect(fit, candidate)
+    parameters, spans = _parameters(fit, candidate, effect)
+    rivals = rivals_of(race, candidate)
+    weights = np.exp(-np.maximum([0.0, *(r.behind for r in rivals)], 0.0) / SOFT)
+    inside = [r.candidate for r in rivals if r.in_class]
+    members = {c.key[0] for c in (candidate, *inside)}
+    families = {c.instance.effect.family for c in (candidate, *inside)}
+    support = [{"effect": r.candidate.key[0], "joint": r.candidate.key[1] or None, "support": float(w / weights.sum()),
+                "behind": round(r.behind, 2), "likeness": round(r.likeness, 3)} for r, w in zip(rivals, weights[1:], strict=True)]
+    same = sum(w for r, w in zip(rivals, weights[1:], strict=True) if r.candidate.key[0] in members)
     return Finding(effect, families.pop() if len(families) == 1 else None, (effect.id, *sorted(members - {effect.id})),
                    float(min((weights[0] + same) / weights.sum(), 0.99)), effect.statement(spans), parameters, support, candidate)
 
 
-def findings(race: Race, bank: Bank) -> list[Finding]:
-    """Return one finding for each chosen candidate of the race, the largest gain first."""
-    theta, covariance = fitted(race)
-    return [_finding(race, bank, candidate, theta, covariance) for candidate in race.chosen]
+def _size(candidate: Candidate) -> int:
+    return len(candidate.columns) + len(candidate.own) + len(candidate.instance.spans)
+
+
+def simplest(race: Race) -> list[Candidate]:
+    """Return the chosen candidates, each replaced by a rival with fewer parameters and the same torque where there is one."""
+    for place, chosen in enumerate(race.chosen):
+        alike = [r.candidate for r in rivals_of(race, chosen) if r.in_class and r.likeness > ALIKE]
+        race.chosen[place] = min([chosen, *alike], key=_size)
+    return race.chosen
+
+
+def findings(race: Race) -> list[Finding]:
+    """Return one finding for each chosen candidate of the race, in the order in which they were found."""
+    fit = fitted(race)
+    return [_finding(race, fit, candidate) for candidate in race.chosen]

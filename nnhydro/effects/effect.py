@@ -43,6 +43,7 @@ class Effect(Parametrised):
     needs_water: ClassVar[bool] = False
     fewest_links: ClassVar[int] = 1
     own_in_every_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
+    offset_of_its_own: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
     dissipates: ClassVar[bool] = False  # the drive never gets energy back from it, sample by sample, with the hub at rest
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
 
@@ -114,6 +115,20 @@ class InstrumentEffect(Effect, ABC):
     def change(self, seen: SensorView) -> Tensor:
         """Return columns times values, (n, joints) N m: `apply` less seen.tau, for small effects."""
         return self.columns(seen) @ self.linear_values()
+
+    def secant(self, seen: SensorView) -> Tensor:
+        """Return columns (n, joints, p) whose product with the values is exactly what `apply` changes, however large the effect.
+
+            X = J + (apply - tau - J v) w',   w_k = |J_k|^2 v_k / sum_l |J_l|^2 v_l^2,   J the columns about no effect, v the values
+
+        Raises nothing; with all values 0 it returns J. Source: the secant condition of Broyden (1965), Math. Comp. 19.
+        """
+        J, v = self.columns(seen), self.linear_values()
+        energy = (J**2).sum(dim=(0, 1))
+        scale = float((energy * v**2).sum())
+        if scale <= 0:
+            return J
+        return J + (self.apply(seen) - seen.tau - J @ v)[..., None] * (energy * v / scale)
 
 
 REGISTER: dict[str, type[Effect]] = {}

@@ -9,22 +9,26 @@ from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.strips import Strips
+from nnhydro.physics.travel_term import unit_drag
 from nnhydro.physics.wake_memory import relaxed
+
+STRIPS = 10  # a link
+TINY = 1e-12  # m: water at rest has no travel
 
 
 @effect
 @final
 @dataclass(frozen=True)
 class FlowMemory(LoadEffect):
-    """The low-passed drag of each link less the drag itself."""
+    """The drag of each strip as it was a moment or a little travel ago, less the drag itself."""
 
     id = "flow_memory"
     family = "wake"
     name = "drag that lags"
     mechanism = "The wake takes time to follow a change of speed: the drag of now belongs to the motion of a moment ago."
-    equation = "f -> f + m_i (low-pass(f_D; T) - f_D),  f_D the drag of link i for C_D = 1"
-    source = "first-order wake response: an assumption of ours"
+    equation = "f -> f + m_i (g - f_D),  (T + l D/|w|) dg/dt = f_D - g,  f_D the drag of a strip of link i for C_D = 1"
+    source = "first-order wake response: an assumption of ours; the distance travelled as its clock: McLain & Rock (1998), eq. (1)"
     signature = Signature(
         depends_on=("w", "t"), parity="odd", region="quick changes of speed; nothing in steady motion",
         excited_by="oscillations at several frequencies and the same speed",
@@ -35,17 +39,22 @@ class FlowMemory(LoadEffect):
 
     share: Values = parameter("1", 0.5, (0.0, 5.0), "part of C_D that lags, m_i")
     response: Values = parameter("s", 0.2, (0.005, 10.0), "response time T", per="arm", linear=False,
-                                 grid=(0.03, 0.06, 0.12, 0.25, 0.5, 1.0))
+                                 grid=(0.005, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0))
+    travel: Values = parameter("1", 0.0, (0.0, 50.0), "response travel l in diameters", per="arm", linear=False,
+                               grid=(0.0, 0.1, 0.3, 1.0, 3.0))
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d share, (n, joints, links)."""
-        now = torch.cat(NormalDrag(self.share).loads(flow), dim=1)  # forces and moments of the links
-        if flow.motion.steady or len(now) < 2:
-            return flow.normal_columns(*torch.zeros_like(now).chunk(2, dim=1))
-        steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None] / self.response[0]
-        return flow.normal_columns(*(relaxed(now, steps, now[0]) - now).chunk(2, dim=1))
+        strips = Strips.of(flow, STRIPS)
+        drag, w = unit_drag(strips), strips.w.abs()
+        if flow.motion.steady or len(w) < 2:
+            return strips.to_joints(torch.zeros_like(drag))
+        steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None]
+        memory = self.response[0] * w + self.travel[0] * flow.D[:, None]
+        return strips.to_joints(relaxed(drag, steps * w / (memory + TINY), drag[0]) - drag)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        parts = [text for name, text in said.items() if name != "response"]
-        return f"Drag lags behind the motion by about {said['response']}; of each link's C_D {', '.join(parts)} take part."
+        parts = [text for name, text in said.items() if name not in ("response", "travel")]
+        return (f"Drag lags behind the motion by about {said['response']} and {said['travel']} diameters of travel; "
+                f"of each link's C_D {', '.join(parts)} take part.")

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 import torch
 from torch import Tensor
@@ -31,7 +31,7 @@ class TorqueDrift(InstrumentEffect):
     )
     acts = "joint"
     stage = 4
-    offset_of_its_own: ClassVar[bool] = True  # beyond the curve each recording may have an offset of its own: a random effect
+    offset_of_its_own = True
 
     trend: Values = parameter("N m", 0.0, (-1e4, 1e4), "half of the change from first to last row", per="arm")
     bend: Values = parameter("N m", 0.0, (-1e4, 1e4), "curvature over the campaign", per="arm")

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import hypot, pi
+from math import hypot, pi, sqrt
 from typing import final
 
 import torch
@@ -17,18 +17,28 @@ from nnhydro.physics.travel_term import unit_drag
 STRIPS = 64  # a link: with 20 the phase differs too much from strip to strip and the sum aliases
 
 
+def in_cells(speed: Tensor, cell: Tensor) -> Tensor:
+    """Return `speed` (n, links, s) averaged over cells of the length `cell` (links,) in lengths of the link; as it is where that is 0."""
+    made = []
+    for one, share in zip(speed.unbind(1), cell.tolist(), strict=True):
+        wide = max(1, round(share * one.shape[1]))
+        made.append(torch.cat([part.mean(dim=1, keepdim=True).expand_as(part) for part in torch.split(one, wide, dim=1)], dim=1))
+    return torch.stack(made, dim=1)
+
+
 @effect
 @final
 @dataclass(frozen=True)
 class VortexShedding(LoadEffect):
-    """In-line force at twice the Strouhal frequency of each strip; the phase is each recording's own."""
+    """In-line force at twice the Strouhal frequency of each strip or cell; the phase is each link's and recording's own."""
 
     id = "vortex_shedding"
     family = "wake"
     name = "vortex shedding"
     mechanism = "Vortices leave the link left and right in turn; each gives a tug along the motion, the more often the faster it moves."
-    equation = "f = 1/2 rho D |w| w (a cos psi + b sin psi),  dpsi/dt = 4 pi St |w| / D of each strip"
-    source = "St about 0.2 and drag at twice the shedding frequency: Rivera (1995), section 2; coherence along the link is an assumption"
+    equation = "f = 1/2 rho D |w| w (a_i cos psi + b_i sin psi),  dpsi/dt = 4 pi St <|w|> / D,  <> the mean over a cell of the span"
+    source = ("St about 0.2 and drag at twice the shedding frequency: Rivera (1995), section 2; cells along a span in shear: "
+              "from general knowledge, not checked")
     signature = Signature(
         depends_on=("w", "path"), parity="odd", region="steady fast motion: a hum whose pitch follows the speed",
         excited_by="long strokes at constant speed, sampled quickly",
@@ -38,25 +48,29 @@ class VortexShedding(LoadEffect):
     needs_water = True
     own_in_every_recording = True
 
-    cosine: Values = parameter("1", 0.0, (-3.0, 3.0), "fluctuation of C_D, in phase with the start", per="arm")
-    sine: Values = parameter("1", 0.0, (-3.0, 3.0), "fluctuation of C_D, a quarter cycle later", per="arm")
+    cosine: Values = parameter("1", 0.0, (-3.0, 3.0), "fluctuation of C_D, in phase with the start")
+    sine: Values = parameter("1", 0.0, (-3.0, 3.0), "fluctuation of C_D, a quarter cycle later")
     strouhal: Values = parameter("1", 0.2, (0.05, 0.6), "Strouhal number St", per="arm", linear=False,
-                                 grid=tuple(round(0.14 + 0.01 * k, 2) for k in range(14)))
+                                 grid=tuple(round(0.15 + 0.0025 * k, 4) for k in range(41)))  # a recording is long: phases part soon
+    cell: Values = parameter("1", 0.0, (0.0, 100.0), "length of a cell that sheds at one frequency, in diameters; 0: none", per="arm",
+                             linear=False, grid=(0.0, 5.0))
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (cosine, sine), (n, joints, 2); 0 in steady rows, which are means over many cycles."""
+        """Return d tau / d (cosine, sine), (n, joints, 2 links); 0 in steady rows, which are means over many cycles."""
         strips = Strips.of(flow, STRIPS)
         w = strips.w
         if flow.motion.steady or len(w) < 2:
-            return torch.zeros(len(w), flow.arm.n_links, 2, dtype=torch.float64)
-        path = torch.cat([torch.zeros_like(w[:1]), torch.cumulative_trapezoid(w.abs(), flow.motion.t, dim=0)])
+            return torch.zeros(len(w), flow.arm.n_links, 2 * flow.arm.n_links, dtype=torch.float64)
+        speed = in_cells(w.abs(), self.cell[0] * flow.D / flow.L)
+        path = torch.cat([torch.zeros_like(w[:1]), torch.cumulative_trapezoid(speed, flow.motion.t, dim=0)])
         psi = 4 * pi * self.strouhal[0] * path / flow.D[:, None]
         drag = unit_drag(strips)
-        return torch.stack([strips.to_joints(drag * wave).sum(-1) for wave in (torch.cos(psi), torch.sin(psi))], dim=-1)
+        return torch.cat([strips.to_joints(drag * wave) for wave in (torch.cos(psi), torch.sin(psi))], dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude and Strouhal number."""
-        return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "1"), "strouhal": Quantity(self.strouhal[0], "1")}
+        size = hypot(*self.cosine, *self.sine) / sqrt(len(self.cosine))
+        return {"amplitude": Quantity(size, "1"), "strouhal": Quantity(self.strouhal[0], "1")}
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -15,6 +15,7 @@ from nnhydro.conventions import SCHEMA_MODEL
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.files import json_text, whole_folder
+from nnhydro.models.amended import Amended
 from nnhydro.models.learned import BASELINE, LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.strip_theory import StripTheory
@@ -68,7 +69,14 @@ def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
                          baseline=made, support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
 
 
-_KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned}
+def _amended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> Amended:
+    inner = document["simulation"]
+    made = None if inner is None else _KINDS[inner["kind"]](inner["model"], tensors, parse_arm(inner["arm"], MODEL), how, {})
+    before, after = (_strip_theory(document[name], {}, arm, how, {}) for name in ("before", "after"))
+    return Amended(arm, how, fit, made, before, after)
+
+
+_KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned, Amended.kind: _amended}
 
 
 def _no_number(constant: str) -> None:

@@ -13,15 +13,16 @@ from torch import Tensor
 
 def relaxed(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
     """Return m (n, ...) of m_k = m_{k-1} exp(-rate_k) + target_k (1 - exp(-rate_k)), m_0 = start; exact for constant rates."""
-    decay, goal, m = torch.exp(-rate).numpy(), target.numpy(), start.numpy().copy()
-    out = torch.empty_like(target)
-    result = out.numpy()
-    if len(result):
-        result[0] = m
-    for k in range(1, len(goal)):
-        m = goal[k] + (m - goal[k]) * decay[k]
-        result[k] = m
-    return out
+    decay = np.broadcast_to(torch.exp(-rate).numpy(), target.shape).copy()
+    m = (1 - decay) * target.numpy()
+    if len(m):
+        m[0] = start.numpy()
+    step = 1
+    while step < len(m):  # the recursions of 1, 2, 4, ... rows joined: n log n instead of n steps in Python
+        m[step:] = m[step:] + decay[step:] * m[:-step]
+        decay[step:] = decay[step:] * decay[:-step]
+        step *= 2
+    return torch.from_numpy(m)
 
 
 def overtaking(t: Tensor, w: Tensor, length: Tensor) -> Tensor:

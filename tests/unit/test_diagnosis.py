@@ -1,12 +1,17 @@
 """The algebra of the diagnosis: left-out scores, the family-wise test, the selection and where a residual lies."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from nnhydro.diagnosis.bank import Bank, Candidate
 from nnhydro.diagnosis.blocks import Blocks, block_grams
 from nnhydro.diagnosis.locate import Residual, locate
+from nnhydro.diagnosis.locks import family_wise_p
+from nnhydro.diagnosis.race import Race, gains
 from nnhydro.diagnosis.score import Bench
-from nnhydro.diagnosis.tournament import Candidate, Race, family_wise_p, run
+from nnhydro.diagnosis.tournament import run
 
 UNITS, ROWS, P, K = 10, 120, 3, 8
 
@@ -24,7 +29,7 @@ def tables(seed, planted=(), noise=1.0):
     return made
 
 
-def race_of(made, noise=1.0, low=-np.inf, high=np.inf):
+def race_of(made, noise=1.0, low=-np.inf, high=np.inf, bank=None):
     grams, rows, unit = [], [], []
     for number, table in enumerate(made):
         G, n = block_grams(table, 4)
@@ -33,12 +38,16 @@ def race_of(made, noise=1.0, low=-np.inf, high=np.inf):
         unit.append(np.full(len(n), number))
     blocks = Blocks(np.concatenate(grams), np.concatenate(rows), np.concatenate(unit), P)
     scale = np.array([noise])
-    weighted = Blocks(blocks.G / noise**2, blocks.n, blocks.unit, P)
-    torque = sum(float((t[:, 0, -1] ** 2).sum()) for t in made) / noise**2
-    return Race(Bench.of(blocks, scale, np.zeros(P)), weighted, scale, np.full(K, low), np.full(K, high), torque)
+    torque = np.array([sum(float((t[:, 0, -1] ** 2).sum()) for t in made)])
+    bank = Bank(BANK if bank is None else bank, blocks, np.full(K, low), np.full(K, high), torque)
+    return Race(bank, Bench.of(blocks, scale, np.zeros(P)), scale)
 
 
-BANK = [Candidate(f"effect_{k}", 0, 0, 1, (k,)) for k in range(K)]
+def candidate(name, columns, own=()):
+    return Candidate(SimpleNamespace(key=(name, 0), grid=1), columns, own)
+
+
+BANK = tuple(candidate(f"effect_{k}", (k,)) for k in range(K))
 
 
 def test_the_left_out_energy_is_that_of_a_refit_to_the_other_units():
@@ -52,29 +61,36 @@ def test_the_left_out_energy_is_that_of_a_refit_to_the_other_units():
         assert scored.energy[number, 0] == pytest.approx(energy, rel=1e-6)
 
 
+def test_scoring_many_candidates_at_once_gives_what_scoring_each_gives():
+    race = race_of(tables(2, {1: 0.5, 4: 0.3}), bank=(*BANK, candidate("pair", (2, 5))))
+    race.chosen = [race.bank.candidates[1]]
+    for gain, one in gains(race, [c for c in race.bank.candidates if c is not race.chosen[0]]):
+        assert gain == pytest.approx(race.total() - race.total([one]), rel=1e-9, abs=1e-9)
+
+
 def test_a_planted_column_is_chosen_and_nothing_else():
     for seed in range(5):
-        race = run(race_of(tables(seed, {2: 0.5})), BANK, seed)
-        assert [c.effect for c in race.chosen] == ["effect_2"]
+        race = run(race_of(tables(seed, {2: 0.5})), seed)
+        assert [c.key[0] for c in race.chosen] == ["effect_2"]
 
 
 def test_two_planted_columns_are_chosen_in_any_order():
-    race = run(race_of(tables(3, {2: 0.4, 6: -0.5})), BANK, 0)
-    assert {c.effect for c in race.chosen} == {"effect_2", "effect_6"}
+    race = run(race_of(tables(3, {2: 0.4, 6: -0.5})), 0)
+    assert {c.key[0] for c in race.chosen} == {"effect_2", "effect_6"}
 
 
 def test_noise_alone_is_left_alone():
-    assert sum(len(run(race_of(tables(seed)), BANK, seed).chosen) for seed in range(20)) == 0
+    assert sum(len(run(race_of(tables(seed)), seed).chosen) for seed in range(20)) == 0
 
 
 def test_the_family_wise_p_pays_for_looking_at_every_column():
-    p = np.array([family_wise_p(race_of(tables(seed)), seed)[0] for seed in range(100)])
+    p = np.array([family_wise_p([race_of(tables(seed))], seed) for seed in range(100)])
     assert (p <= 0.05).mean() <= 0.12
     assert 0.35 < p.mean() < 0.65
 
 
 def test_a_value_beyond_its_physical_bounds_is_never_chosen():
-    assert run(race_of(tables(1, {2: -0.5}), low=0.0), BANK, 0).chosen == []
+    assert run(race_of(tables(1, {2: -0.5}), low=0.0), 0).chosen == []
 
 
 def test_an_effect_that_only_lives_by_cancelling_the_baseline_is_refused():
@@ -82,7 +98,17 @@ def test_an_effect_that_only_lives_by_cancelling_the_baseline_is_refused():
     for table in made:  # column 5 is almost a baseline column, and the difference of the two is in the torque
         table[:, 0, P + 5] = table[:, 0, 0] + 0.01 * table[:, 0, P + 5]
         table[:, 0, -1] += 60 * (table[:, 0, P + 5] - table[:, 0, 0])
-    assert "effect_5" not in [c.effect for c in run(race_of(made), BANK, 0).chosen]
+    assert "effect_5" not in [c.key[0] for c in run(race_of(made), 0).chosen]
+
+
+def test_a_phase_of_each_recordings_own_is_found_where_no_common_value_is():
+    rng, made = np.random.default_rng(5), tables(5)
+    for table in made:
+        a, b = np.cos(x := rng.uniform(0, 2 * np.pi)), np.sin(x)
+        table[:, 0, -1] += a * table[:, 0, P + 2] + b * table[:, 0, P + 3]
+    common, own = candidate("common", (2, 3)), candidate("own", (), (2, 3))
+    assert [c.key[0] for c in run(race_of(made, bank=(common, own)), 0).chosen] == ["own"]
+    assert run(race_of(tables(5), bank=(common, own)), 0).chosen == []
 
 
 def test_the_order_of_units_does_not_matter():

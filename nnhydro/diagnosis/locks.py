@@ -1,0 +1,107 @@
+"""The two locks of a finding, and whether it is material.
+
+Lock 1  family-wise block test: the largest standardised block score over the whole bank, against its distribution under random signs of the
+        blocks (Rademacher multipliers): one p with the look-elsewhere effect paid.
+Lock 2  recordings left out of the fit must be predicted better: Wilcoxon's signed ranks on the per-recording log ratio.
+Besides, a finding must be material: at least 1 % of the residual energy of a joint on left-out recordings.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.race import Race, columns_of, own_of
+from nnhydro.diagnosis.score import Scored
+
+Array = NDArray[np.float64]
+SIGNS = 999
+P_BLOCK, P_LEFT_OUT = 0.01, 0.05
+MATERIAL = 0.01
+ALIVE = 1e-6  # of a column's energy: what is left of it beside the baseline and the chosen
+
+
+def block_scores(race: Race) -> tuple[Array, Array]:
+    """Return U (blocks, K), each candidate column's projected product with the residual, and the columns' projected energy (K,)."""
+    bench = race.bench
+    take = np.concatenate([bench.index(columns_of(race.chosen)), bench.p + own_of(race.chosen)])
+    G, total = bench.joint_sums, bench.total
+    every = np.arange(bench.p, bench.p + bench.blocks.K)
+    A = total[np.ix_(take, take)] + np.diag(bench.penalty(take))
+    solved = np.linalg.solve(A, total[np.ix_(take, [*every, total.shape[0] - 1])])
+    B, theta = solved[:, :-1], solved[:, -1]
+    gX = G[:, every, -1] - np.einsum("bkq,q->bk", G[:, every[:, None], take[None, :]], theta)
+    gY = G[:, take, -1] - np.einsum("bqr,r->bq", G[:, take[:, None], take[None, :]], theta)
+    energy = np.diag(total)[every] - (total[np.ix_(every, take)] * B.T).sum(axis=1)
+    return gX - gY @ B, np.maximum(energy, 0.0)
+
+
+def _standardised(x: Array) -> Array:
+    result: Array = x / np.maximum(np.sqrt((x**2).sum(axis=0)), 1e-300)
+    return result
+
+
+def statistics(race: Race, seed: int) -> tuple[Array, Array]:
+    """Return the statistic of every column (K,), and of every column under random signs of the blocks (999, K), both about N(0, 1) in size.
+
+    Each column enters by its block scores and by their signed ranks, which a few violent blocks cannot drown; a column with a value of its
+    own in every recording by the sum over recordings of its squared score.
+    """
+    from scipy.stats import rankdata
+
+    U, energy = block_scores(race)
+    alive = (energy > ALIVE * np.maximum(np.diag(race.bench.total)[race.bench.p:-1], 1e-300)) & ((U**2).sum(axis=0) > 0)
+    U = np.where(alive, U, 0.0)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SIGNS, len(U)))
+    parts = [_standardised(U), _standardised(np.sign(U) * rankdata(np.abs(U), axis=0) * alive)]
+    seen = np.maximum(*(np.abs(x.sum(axis=0)) for x in parts))
+    null = np.maximum(*(np.abs(signs @ x) for x in parts))
+    own = sorted({k for c in race.bank.candidates for k in c.own})
+    if own:
+        seen[own], null[:, own] = _own_statistics(U[:, own], signs, race.bench.blocks.unit)
+    return seen, null
+
+
+def _own_statistics(U: Array, signs: Array, unit: NDArray[np.int64]) -> tuple[Array, Array]:
+    member = (unit[None, :] == np.arange(int(unit.max()) + 1)[:, None]).astype(float)  # (units, blocks)
+    seen = ((member @ U) ** 2).sum(axis=0)
+    null = np.stack([((member @ (s[:, None] * U)) ** 2).sum(axis=0) for s in signs])
+    mean, std = null.mean(axis=0), np.maximum(null.std(axis=0), 1e-300)
+    return np.maximum((seen - mean) / std, 0.0), np.maximum((null - mean) / std, 0.0)
+
+
+def family_wise_p(races: Sequence[Race], seed: int) -> float:
+    """Return the p of "nothing is missing" over all columns of `races`, which share recordings and chosen candidates."""
+    seen, null = 0.0, np.zeros(SIGNS)
+    for race in races:
+        one, many = statistics(race, seed)
+        if one.size:
+            seen, null = max(seen, float(one.max())), np.maximum(null, many.max(axis=1))
+    return float((1 + (null >= seen - 1e-12).sum()) / (SIGNS + 1)) if seen > 0 else 1.0
+
+
+def left_out_p(before: Scored, after: Scored) -> float:
+    """Return Wilcoxon's one-sided p of "left-out recordings are not predicted better"."""
+    from scipy.stats import wilcoxon
+
+    gains = before.by_unit - after.by_unit
+    gains = gains[np.abs(gains) > 1e-9]
+    if len(gains) < 4:
+        return 1.0
+    return float(wilcoxon(gains, alternative="greater").pvalue)
+
+
+def material(before: Scored, after: Scored) -> float:
+    """Return the largest share, over joints, of left-out residual energy that is gained."""
+    a, b = before.energy.sum(axis=0), after.energy.sum(axis=0)
+    return float(np.max((a - b) / np.maximum(a, 1e-300)))
+
+
+def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
+    """Return whether `candidate` passes both locks and is material, and write it down."""
+    before, after = race.scored(), race.scored([candidate])
+    p_block, p_left_out, share = family_wise_p([race], seed), left_out_p(before, after), material(before, after)
+    race.log.append(f"{candidate.key[0]} joint {candidate.key[1]}: gain {gain:.1f}, p_block {p_block:.3f}, p_left_out {p_left_out:.4f}, "
+                    f"energy {share:.3f}")
+    return p_block <= P_BLOCK and p_left_out <= P_LEFT_OUT and share >= MATERIAL

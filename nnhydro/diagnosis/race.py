@@ -1,0 +1,120 @@
+"""The state of the selection: which candidates stand beside the baseline, and what the set costs and explains."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.bank import Bank, Candidate
+from nnhydro.diagnosis.batch import scores
+from nnhydro.diagnosis.score import Bench, Scored
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+CANCELLING = 0.5  # an effect whose own torque exceeds this share of the measured energy only lives by cancelling another
+UNPHYSICAL = 1e12  # score of a set with a value beyond its physical bounds
+PER_COLUMN = 1.0  # score a further column must earn beyond what left-out prediction already charges
+PER_GRID = 0.5  # times log(number of grid points): price of choosing a nonlinear parameter
+
+
+@final
+@dataclass
+class Race:
+    """The bank on its bench, and what is chosen so far."""
+
+    bank: Bank
+    bench: Bench
+    noise: Array  # (joints,) N m
+    chosen: list[Candidate] = field(default_factory=list)
+    log: list[str] = field(default_factory=list)
+    first_gain: float = 0.0
+
+    @property
+    def torque(self) -> float:
+        """Energy of the measured torque in units of the noise."""
+        return float((self.bank.torque / self.noise**2).sum())
+
+    def kept(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> list[Candidate]:
+        """Return the chosen candidates, plus `extra`, less `without`."""
+        return [c for c in self.chosen if c not in without] + list(extra)
+
+    def scored(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> Scored:
+        """Return the left-out score of the set."""
+        kept = self.kept(extra, without)
+        return self.bench.scored(columns_of(kept), own_of(kept))
+
+    def total(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> float:
+        """Left-out score with its price, lower is better; `UNPHYSICAL` where a value leaves its physical bounds."""
+        kept, columns = self.kept(extra, without), columns_of(self.kept(extra, without))
+        scored = self.bench.scored(columns, own_of(kept))
+        return scored.total + price(kept) if self.physical(kept, columns, scored.theta[self.bench.p:]) else UNPHYSICAL
+
+    def physical(self, kept: Sequence[Candidate], columns: Index, values: Array) -> bool:
+        """Return whether the `values` of `columns` lie within their bounds and no effect lives by cancelling another."""
+        if len(columns) and not ((values >= self.bank.low[columns]) & (values <= self.bank.high[columns])).all():
+            return False
+        return all(self._energy(c, columns, values) <= CANCELLING * self.torque for c in kept)
+
+    def _energy(self, candidate: Candidate, columns: Index, values: Array) -> float:
+        """Energy of one candidate's own torque in units of the noise."""
+        if not candidate.columns:
+            return 0.0
+        own = np.array(candidate.columns)
+        beta = values[np.searchsorted(columns, own)]
+        place = self.bench.p + own
+        return float(beta @ self.bench.total[np.ix_(place, place)] @ beta)
+
+    def values(self, kept: Sequence[Candidate]) -> tuple[Array, dict[int, float]]:
+        """Return the baseline's parameters (p,) and the value of every column of `kept`, all fitted together."""
+        columns = columns_of(kept)
+        theta = self.bench.scored(columns, own_of(kept)).theta
+        return theta[: self.bench.p], dict(zip(columns.tolist(), theta[self.bench.p:].tolist(), strict=True))
+
+
+def columns_of(kept: Sequence[Candidate]) -> Index:
+    """Return the columns of `kept` with one value for all recordings, in order."""
+    return np.array(sorted({k for c in kept for k in c.columns}), dtype=np.int64)
+
+
+def own_of(kept: Sequence[Candidate]) -> Index:
+    """Return the columns of `kept` with a value of their own in every recording, in order."""
+    return np.array(sorted({k for c in kept for k in c.own}), dtype=np.int64)
+
+
+def price(candidates: Sequence[Candidate]) -> float:
+    """What the candidates must earn for their columns and grids; values of each recording's own are paid for where they are predicted."""
+    return sum(PER_COLUMN * (len(c.columns) + len(c.own)) + PER_GRID * float(np.log(c.grid)) for c in candidates)
+
+
+def _batched(race: Race, kept: Sequence[Candidate], tried: Sequence[Candidate]) -> dict[int, float]:
+    """Total score of `kept` with each of `tried` (by its id), none of which has values of a recording's own."""
+    columns, found = columns_of(kept), {}
+    for width in sorted({len(c.columns) for c in tried}):
+        same = [c for c in tried if len(c.columns) == width]
+        totals, values = scores(race.bench, columns, [c.columns for c in same])
+        for candidate, total, value in zip(same, totals.tolist(), values, strict=True):
+            found[id(candidate)] = total + price([*kept, candidate])
+            order = np.argsort(np.concatenate([columns, np.array(candidate.columns, dtype=np.int64)]))
+            every = np.concatenate([columns, np.array(candidate.columns, dtype=np.int64)])[order]
+            if not race.physical([*kept, candidate], every, value[order]):
+                found[id(candidate)] = UNPHYSICAL
+    return found
+
+
+def gains(race: Race, tried: Sequence[Candidate], without: Sequence[Candidate] = ()) -> list[tuple[float, Candidate]]:
+    """Return the score that each of `tried` gains beside what is chosen, less `without`."""
+    now, kept = race.total(without=without), race.kept(without=without)
+    totals = _batched(race, kept, [c for c in tried if not c.own]) if not own_of(kept).size else {}
+    return [(now - (totals[id(c)] if id(c) in totals else race.total([c], without)), c) for c in tried]
+
+
+def ranked(race: Race, bank: Sequence[Candidate], without: Sequence[Candidate] = ()) -> list[tuple[float, Candidate]]:
+    """Return (gain, candidate), best first: the best grid point of every (effect, joint) that is not chosen yet."""
+    taken = {c.key for c in race.kept(without=without)}
+    best: dict[tuple[str, int], tuple[float, Candidate]] = {}
+    for gain, candidate in gains(race, [c for c in bank if c.key not in taken], without):
+        if candidate.key not in best or gain > best[candidate.key][0]:
+            best[candidate.key] = (gain, candidate)
+    return sorted(best.values(), key=lambda pair: -pair[0])

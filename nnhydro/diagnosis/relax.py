@@ -1,0 +1,88 @@
+"""Is a further finding an effect of its own, or only the shape that the card of another one leaves?
+
+A card holds the mechanism, not the exact law of this rig. So the other findings are given shapes of their own,
+
+    z = a restricted to one joint,  a |a| / rms(a),  a |dq_j| / rms(dq_j),  a |u| / rms(u),  tau da/dt,        a the finding's fitted torque
+
+each with a prior standard deviation of half of a, and the finding in question is asked again what it adds. What another one's shape can
+take over is not claimed.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.race import Race
+from nnhydro.diagnosis.score import Bench
+from nnhydro.diagnosis.table import Piece, Table
+from nnhydro.models.strip_theory import StripTheory
+
+Array = NDArray[np.float64]
+LOOSE = 0.5  # standard deviation of a shape, in sizes of the finding's own torque
+LAG = 0.1  # s, of the shape that comes late
+RETAINED = 0.35  # of its gain that a finding must keep when the others have shapes of their own
+
+
+def _size(x: Array) -> float:
+    return float(np.sqrt((x**2).mean())) or 1.0
+
+
+def shapes(a: Array, piece: Piece, scale: Array, rates: Array) -> Array:
+    """Return the shapes (n, joints, 3 + joints) of one finding's torque `a` (n, joints) N m on a piece.
+
+    `scale` (joints,) N m is the rms of its torque in the campaign, `rates` (joints,) rad/s that of the joints.
+    """
+    joints = a.shape[1]
+    qd = np.stack([piece.state[f"dq{j + 1}_rad_s"] for j in range(joints)], axis=1)
+    late = np.gradient(a, axis=0) * (LAG / piece.dt) if piece.dt and len(a) > 2 else np.zeros_like(a)
+    each = [a * (np.arange(joints) == j) for j in range(joints)] if joints > 1 else []
+    made = [*each, a * np.abs(a) / scale.max(), a * np.abs(qd).sum(axis=1, keepdims=True) / rates.sum(), late]
+    result: Array = LOOSE * np.stack(made, axis=2)
+    return result
+
+
+def _torques(race: Race, table: Table, believed: StripTheory, kept: Sequence[Candidate]) -> list[list[Array]]:
+    """Fitted torque (n, joints) of each of `kept` on every piece."""
+    values = race.values(race.chosen)[1]
+    made: list[list[Array]] = [[] for _ in kept]
+    for piece in table.pieces:
+        for found, candidate in zip(made, kept, strict=True):
+            X = table.columns(piece, [candidate.instance], believed)
+            lasting = [k - min((*candidate.columns, *candidate.own)) for k in candidate.columns]
+            found.append(X[..., lasting] @ np.array([values[k] for k in candidate.columns]))
+    return made
+
+
+def retained(race: Race, table: Table, believed: StripTheory, asked: Candidate) -> float:
+    """Return the share of its gain that the chosen candidate `asked` keeps when every other one has shapes of its own."""
+    others = [c for c in race.chosen if c is not asked]
+    torques = _torques(race, table, believed, [c for c in others if c.columns])
+    scales = [np.array([_size(np.concatenate([a[:, j] for a in one])) for j in range(one[0].shape[1])]) for one in torques]
+    names = [f"dq{j + 1}_rad_s" for j in range(table.pieces[0].y.shape[1])]
+    rates = np.array([_size(np.concatenate([piece.state[name] for piece in table.pieces])) for name in names])
+    place = {id(piece): k for k, piece in enumerate(table.pieces)}
+
+    def beside(piece: Piece) -> Array:
+        k = place[id(piece)]
+        made = [shapes(one[k], piece, scale, rates) for one, scale in zip(torques, scales, strict=True)]
+        return np.concatenate(made, axis=2) if made else np.zeros((*piece.y.shape, 0))
+
+    bank = build(table, [c.instance for c in (*others, asked)], believed, beside)
+    loose = Race(bank, Bench.of(bank.blocks, race.noise, np.ones(bank.blocks.p)), race.noise, list(bank.candidates))
+    plain = race.total(without=[asked]) - race.total()
+    kept = loose.total(without=[bank.candidates[-1]]) - loose.total()
+    return kept / max(plain, 1e-12)
+
+
+def prune(race: Race, table: Table, believed: StripTheory) -> None:
+    """Take the chosen candidates away, the weakest first, whose gain the shapes of the others can take over."""
+    while len(race.chosen) > 1:
+        shares = [retained(race, table, believed, c) for c in race.chosen]
+        race.log += [f"{c.key[0]} joint {c.key[1]}: keeps {share:.2f} of its gain beside loose shapes of the others"
+                     for c, share in zip(race.chosen, shares, strict=True)]
+        weakest = int(np.argmin(shares))
+        if shares[weakest] >= RETAINED:
+            return
+        race.chosen.pop(weakest)

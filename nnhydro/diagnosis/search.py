@@ -1,0 +1,119 @@
+"""The search in rounds: select over the grids, refine what is chosen and its nearest rivals, select again, until nothing changes.
+
+Refining means finer values of nonlinear parameters, and columns of instrument effects about their fitted values on the reading of the model
+as it then is. Rivals are refined like the chosen: a stale start would decide between them otherwise.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+import torch
+
+from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.instances import Instance, Key, finer, settled
+from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
+from nnhydro.diagnosis.noise import noise_of
+from nnhydro.diagnosis.race import Race, ranked
+from nnhydro.diagnosis.score import Bench
+from nnhydro.diagnosis.scout import MANY, scouted
+from nnhydro.diagnosis.table import Case, Table
+from nnhydro.diagnosis.tournament import run
+from nnhydro.effects.effect import LoadEffect
+from nnhydro.identification.identify import with_parameters
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.load_sum import Loads
+
+ROUNDS = 5
+RIVALS = 5  # of each chosen effect, and of the first, that are refined with it
+SETTLED = 1.0  # change of the score between rounds that counts as none,
+STEADY = 0.002  # or this share of the first gain
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The finished race, what the instruments read, the p of "nothing is missing", and the log."""
+
+    race: Race
+    table: Table
+    believed: StripTheory
+    p_value: float
+
+
+def race_of(table: Table, instances: Sequence[Instance], believed: StripTheory, repeats: tuple[float, ...] | None,
+            noise: np.ndarray | None = None) -> Race:
+    """Return a race over `instances` with nothing chosen; `noise` (joints,) N m is estimated where it is not given."""
+    bank = build(table, instances, believed)
+    ones = np.ones(bank.blocks.p)
+    noise = noise_of(bank.blocks, ones, repeats) if noise is None else noise
+    return Race(bank, Bench.of(bank.blocks, noise, ones), noise)
+
+
+def with_loads(case: Case, race: Race, kept: Sequence[Candidate]) -> StripTheory:
+    """Return the baseline refitted beside `kept`, with the loads among them as terms."""
+    z, by_column = race.values(kept)
+    loads = with_parameters(case.model.loads, case.before.mean + case.before.F @ z)
+    for i, candidate in enumerate(kept):
+        effect = candidate.instance.with_values(torch.tensor([by_column.get(k, 0.0) for k in candidate.columns], dtype=torch.float64)) \
+            if not candidate.own else None
+        if isinstance(effect, LoadEffect):
+            loads = Loads({**loads.terms, f"found_{i}": effect})
+    return replace(case.model, loads=loads)
+
+
+def _targets(race: Race) -> dict[Key, tuple[Candidate, list[Candidate]]]:
+    """What is refined: each chosen candidate and its rivals, and the best alone; with the others that stand beside it."""
+    bank = race.bank.candidates
+    targets: dict[Key, tuple[Candidate, list[Candidate]]] = {}
+    for chosen in race.chosen:
+        others = [c for c in race.chosen if c is not chosen]
+        for _, rival in [(0.0, chosen), *ranked(race, bank, [chosen])[:RIVALS]]:
+            targets.setdefault(rival.key, (rival, others))
+    empty = replace(race, chosen=[])
+    for gain, alone in ranked(empty, bank)[:RIVALS]:
+        if gain > 0:
+            targets.setdefault(alone.key, (alone, []))
+    return targets
+
+
+def _refined(case: Case, race: Race) -> tuple[Instance, ...]:
+    """The instances of the next round: refined ones of the targets, the others as they are."""
+    made: list[Instance] = []
+    targets = _targets(race)
+    for target, others in targets.values():
+        kept = [*others, target]
+        values = torch.tensor([race.values(kept)[1].get(k, 0.0) for k in target.columns], dtype=torch.float64)
+        believed = with_loads(case, race, others)
+        made += [settled(one, values, believed) for one in finer(target.instance)]
+    same = [c.instance for c in race.bank.candidates if c.key not in targets and c.grid <= MANY]
+    return (*made, *same)
+
+
+def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | None, seed: int,
+           progress: Callable[[str], None] = lambda line: None) -> Found:
+    """Return what the search settles on."""
+    table, believed = Table(case), case.model
+    few, many = [i for i in known if i.grid <= MANY], [i for i in known if i.grid > MANY]
+    race = race_of(table, few, believed, repeats)
+    best, tried = scouted(table, many, race, believed)
+    p_value = family_wise_p([race, *tried], seed)
+    race = race_of(table, [*few, *best], believed, repeats)
+    if p_value > P_BLOCK:
+        return Found(race, table, believed, p_value)
+    race, log = run(race, seed), []
+    for number in range(ROUNDS):
+        progress(f"round {number + 1}: {', '.join(c.key[0] for c in race.chosen) or 'nothing yet'}")
+        log += [f"round {number + 1}", *race.log]
+        score, keys = race.total(), {c.key for c in race.chosen}
+        loads = with_loads(case, race, race.chosen)
+        believed = loads if keys else believed
+        instances = _refined(case, race)
+        refined = {one.key for one in instances}
+        best, _ = scouted(table, [one for one in many if one.key not in refined], race, believed)
+        race = run(race_of(table, [*instances, *best], believed, repeats), seed)
+        if {c.key for c in race.chosen} == keys and abs(race.total() - score) < max(SETTLED, STEADY * race.first_gain) and number:
+            break
+    race.log = [*log, "last round", *race.log]
+    return Found(race, table, believed, p_value)
