@@ -12,15 +12,15 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ModelError, require
-from nnhydro.physics.coefficients import travel_bspline, travel_spline
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.load_term import LinearTerm, LoadTerm
+from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.loads.bspline_added_mass import BsplineAddedMass
 from nnhydro.physics.loads.bspline_drag import BsplineDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.state_added_mass import StateAddedMass
 from nnhydro.physics.loads.state_at_rest import StateAtRest
 from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.travel_term import TravelTerm
 from nnhydro.recordings.arm import Arm
 
 
@@ -67,28 +67,22 @@ def has_travel_scale(loads: Loads) -> bool:
     return any(f.name == "tau_s" for term in loads.terms.values() for f in term.parameters())
 
 
+def _curve(loads: Loads, s_over_D: Tensor, link: int, added_mass: bool) -> Tensor | None:
+    parts = [term.curve(s_over_D, link) for term in loads.terms.values() if isinstance(term, TravelTerm) and term.added_mass == added_mass]
+    return torch.stack(parts).sum(0) if parts else None
+
+
 def drag_curve(loads: Loads, s_over_D: Tensor, link: int = 0) -> Tensor:
     """Return C_D at the travels `s_over_D` (...) of `link` (from 0); raises ModelError where `loads` has no such curve."""
-    for term in loads.terms.values():
-        if isinstance(term, StateDrag):
-            return travel_spline.curve(s_over_D, term.tau_s[0], 0.0, _ordinates(term, link))
-        if isinstance(term, BsplineDrag):
-            return travel_bspline.curve(s_over_D, term.tau_s[0], 0.0, torch.tensor(term.c, dtype=torch.float64))
-    raise ModelError("the model has no drag curve over the travel: state_loads(arm) makes one")
+    curve = _curve(loads, s_over_D, link, added_mass=False)
+    if curve is None:
+        raise ModelError("the model has no drag curve over the travel: state_loads(arm) makes one")
+    return curve
 
 
 def added_mass_curve(loads: Loads, s_over_D: Tensor, link: int = 0) -> Tensor:
     """Return C_M at the travels `s_over_D` (...) of `link` (from 0), its known start included; raises ModelError where there is none."""
-    start = next((term.C_M0[0] for term in loads.terms.values() if isinstance(term, StateAtRest)), 0.0)
-    for term in loads.terms.values():
-        if isinstance(term, StateAddedMass):
-            return travel_spline.curve(s_over_D, term.tau_s[0], start, _ordinates(term, link))
-        if isinstance(term, BsplineAddedMass):
-            return travel_bspline.curve(s_over_D, term.tau_s[0], start, torch.tensor(term.c, dtype=torch.float64))
-    raise ModelError("the model has no added-mass curve over the travel: state_loads(arm) makes one")
-
-
-def _ordinates(term: LinearTerm, link: int) -> Tensor:
-    """The six ordinates of one link's curve."""
-    values = [getattr(term, f.name) for f in term.linear_fields()]
-    return torch.tensor([v[link if len(v) > 1 else 0] for v in values], dtype=torch.float64)
+    curve = _curve(loads, s_over_D, link, added_mass=True)
+    if curve is None:
+        raise ModelError("the model has no added-mass curve over the travel: state_loads(arm) makes one")
+    return curve

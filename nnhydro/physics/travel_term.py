@@ -8,8 +8,11 @@ link, each link's own. g is the product of the coefficient laws in `laws`.
 Source: McLain & Rock (1998), eqs. (28) to (32), with the opposite sign (LOAD).
 """
 
+from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import pi
+from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 import torch
@@ -22,6 +25,7 @@ from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel import TravelRule, travel
 
+PIECE = 1024  # rows: the basis of all strips in them stays in the cache, and memory does not grow with the basis of a long recording
 _TRAVELS: WeakKeyDictionary[Flow, dict[tuple[int, TravelRule], Tensor]] = WeakKeyDictionary()  # the terms of a sum share it
 
 
@@ -44,17 +48,23 @@ def unit_inertia(strips: Strips) -> Tensor:
     return strips.flow.rho * pi / 4 * strips.flow.D[:, None] ** 2 * strips.dw
 
 
+def _to_joints(strips: Strips, both: Tensor) -> Tensor:
+    """Joint torques (n, joints, links, p) of the sums over strips `both` (n, links, 2, p) of f phi_k and f x phi_k [N/m, N]."""
+    scaled = both * strips.ds[:, None, None]
+    force, moment = scaled[:, None, :, 0], scaled[:, None, :, 1]
+    return strips.flow.outboard[..., None] * moment + strips.flow.lever_normal[..., None] * force
+
+
 def strip_columns(strips: Strips, f: Tensor, phi: Tensor) -> Tensor:
     """Return the joint torques (n, joints, links, p) of the loads f phi_k, `f` (n, links, s) N/m and `phi` (n, links, s, p)."""
-    both = torch.stack([f, f * strips.x], dim=2) @ phi * strips.ds[:, None, None]  # (n, links, 2, p)
-    force, moment = both[:, None, :, 0], both[:, None, :, 1]
-    return strips.flow.outboard[..., None] * moment + strips.flow.lever_normal[..., None] * force
+    return _to_joints(strips, torch.stack([f, f * strips.x], dim=2) @ phi)
 
 
 @dataclass(frozen=True)
 class TravelTerm(LoadTerm):
     """A term with coefficients over the travel: the options of strips, travel rule and laws. See `TravelRule` for the last three."""
 
+    added_mass: ClassVar[bool]  # True: the coefficient is C_M; False: C_D
     per_link: int = field(default=10, kw_only=True)  # strips a link
     laws: tuple[str, ...] = field(default=(), kw_only=True)
     at_reversal: str = field(default="reset", kw_only=True)
@@ -68,6 +78,14 @@ class TravelTerm(LoadTerm):
         for law in self.laws:
             law_of(law)
 
+    @abstractmethod
+    def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
+        """Return the term's part of the coefficient (...) at the travels `s_over_D` (...) of `link` (from 0), before any law."""
+
+    @abstractmethod
+    def pieces(self) -> tuple[float, int]:
+        """Return the travel in diameters from which the curve is constant, and of how many equal cubic pieces it is made up to there."""
+
     def state(self, flow: Flow) -> StripState:
         """Return strips and their travel."""
         strips = Strips.of(flow, self.per_link)
@@ -77,6 +95,15 @@ class TravelTerm(LoadTerm):
         """Return f_D or f_M times the laws' factors, (n, links, s) N/m."""
         drag, inertia = factors(self.laws, state)
         return unit_inertia(state.strips) * inertia if added_mass else unit_drag(state.strips) * drag
+
+    def basis_columns(self, flow: Flow, basis: Callable[[Tensor], Tensor]) -> Tensor:
+        """Return the joint torques (n, joints, links, p) of the term's load times each of `basis`(s/D) (..., p), rows piece by piece."""
+        state = self.state(flow)
+        f = self.unit_load(state, self.added_mass)
+        weights = torch.stack([f, f * state.strips.x], dim=2)  # (n, links, 2, s)
+        pieces = zip(weights.split(PIECE), state.s_over_D.split(PIECE), strict=True)
+        both = torch.cat([rows @ basis(s_over_D) for rows, s_over_D in pieces])
+        return _to_joints(state.strips, both)
 
     def arranged(self, columns: Tensor, sizes: tuple[int, ...]) -> Tensor:
         """Return columns (n, joints, p) of (n, joints, links, K), K parameters of `sizes` values: 1 for the arm, else one a link."""

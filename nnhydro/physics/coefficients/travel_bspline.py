@@ -24,6 +24,12 @@ def _knots(count: int) -> tuple[int, NDArray[np.float64]]:
     return degree, np.concatenate([np.zeros(degree), inner, np.ones(degree)])
 
 
+def pieces(count: int) -> int:
+    """Return the number of polynomial pieces of the curve."""
+    degree, _ = _knots(count)
+    return count + 2 - degree
+
+
 def _all(s_over_D: Tensor, end: float, count: int) -> Tensor:
     """Values of all count + 2 B-splines, (..., count + 2)."""
     from scipy.interpolate import BSpline

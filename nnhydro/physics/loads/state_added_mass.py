@@ -14,12 +14,13 @@ Source: McLain & Rock (1998), eqs. (26), (32), (33).
 from dataclasses import dataclass
 from typing import ClassVar, final
 
+import torch
 from torch import Tensor
 
-from nnhydro.physics.coefficients.travel_spline import basis
+from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, curve
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
-from nnhydro.physics.travel_term import TravelTerm, strip_columns
+from nnhydro.physics.travel_term import TravelTerm
 
 BOUNDS = (-1.0, 3.0)
 TRAVEL = (2.0, 15.0)  # diameters
@@ -31,6 +32,7 @@ class StateAddedMass(TravelTerm, LinearTerm):
     """Added mass with C_M(s/D), beyond its value at rest; each ordinate has one value for the arm, or one a link."""
 
     kind: ClassVar[str] = "state_added_mass"
+    added_mass: ClassVar[bool] = True
     m1: Values = parameter("1", 0.84, BOUNDS, "C_M after tau_s / 6 diameters", per="arm")
     m2: Values = parameter("1", 0.46, BOUNDS, "C_M after 2 tau_s / 6 diameters", per="arm")
     m3: Values = parameter("1", 0.205, BOUNDS, "C_M after 3 tau_s / 6 diameters", per="arm")
@@ -41,6 +43,15 @@ class StateAddedMass(TravelTerm, LinearTerm):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d ordinates, (n, joints, p)."""
-        state = self.state(flow)
-        columns = strip_columns(state.strips, self.unit_load(state, added_mass=True), basis(state.s_over_D, self.tau_s[0]))
+        columns = self.basis_columns(flow, lambda s_over_D: basis(s_over_D, self.tau_s[0]))
         return self.arranged(columns, tuple(len(getattr(self, f.name)) for f in self.linear_fields()))
+
+    def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
+        """Return C_M beyond its value at rest at the travels `s_over_D` (...) of `link` (from 0)."""
+        values = [getattr(self, f.name) for f in self.linear_fields()]
+        ordinates = torch.tensor([v[link if len(v) > 1 else 0] for v in values], dtype=torch.float64)
+        return curve(s_over_D, self.tau_s[0], 0.0, ordinates)
+
+    def pieces(self) -> tuple[float, int]:
+        """Return where the curve ends and its number of cubic pieces."""
+        return self.tau_s[0], KNOTS

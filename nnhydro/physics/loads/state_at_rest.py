@@ -25,13 +25,21 @@ class StateAtRest(TravelTerm):
     """Added mass of a wake that has not formed yet."""
 
     kind: ClassVar[str] = "state_at_rest"
+    added_mass: ClassVar[bool] = True
     C_M0: Values = parameter("1", 1.0, (0.0, 2.0), "C_M of a start from rest (ideal 1)", per="arm", linear=False)
     tau_s: Values = parameter("1", 8.0, (2.0, 15.0), "travel in diameters after which the curves are steady", per="arm", linear=False)
     count: int = 0  # 0: the paper's spline; else the number of free B-splines
 
     def torque(self, flow: Flow) -> Tensor:
         """Return the joint torques (n, joints) N m."""
-        state, tau_s = self.state(flow), self.tau_s[0]
-        phi = (travel_bspline.fixed(state.s_over_D, tau_s, self.count) if self.count else travel_spline.fixed(state.s_over_D, tau_s))
-        f = self.C_M0[0] * self.unit_load(state, added_mass=True) * phi
-        return state.strips.to_joints(f).sum(-1)
+        return self.basis_columns(flow, lambda s_over_D: self.curve(s_over_D)[..., None]).sum((2, 3))
+
+    def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
+        """Return C_M0 phi_0 at the travels `s_over_D` (...); all links share it."""
+        tau_s = self.tau_s[0]
+        phi = travel_bspline.fixed(s_over_D, tau_s, self.count) if self.count else travel_spline.fixed(s_over_D, tau_s)
+        return self.C_M0[0] * phi
+
+    def pieces(self) -> tuple[float, int]:
+        """Return where the curve ends and its number of cubic pieces."""
+        return self.tau_s[0], travel_bspline.pieces(self.count) if self.count else travel_spline.KNOTS
