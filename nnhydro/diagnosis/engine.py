@@ -29,6 +29,7 @@ from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.splitting import Unit, units
 
 COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
+SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
 CONFIDENT = 0.5  # nothing is said with less
 
 
@@ -96,7 +97,12 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
 
 
 def _least(race: Race, proof: Proof) -> Candidate | None:
-    """The finding that adds least, where it adds less than its share to the improvement on left-out recordings: shape left by another."""
+    """The finding that adds least, where it adds less than its share: shape left by another.
+
+    What it adds counts on left-out recordings and in the score, which knows what it costs to move masses instead.
+    """
     gain = {c.key: proof.without[c.key] - proof.after for c in race.chosen}
-    least = min(race.chosen, key=lambda c: gain[c.key])
-    return least if gain[least.key] < COMPANION * (proof.before - proof.after) else None
+    score = {c.key: race.total(without=[c]) - race.total() for c in race.chosen}
+    whole = race.total(without=race.chosen) - race.total()
+    small = [c for c in race.chosen if gain[c.key] < COMPANION * (proof.before - proof.after) and score[c.key] < SCORE_SHARE * whole]
+    return min(small, key=lambda c: gain[c.key], default=None)

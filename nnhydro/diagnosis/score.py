@@ -109,7 +109,7 @@ class Bench:
         return Scored(energy, by_unit, float(by_unit.sum()) + cost, theta)
 
     @cached_property
-    def _nearness(self) -> Array:
+    def nearness(self) -> Array:
         """Weight (blocks, blocks) of each other block of the same recording: neighbours count most, as a phase is not kept for ever."""
         unit, place = self.blocks.unit, np.arange(len(self.blocks.unit))
         apart = np.abs(place[:, None] - place[None, :])
@@ -120,7 +120,7 @@ class Bench:
         """Return the values (blocks, o) of a recording's own columns, each from the other blocks of its unit; `theta` (units, q)."""
         G, unit, o, q = self.joint_sums, self.blocks.unit, len(own), len(take)
         with_all = G[:, own[:, None], np.concatenate([own, take, [G.shape[2] - 1]])[None, :]]  # (blocks, o, o + q + 1)
-        rest: Array = np.tensordot(self._nearness, with_all, axes=1)
+        rest: Array = np.tensordot(self.nearness, with_all, axes=1)
         g = rest[:, :, -1] - np.matmul(rest[:, :, o:o + q], theta[unit][..., None])[..., 0]
         size = np.diag(self.total)[own] / (int(unit.max()) + 1)
         H = rest[:, :, :o] + np.diag(OWN_RIDGE * size + 1e-12)

@@ -13,9 +13,9 @@ import torch
 
 from nnhydro.diagnosis.bank import Candidate, build
 from nnhydro.diagnosis.instances import Instance, Key, finer, settled
-from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
+from nnhydro.diagnosis.locks import OWN_TRIED, P_BLOCK, family_wise_p, own_p
 from nnhydro.diagnosis.noise import noise_of
-from nnhydro.diagnosis.race import Race, ranked
+from nnhydro.diagnosis.race import Race, gains, ranked
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.scout import MANY, scouted
 from nnhydro.diagnosis.table import Case, Table
@@ -100,6 +100,8 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
     best, tried = scouted(table, many, race, believed)
     p_value = family_wise_p([race, *tried], seed)
     race = race_of(table, [*few, *best], believed, repeats)
+    own = [gain for gain, c in gains(race, [c for c in race.bank.candidates if c.own])]
+    p_value = min(1.0, 2 * min(p_value, own_p(max(own, default=0.0), OWN_TRIED)))  # two tests were made
     if p_value > P_BLOCK:
         return Found(race, table, believed, p_value)
     race, log = run(race, seed), []

@@ -1,6 +1,6 @@
 """From a finished race to findings: rivals, classes, confidence, parameters with intervals.
 
-A rival that takes a finding's place and predicts left-out recordings no worse (Wilcoxon p > 0.05), or hardly worse with a torque that is
+A rival that takes a finding's place and predicts left-out recordings no worse (sign-flip p > 0.05), or hardly worse with a torque that is
 the finding's own (cosine above 0.98), belongs to the finding's class; the member with the fewest parameters names it. The family is named
 where the class lies in one. Confidence is the class's weight among all rivals, softened for the correlation of residuals.
 """
@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.instances import Hypothesis
-from nnhydro.diagnosis.locks import left_out_p
+from nnhydro.diagnosis.locks import SOFT, left_out_p
 from nnhydro.diagnosis.race import Race, ranked
 from nnhydro.diagnosis.uncertainty import Fit, fitted, likeness
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
-SOFT = 6.0  # score difference that counts as one: left-out scores of autocorrelated rows overstate the evidence
 NEAR = 10.0  # rivals further behind than this never enter a class by their score
 ALIKE = 0.98  # cosine from which two effects are one torque,
 HARDLY = 0.02  # where the better one gains no more than this share of the whole
