@@ -9,7 +9,7 @@ from nnhydro.report.screen import JSON, emit, say, table
 
 def gains(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
-    out: Path = typer.Option(Path("nnhydro_out/gains"), "--out", help="Folder for gains.json and gains.png."),
+    out: Path = typer.Option(Path("nnhydro_out/gains"), "--out", help="Folder for gains.json and the figure."),
     speed: float = typer.Option(2.0, "--speed", help="Greatest joint speed, rad/s."),
     tow: float = typer.Option(0.0, "--tow", help="Speed of the carriage, m/s."),
     posture: str = typer.Option("", "--posture", help="Comma-separated joint angles, rad; 0 by default."),
@@ -35,11 +35,11 @@ def gains(
     result = document(loaded, around, made)
     with whole_folder(out, "gains.json") as folder:
         (folder / "gains.json").write_text(json_text(result), encoding="utf-8")
-        gain_figure(made, result["model"], folder / "gains.png")
+        gain_figure(made, result["model"], folder / "gains")
     if json:
         emit(result)
         return
     columns, rows = gain_rows(made)
     table(f"{result['model']}: gains of joints that move alone, wake developed", columns, rows)
     say(f"  {out / 'gains.json'} (the whole matrices)")
-    say(f"  {out / 'gains.png'}")
+    say(f"  {out / 'gains.png'} (also .svg, and .csv with what is drawn)")

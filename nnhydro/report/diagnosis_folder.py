@@ -6,16 +6,18 @@ from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.files import json_text, whole_folder
 from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.diagnosis_page import page
+from nnhydro.report.page.diagnosis import diagnosis_page
 
 RESULT = "diagnosis.json"
 
 
 def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Path]:
     """Write the diagnosis to the folder `out` and return the paths of its parts."""
+    document = result.document()
     with whole_folder(out, RESULT) as work:
-        (work / RESULT).write_text(json_text(result.document()), encoding="utf-8")
+        (work / RESULT).write_text(json_text(document), encoding="utf-8")
         save_model(result.corrected, work / "model")
         save_model(result.baseline, work / "baseline")
-        (work / "report.html").write_text(page(result, campaign), encoding="utf-8")
+        page = diagnosis_page(document, result.verdict(), result.baseline, result.corrected, campaign)
+        (work / "report.html").write_text(page, encoding="utf-8")
     return [out / name for name in (RESULT, "report.html", "model", "baseline")]

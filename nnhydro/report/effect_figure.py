@@ -20,6 +20,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import sensed
 from nnhydro.recordings.arm import Arm, parse_arm
+from nnhydro.report.figure_file import new_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -110,14 +111,10 @@ def _dress(ax: "Axes", **labels: Any) -> None:
 
 
 def draw(effect: type[Effect], path: Path) -> Path:
-    """Write the picture of `effect` to the PNG file `path`."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
+    """Write the picture of `effect` to the PNG file `path`, and beside it as SVG and its data as CSV."""
     motion, without, with_it, joint = illustrated(effect)
     t, before, after = motion.t.numpy(), without[:, joint].numpy(), with_it[:, joint].numpy()
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=[1.6, 1])
     left.plot(t, before, color=INK, linewidth=1.2, linestyle=(0, (5, 2)), label="without")
     left.plot(t, after, color=COLOUR, linewidth=1.6, label="with")
@@ -129,9 +126,7 @@ def draw(effect: type[Effect], path: Path) -> Path:
     figure.suptitle(f"{effect.name} ({effect.id}), size made up", fontsize=11)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f".{path.name}")
-        figure.savefig(temporary, dpi=130, format="png")
-        temporary.replace(path)
+        save_figure(figure, path)
     except OSError as cause:
         raise ConfigError(f"--out {path}: cannot be written ({cause.strerror or cause}): name a file that you may write to") from cause
     return path

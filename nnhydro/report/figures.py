@@ -6,8 +6,13 @@ Lines differ in dash and width as well as in colour, so that they can be told ap
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from nnhydro.evaluation.benchmark import Benchmark, modelled
-from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, new_figure, save_figure
+from nnhydro.report.figure_file import new_figure, save_figure
+from nnhydro.report.page.history import varied
+from nnhydro.report.page.trace import benchmark_traces, with_whole_tables
+from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels
 
 
 def told_recordings(result: Benchmark, by: str) -> dict[str, str]:
@@ -28,8 +33,8 @@ def shown_models(result: Benchmark) -> list[str]:
     return list(dict.fromkeys([ranking[0], *physics[:1], *ranking[1:]]))[:3]
 
 
-def torque_history(result: Benchmark, recording: str, label: str, models: Sequence[str], path: Path) -> Path:
-    """Draw measured and held-out modelled torque of one recording to `path` (PNG or SVG)."""
+def torque_history(result: Benchmark, recording: str, label: str, models: Sequence[str], stem: Path) -> list[Path]:
+    """Draw measured and held-out modelled torque of one recording."""
     index = next(i for i, unit in enumerate(result.units) if unit.name == recording)
     fold = max(k for k, held_out in enumerate(result.folds) if index in held_out)
     segment = max(result.units[index].segments(), key=len)
@@ -40,10 +45,10 @@ def torque_history(result: Benchmark, recording: str, label: str, models: Sequen
     low_pass = segment.low_pass
     filtered = "" if low_pass is None else f"; all curves low-passed at {low_pass.cutoff_hz:g} Hz, shaded ends not compared"
     figure.suptitle(f"{label} held-out recording: {recording}{filtered}", x=0.01, ha="left", fontsize=10)
-    return save_figure(figure, path)
+    return save_figure(figure, stem)
 
 
-def error_chart(result: Benchmark, path: Path) -> Path:
+def error_chart(result: Benchmark, stem: Path) -> list[Path]:
     """Draw each model's pooled error with its interval, the best on top, and the noise floor."""
     document = result.document()["models"]
     names = result.ranking()[::-1]
@@ -64,10 +69,10 @@ def error_chart(result: Benchmark, path: Path) -> Path:
     axes.margins(x=0.15)
     axes.set_xlabel("error on held-out recordings: sum |measured - modelled| / sum |measured|  [%]")
     axes.spines[["top", "right"]].set_visible(False)
-    return save_figure(figure, path)
+    return save_figure(figure, stem)
 
 
-def learning_curves(result: Benchmark, path: Path) -> Path:
+def learning_curves(result: Benchmark, stem: Path) -> list[Path]:
     """Draw each model's error against the number of recordings fitted, and the noise floor."""
     count = [result.fitted_count(fold) for fold in result.split.folds]
     figure = new_figure(7.5, 4.6)
@@ -84,15 +89,36 @@ def learning_curves(result: Benchmark, path: Path) -> Path:
     axes.set_ylabel("error on the same held-out recordings  [%]")
     axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes.spines[["top", "right"]].set_visible(False)
-    return save_figure(figure, path)
+    return save_figure(figure, stem)
+
+
+def steady_figure(result: Benchmark, models: Sequence[str], stem: Path) -> list[Path]:
+    """Draw the torque of steady runs against towing speed and joint angles, measured and held-out modelled, a row a joint."""
+    tables = with_whole_tables(benchmark_traces(result, [unit.name for unit in result.units if unit.steady]))
+    segment, taus = tables[0].segment, {name: tables[0].models[name] for name in models}
+    over = varied(segment)
+    figure = new_figure(3.6 * len(over) + 0.6, 2.7 * segment.n_links + 0.5)
+    axes = figure.subplots(segment.n_links, len(over), squeeze=False, sharey="row")
+    for (joint, column), ax in np.ndenumerate(axes):
+        name, x = list(over.items())[column]
+        ax.plot(x, tables[0].tau[:, joint], "o", color=INK, fillstyle="none", markersize=7, label="measured")
+        for (model, tau), style, marker in zip(taus.items(), STYLES, "x+1", strict=False):
+            ax.plot(x, tau[:, joint], marker, color=style["color"], markersize=6, label=model)
+        ax.set_xlabel(name)
+        ax.set_ylabel(f"torque {joint + 1} [N m]" if column == 0 else "")
+        ax.spines[["top", "right"]].set_visible(False)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False)
+    return save_figure(figure, stem)
 
 
 def benchmark_figures(result: Benchmark, out: Path) -> list[Path]:
-    """Draw every picture of a benchmark into the folder `out`; returns their paths."""
-    paths = [error_chart(result, out / "errors.png")]
+    """Draw every picture of a benchmark into the folder `out`, each as PNG and SVG with its data; returns their paths."""
+    paths = error_chart(result, out / "errors")
     if result.split.curve:
-        paths.append(learning_curves(result, out / "learning_curve.png"))
+        paths += learning_curves(result, out / "learning_curve")
     models = shown_models(result)
     for label, recording in told_recordings(result, models[0]).items():
-        paths.append(torque_history(result, recording, label, models, out / f"torque_{label}.png"))
+        paths += torque_history(result, recording, label, models, out / f"torque_{label}")
+    if any(unit.steady for unit in result.units):
+        paths += steady_figure(result, models, out / "torque_steady")
     return paths

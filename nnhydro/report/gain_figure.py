@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nnhydro.models.gain_sweeps import Sweep
+from nnhydro.report.figure_file import new_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,19 +52,15 @@ def _limit(ax: "Axes", lines: Sequence[Any], quantity: str) -> None:
     ax.set_ylim(1.05 * low, 1.08 * top if top > low else 1.0)
 
 
-def gain_figure(made: Sequence[Sweep], name: str, path: Path) -> Path:
+def gain_figure(made: Sequence[Sweep], name: str, stem: Path) -> list[Path]:
     """Draw the sweeps, a row a joint: damping and inertia over speed and, where there is an elbow, inertia over its angle."""
     joints = max(sweep.joint for sweep in made) + 1
     panels = [[("speed_rad_s", "damping"), ("speed_rad_s", "inertia")] + [("angle_rad", "inertia")] * (joints > 1)] * joints
-    figure = Figure(figsize=(4.1 * len(panels[0]), 2.9 * joints + 0.7), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(4.1 * len(panels[0]), 2.9 * joints + 0.7)
     axes = figure.subplots(joints, len(panels[0]), squeeze=False)
     for joint, row in enumerate(panels):
         for ax, (over, quantity) in zip(axes[joint], row, strict=True):
             _panel(ax, next(s for s in made if s.joint == joint and s.over == over), quantity, name)
     handles, labels = axes[0, 1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=4, frameon=False)
-    temporary = path.with_name(f".{path.name}")
-    figure.savefig(temporary, dpi=130, format=path.suffix.removeprefix("."))
-    temporary.replace(path)
-    return path
+    return save_figure(figure, stem)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from nnhydro.evaluation.reproduce_mclain import IMPLIED, TRAVELS, Reproduction
 from nnhydro.physics.coefficients import aspect_ratio
 from nnhydro.physics.motion import tensor
+from nnhydro.report.figure_file import new_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,22 +31,6 @@ QUOTED: Final = {"C_D": ((0.0, 3.7, 8.0), (0.0, 1.0, 0.78)), "C_M": ((0.0, 4.2, 
 MEASURED = f"“measured”: curves of the text + {100 * IMPLIED:.1f} % deviation"
 
 
-def _figure(width: float, height: float) -> "Figure":
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def _save(figure: "Figure", path: Path) -> Path:
-    temporary = path.with_name(f".{path.name}")
-    figure.savefig(temporary, dpi=130, format=path.suffix.removeprefix("."))
-    temporary.replace(path)
-    return path
-
-
 def _coefficient_axes(figure: "Figure") -> dict[str, "Axes"]:
     axes = dict(zip(("C_D", "C_M"), figure.subplots(1, 2), strict=True))
     for name, ax in axes.items():
@@ -57,11 +42,11 @@ def _coefficient_axes(figure: "Figure") -> dict[str, "Axes"]:
     return axes
 
 
-def curves(result: Reproduction, path: Path) -> Path:
+def curves(result: Reproduction, stem: Path) -> list[Path]:
     """Figure 7: the identified curves with their 95 % bands, three groups of four slews and the values the text quotes."""
     from nnhydro.physics.state_loads import added_mass_curve, drag_curve
 
-    figure = _figure(9.5, 4.2)
+    figure = new_figure(9.5, 4.2)
     axes, s = _coefficient_axes(figure), tensor(TRAVELS)
     for name, ax in axes.items():
         low, high = result.bands[name]
@@ -74,12 +59,12 @@ def curves(result: Reproduction, path: Path) -> Path:
                     label="three groups of four slews" if k == 0 else None)
         ax.plot(*QUOTED[name], "o", color="white", markeredgecolor=INK, markersize=7, label="quoted in the paper's text")
     figure.legend(*axes["C_D"].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8.5)
-    return _save(figure, path)
+    return save_figure(figure, stem)
 
 
-def slews(result: Reproduction, path: Path) -> Path:
+def slews(result: Reproduction, stem: Path) -> list[Path]:
     """Figures 9 to 11: the torque of three slews and four models."""
-    figure = _figure(11, 4.2)
+    figure = new_figure(11, 4.2)
     for ax, one, number in zip(figure.subplots(1, 3), result.slews, (9, 10, 11), strict=True):
         ax.plot(one.t, -one.measured, color="0.78", linewidth=3.4, label=MEASURED)
         for name, tau in one.models.items():
@@ -88,12 +73,12 @@ def slews(result: Reproduction, path: Path) -> Path:
         ax.set(xlabel="time [s]", ylabel="torque of the water on the arm [N m]", xlim=(0, one.t[-1]))
         ax.set_title(f"figure {number}: {one.degrees:g}° in {one.t[-1]:g} s", fontsize=10)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8.5)
-    return _save(figure, path)
+    return save_figure(figure, stem)
 
 
-def errors(result: Reproduction, path: Path) -> Path:
+def errors(result: Reproduction, stem: Path) -> list[Path]:
     """The pooled errors as bars: curves of the text as the truth, and with the deviation that the paper's claim implies."""
-    figure = _figure(7.5, 3.8)
+    figure = new_figure(7.5, 3.8)
     ax = figure.subplots()
     names = list(result.errors)
     place = np.arange(len(names))
@@ -105,12 +90,12 @@ def errors(result: Reproduction, path: Path) -> Path:
     ax.set_xticks(place, names)
     ax.set(ylabel="pooled error $\\Sigma|\\Delta\\tau| / \\Sigma|\\tau|$ [%]", ylim=(0, 62))
     ax.legend(frameon=False, fontsize=9)
-    return _save(figure, path)
+    return save_figure(figure, stem)
 
 
-def segments(result: Reproduction, path: Path) -> Path:
+def segments(result: Reproduction, stem: Path) -> list[Path]:
     """Figure 12: the error against the number of segments."""
-    figure = _figure(6.5, 3.8)
+    figure = new_figure(6.5, 3.8)
     ax = figure.subplots()
     n = list(result.segments)
     ax.plot(n, [100 * result.segments[k][1] for k in n], "s-", color=INK, label=f"with {100 * IMPLIED:.1f} % deviation: level from 4 on")
@@ -121,12 +106,12 @@ def segments(result: Reproduction, path: Path) -> Path:
     ax.set_xticks([1, 2, 3, 4, 5, 6, 8, 10, 15, 20])
     ax.grid(color="0.92", which="major")
     ax.legend(frameon=False, fontsize=9)
-    return _save(figure, path)
+    return save_figure(figure, stem)
 
 
-def slenderness(result: Reproduction, path: Path) -> Path:
+def slenderness(result: Reproduction, stem: Path) -> list[Path]:
     """Figure 13: the effective drag coefficient of a steady rotation against L/D."""
-    figure = _figure(6.5, 3.8)
+    figure = new_figure(6.5, 3.8)
     ax = figure.subplots()
     x = list(result.slenderness)
     ax.plot(x, [result.slenderness[k][1] for k in x], "s-", color=INK, label="curves x finite-span law, fixed at L/D = 9.15")
@@ -139,12 +124,12 @@ def slenderness(result: Reproduction, path: Path) -> Path:
     ax.axvspan(5, 15, color="0.95", zorder=0)
     ax.text(5.2, 0.53, "manipulators", fontsize=8.5, color="0.35")
     ax.legend(frameon=False, fontsize=8.5, loc="upper left")
-    return _save(figure, path)
+    return save_figure(figure, stem)
 
 
-def profile(result: Reproduction, path: Path) -> Path:
+def profile(result: Reproduction, stem: Path) -> list[Path]:
     """The residual against the travel scale: why one start is not enough."""
-    figure = _figure(6.5, 3.6)
+    figure = new_figure(6.5, 3.6)
     ax = figure.subplots()
     for k, fit in enumerate((result.fit, *result.groups)):
         style: dict[str, Any] = {"color": INK, "label": "twelve slews"} if k == 0 else {"color": "0.6", "linestyle": "--"}
@@ -155,15 +140,14 @@ def profile(result: Reproduction, path: Path) -> Path:
         ax.plot(fit.tau_s[0], 0.0, "v", color=style["color"])
     ax.set(xlabel="travel scale $\\tau_s$ [diameters]", ylabel="rms residual above the best [%]", ylim=(-0.3, 12))
     ax.legend(frameon=False, fontsize=9)
-    return _save(figure, path)
+    return save_figure(figure, stem)
 
 
-FIGURES: Final[dict[str, Callable[[Reproduction, Path], Path]]] = {
+FIGURES: Final[dict[str, Callable[[Reproduction, Path], list[Path]]]] = {
     "figure_7_curves": curves, "figures_9_to_11_slews": slews, "errors": errors, "figure_12_segments": segments,
     "figure_13_slenderness": slenderness, "travel_scale_profile": profile}
 
 
 def write_figures(result: Reproduction, folder: Path) -> list[Path]:
-    """Write every figure as a PNG into `folder` and return the paths."""
-    return [draw(result, folder / f"{name}.png") for name, draw in FIGURES.items()]
-
+    """Write every figure into `folder`, as PNG and SVG with its data, and return the paths."""
+    return [path for name, draw in FIGURES.items() for path in draw(result, folder / name)]

@@ -3,7 +3,6 @@
 Lines differ in dash and width as well as in colour, so that they can be told apart in grey and by colour-blind readers.
 """
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,24 +22,6 @@ STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#0072B2", "linestyle": (0, (5, 2)), "linewidth": 1.3},
     {"color": "#009E73", "linestyle": (0, (1, 1.2)), "linewidth": 1.6},
 )
-
-
-def new_figure(width: float, height: float) -> "Figure":
-    """Return an empty figure of width x height inches that needs no screen."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def save_figure(figure: "Figure", path: Path) -> Path:
-    """Write the figure to `path` (PNG or SVG), whole or not at all; returns `path`."""
-    temporary = path.with_name(f".{path.name}")
-    figure.savefig(temporary, dpi=130, format=path.suffix.removeprefix("."))
-    temporary.replace(path)
-    return path
 
 
 def draw_joint_panels(figure: "Figure", segment: Segment, lines: dict[str, Array]) -> None:

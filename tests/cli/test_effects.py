@@ -63,7 +63,7 @@ def test_a_picture_is_drawn(id_, tmp_path: Path, capsys):
     assert run(["effects", id_, "--out", str(out)]) == 0
     assert out.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert out.stat().st_size > 10_000
-    assert [p.name for p in out.parent.iterdir()] == [out.name]
+    assert sorted(p.name for p in out.parent.iterdir()) == [f"{id_}.csv", f"{id_}.png", f"{id_}.svg"]
     assert str(out) in capsys.readouterr().out
 
 

@@ -39,7 +39,7 @@ def test_gains_writes_a_table_a_plot_and_the_matrices(place, said, tmp_path, nam
     code, out, _ = said("gains", place / name, "--out", tmp_path / "g")
     assert code == 0
     assert "damping, textbook" in out
-    assert sorted(p.name for p in (tmp_path / "g").iterdir()) == ["gains.json", "gains.png"]
+    assert sorted(p.name for p in (tmp_path / "g").iterdir()) == ["gains.csv", "gains.json", "gains.png", "gains.svg"]
     written = json.loads((tmp_path / "g" / "gains.json").read_text())
     assert written["schema"] == "nnhydro/gains/1"
     code, out, _ = said("gains", place / name, "--out", tmp_path / "g", "--json")

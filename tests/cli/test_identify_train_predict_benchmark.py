@@ -206,7 +206,7 @@ def test_benchmark_compares_all_models_on_recordings_held_out_once(place, said, 
     assert sorted(held_out) == [f"run{i}" for i in range(6)]
     assert all(set(fold["errors"]) == set(document["models"]) for fold in document["folds"])
     assert document["models"]["constant"]["error"] < document["models"]["textbook"]["error"]
-    assert {p.suffix for p in (tmp_path / "b").iterdir()} == {".json", ".png"}
+    assert {p.suffix for p in (tmp_path / "b").iterdir()} == {".json", ".html", ".png", ".svg", ".csv"}
 
 
 def test_the_same_seed_gives_the_same_benchmark(place, said, tmp_path):

@@ -13,7 +13,8 @@ def test_it_prints_the_table_says_what_is_missing_and_writes_the_figures(tmp_pat
     text = capsys.readouterr().out
     for part in ("43.4 %", "51.5 %", "12.6 %", "4.5 (4 in the abstract)", "Not in the text"):
         assert part in text
-    assert len(list(out.glob("*.png"))) == 6
+    for kind in ("png", "svg", "csv"):
+        assert len(list(out.glob(f"*.{kind}"))) == 6
     assert json.loads((out / "reproduction.json").read_text())["errors"]["textbook"] == pytest.approx(0.5149, abs=1e-4)
 
 

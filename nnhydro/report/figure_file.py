@@ -1,0 +1,66 @@
+"""A figure on disk: the same picture as PNG and SVG, and beside them a CSV of exactly what is drawn."""
+
+import csv
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nnhydro.files import write_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+KINDS = (".png", ".svg")
+HEAD = ("panel", "x_label", "y_label", "series", "x", "y")
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """Return an empty figure of width x height inches that needs no screen."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _rows(number: int, axes: "Axes") -> list[tuple[object, ...]]:
+    """Every line and bar of one panel, a row a point."""
+    from matplotlib.container import BarContainer
+
+    place = (number, axes.get_xlabel(), axes.get_ylabel())
+    series = [(str(line.get_label()), np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float))
+              for line in axes.lines]
+    series += [(str(bars.get_label()), np.array([bar.get_x() + bar.get_width() / 2 for bar in bars]),
+                np.array([bar.get_height() for bar in bars])) for bars in axes.containers if isinstance(bars, BarContainer)]
+    return [(*place, "" if name.startswith("_") else name, f"{a:.9g}", f"{b:.9g}") for name, x, y in series
+            for a, b in zip(x, y, strict=True)]
+
+
+def drawn(figure: "Figure") -> str:
+    """Return what the figure draws as CSV: panel (from 1), labels of its axes, series, x, y."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEAD)
+    for number, axes in enumerate(figure.axes, 1):
+        writer.writerows(_rows(number, axes))
+    return text.getvalue()
+
+
+def save_figure(figure: "Figure", stem: Path) -> list[Path]:
+    """Write the figure as `stem`.png, .svg and .csv, each whole or not at all; returns the paths, the picture first."""
+    from matplotlib import rc_context
+
+    written = []
+    for kind in KINDS:
+        path = stem.with_suffix(kind)
+        temporary = path.with_name(f".{path.name}")
+        with rc_context({"svg.hashsalt": "nnhydro", "svg.fonttype": "none"}):  # same figure, same file; its text stays text
+            figure.savefig(temporary, dpi=130, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
+        temporary.replace(path)
+        written.append(path)
+    write_text(stem.with_suffix(".csv"), drawn(figure))
+    return [*written, stem.with_suffix(".csv")]

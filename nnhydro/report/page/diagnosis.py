@@ -1,0 +1,77 @@
+"""The page of a diagnosis: the verdict first, then what, why this and not its rivals, where, the curves, what remains."""
+
+from typing import Any
+
+from markupsafe import Markup
+
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.report.diagnosis_sheets import errors_sheet, location_sheet, place, recalibrated_sheet, rivals_sheet
+from nnhydro.report.page.charts import bars, intervals
+from nnhydro.report.page.history import histories
+from nnhydro.report.page.render import rendered
+from nnhydro.report.page.residual_map import largest, residual_maps
+from nnhydro.report.page.trace import Trace, spread, traces_of, with_whole_tables
+from nnhydro.report.sheet import Sheet
+
+Document = dict[str, Any]
+TELLING = 0.005  # weight of a rival that is drawn; the table has all
+BASELINE, CORRECTED = "baseline", "corrected"
+
+
+def campaign_traces(campaign: Campaign, models: dict[str, TorqueModel]) -> list[Trace]:
+    """Return the traces of at most as many recordings as a page holds, and of the steady tables."""
+    how = next(iter(models.values())).preparation
+    found: list[Trace] = []
+    for name in spread(campaign.names):
+        found += traces_of(name, campaign.segments(name, how), models)
+    for table, segment in zip(campaign.steady, campaign.steady_segments(), strict=True):
+        found += traces_of(table.name, [segment], models)
+    return found
+
+
+def _by_change(traces: list[Trace]) -> list[Trace]:
+    """The recordings on which the correction helps most come first, steady tables last."""
+    return sorted(with_whole_tables(traces), key=lambda t: (t.segment.steady, t.error(CORRECTED) - t.error(BASELINE)))
+
+
+def _finding(f: Document) -> tuple[Document, Markup | None, Markup | None, Sheet]:
+    """The finding, the chart of its numbers, of its rivals, and the rivals as a sheet."""
+    numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
+    rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= TELLING]
+    own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
+    chart = intervals(f"Numbers of {f['effect']} with 95 % intervals", numbers) if numbers else None
+    rivals = bars(f"Weight of {f['effect']} and of its rivals", [(f["effect"], own), *rows]) if rows else None
+    return f, chart, rivals, rivals_sheet(f)
+
+
+def _rest(document: Document) -> str:
+    """What is left, in words."""
+    left = document["unexplained"]
+    if not left["detected"]:
+        return "What remains shows no further structure that these recordings could tell from noise."
+    on = ", ".join(str(x) for x in left.get("depends_on") or [])
+    return "Something systematic remains that no effect of the catalogue explains" + (f"; it depends on {on}." if on else ".")
+
+
+def _next(experiment: Any) -> str:
+    return experiment if isinstance(experiment, str) else "; ".join(f"{k.replace('_', ' ')}: {v}" for k, v in (experiment or {}).items())
+
+
+def diagnosis_page(document: Document, verdict: str, baseline: TorqueModel, corrected: TorqueModel, campaign: Campaign) -> str:
+    """Return the page as HTML text; `document` is what diagnosis.json holds."""
+    models = {CORRECTED: corrected, BASELINE: baseline}
+    styles = {CORRECTED: 0, BASELINE: 1}
+    traces = campaign_traces(campaign, models)
+    maps = residual_maps(traces, [BASELINE, CORRECTED])
+    errors = errors_sheet(document)
+    return rendered(
+        "diagnosis.html", arm=campaign.arm.name, verdict=verdict, d=document, styles=styles,
+        ladder=list(zip(errors.columns[0].values, errors.columns[1].values, strict=True)),
+        findings=[_finding(f) for f in document["findings"]], location=location_sheet(document), maps=maps,
+        heat=largest(maps),
+        shown=len({t.recording for t in traces if not t.segment.steady}), of=len(campaign.names),
+        first=document["location"][0]["joint"] if document["location"] else 1,
+        histories=histories(_by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
+        recalibrated=recalibrated_sheet(document),
+        next=_next(document.get("next_experiment")))
