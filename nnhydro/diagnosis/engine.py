@@ -17,6 +17,7 @@ from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search import search
 from nnhydro.diagnosis.table import Case, clock_places
+from nnhydro.diagnosis.unknown import learned
 from nnhydro.diagnosis.verdict import Finding, findings, simplest
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.identification.identify import versions, with_parameters
@@ -30,6 +31,7 @@ from nnhydro.recordings.splitting import Unit, units
 
 COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
+MOSTLY = 0.3  # of the excess over the noise: findings that explain less of it are trusted less
 CONFIDENT = 0.5  # nothing is said with less
 
 
@@ -82,18 +84,28 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     race = found.race
     prune(race, found.table, found.believed)
     race.chosen = simplest(race)
-    race.chosen = [f.candidate for f in findings(race) if f.confidence >= CONFIDENT]
+    trust = min(1.0, explained(race) / MOSTLY)
+    race.chosen = [f.candidate for f in findings(race) if trust * f.confidence >= CONFIDENT]
     proof = prove(race, found.table, found.believed)
     while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
         race.chosen.remove(least)
         proof = prove(race, found.table, found.believed)
     said = findings(race)
     left = family_wise_p([race], seed + 1)
+    rest = learned(proof.remains, seed) if left <= P_BLOCK else []
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
-    unexplained = {"detected": left <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after, "depends_on": []}
+    unexplained = {"detected": left <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after,
+                   "depends_on": sorted({x for one in rest if one.real for x in one.depends_on}),
+                   "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
     return Diagnosis(against.plain(), corrected(against, race, said), against.name, time.perf_counter() - start, found.p_value, noise_error,
                      proof, locate(proof.residuals, race.noise), said, unexplained, _recalibrated(against.physics.loads),
                      versions() | {"campaign_sha256": campaign.sha256()}, race.log)
+
+
+def explained(race: Race) -> float:
+    """Return the share of the baseline's excess over the noise, in left-out score, that the chosen effects take away."""
+    whole = race.total(without=race.chosen)
+    return (whole - race.total()) / max(whole, 1.0)
 
 
 def _least(race: Race, proof: Proof) -> Candidate | None:

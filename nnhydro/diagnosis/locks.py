@@ -86,13 +86,11 @@ def family_wise_p(races: Sequence[Race], seed: int) -> float:
     return float((1 + (null >= seen - 1e-12).sum()) / (SIGNS + 1)) if seen > 0 else 1.0
 
 
-def left_out_p(before: Scored, after: Scored) -> float:
-    """Return the one-sided p of "left-out recordings are not predicted better": the mean log ratio a recording under random signs.
+def sign_flip_p(gains: Array) -> float:
+    """Return the one-sided p of "the mean of `gains` (n,) is not above 0" under random signs; below four nothing is decided.
 
-    A recording counts for at most three times the median one, so that a violent one does not decide alone; below four nothing is decided.
+    One counts for at most three times the median, so that a violent recording does not decide alone.
     """
-    gains = before.by_unit - after.by_unit
-    gains = gains[np.abs(gains) > 1e-9]
     if len(gains) < 4:
         return 1.0
     most = VIOLENT * float(np.median(np.abs(gains)))
@@ -103,6 +101,12 @@ def left_out_p(before: Scored, after: Scored) -> float:
         signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(2**EXACT, len(gains)))
         signs[0] = 1.0
     return float((signs @ gains >= gains.sum() - 1e-9 * most).mean())
+
+
+def left_out_p(before: Scored, after: Scored) -> float:
+    """Return the one-sided p of "left-out recordings are not predicted better", from the log ratio a recording."""
+    gains = before.by_unit - after.by_unit
+    return sign_flip_p(gains[np.abs(gains) > 1e-9])
 
 
 def material(before: Scored, after: Scored) -> float:

@@ -10,6 +10,7 @@ from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 
 from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.effects.effect import REGISTER
+from nnhydro.effects.link_interference import shadowed
 from nnhydro.effects.quantity import Quantity, intervals, told
 from nnhydro.effects.reading import with_effects
 from nnhydro.effects.sensor_view import SensorView, campaign_places
@@ -19,6 +20,7 @@ from nnhydro.physics.flow import Flow, Water
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.strips import Strips
 from nnhydro.physics.transmission import sensed, to_drives
 
 catalogue()
@@ -302,3 +304,32 @@ def test_the_interval_of_a_derived_quantity_follows_from_the_covariance():
     low, high = intervals(lambda v: spring.with_linear(v).quantities(), spring.linear_values(), covariance)["rest_angle"]
     gradient = np.array([-0.25, -0.5])  # of -preload/stiffness
     assert (high - low) / 2 == pytest.approx(1.96 * np.sqrt(gradient @ covariance.numpy() @ gradient), rel=1e-5)
+
+
+def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():
+    a = arm(2)
+    rng = np.random.default_rng(7)
+    n = 200
+    q, qd = rng.uniform(-3, 3, (n, 2)), rng.uniform(-1, 1, (n, 2))
+    u0 = tensor(rng.uniform(-1, 1, n))
+    flow = Flow(a, Motion(tensor(np.arange(n) * 0.01), tensor(q), tensor(qd), tensor(0 * q), u0, 0 * u0))
+    L, D = np.array([link.length_m for link in a.links]), np.array([link.diameter_m for link in a.links])
+    strips = Strips.of(flow, 20)
+    for link in (0, 1):
+        share = shadowed(flow, strips, link, 10.0).numpy()
+        phi = np.cumsum(q, axis=1)
+        e = np.stack([np.cos(phi), np.sin(phi)], axis=2)  # (n, links, 2)
+        start = np.stack([np.zeros((n, 2)), L[0] * e[:, 0]], axis=1)
+        for k in range(0, n, 10):
+            for s in range(0, 20, 3):
+                x = float(strips.x[link, s])
+                normal = np.array([-e[k, link, 1], e[k, link, 0]])
+                v = float(flow.u_x[k, link]) * e[k, link] + float(strips.w[k, link, s]) * normal
+                here = start[k, link] + x * e[k, link]
+                z = np.linspace(0.1, 0.9, 161)[:, None] * L[1 - link]
+                to = start[k, 1 - link] + z * e[k, 1 - link] - here
+                beside = np.abs(to[:, 0] * v[1] - to[:, 1] * v[0]) / np.linalg.norm(v)
+                met = (beside < 0.006 * L[1 - link]) & (to @ v > 0)
+                if met.any() and D[1 - link] < 0.1 * L[1 - link]:
+                    assert share[k, s] > 0.0
+                    assert share[k, s] == pytest.approx(1 / (1 + np.linalg.norm(to[met][0]) / (10 * D[1 - link])), rel=0.35)
