@@ -1,5 +1,6 @@
 """What the baseline leaves out of the recordings: found, named, with numbers and the proof."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -102,10 +103,13 @@ class Diagnosis(Shown):
         return write_diagnosis(self.result, self.campaign, Path(folder))
 
 
-def diagnose(campaign: Campaign, baseline: str | None = None, cutoff_hz: float | None = None, seed: int = 0) -> Diagnosis:
+def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: float | None = None, seed: int = 0,
+             report: Callable[[str], None] | None = None) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`.
 
-    `baseline` is a physics model by name; constant, or rigid where the arm is dry, by default. Raises ConfigError for an unknown
-    baseline, CampaignError or RecordingError where the data cannot be used.
+    `baseline` is a physics model by name, the folder of any model, or "column": the user's own simulation in tau1_sim_Nm, ...; constant,
+    or rigid where the arm is dry, by default. `report=print` shows progress. Raises ConfigError for an unknown baseline, CampaignError or
+    RecordingError where the data cannot be used.
     """
-    return Diagnosis(engine.diagnose(campaign, baseline, seed, cutoff_hz), campaign)
+    said = report or (lambda line: None)
+    return Diagnosis(engine.diagnose(campaign, None if baseline is None else str(baseline), seed, cutoff_hz, progress=said), campaign)

@@ -12,13 +12,12 @@ from nnhydro.identification.gradient_fit import Progress
 from nnhydro.identification.identify import identify as fit
 from nnhydro.identification.train import train as fit_network
 from nnhydro.models import prediction, storage
-from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
-from nnhydro.report.parameter_sheet import parameter_sheet
+from nnhydro.report.parameter_sheet import parameter_sheet, told
 from nnhydro.report.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -52,15 +51,7 @@ class Model(Shown):
 
     def verdict(self) -> str:
         """Return what the model is, in one sentence."""
-        model = self.torque_model
-        base = getattr(model.baseline, "name", model.baseline.kind) if isinstance(model, LearnedTorque) and model.baseline else None
-        text = f"{self.name}{f' on {base}' if base else ''}, {self.arm.n_links} joint{'s' if self.arm.n_links > 1 else ''}"
-        low_pass = model.preparation.low_pass
-        text += "" if low_pass is None else f", low-passed at {low_pass.cutoff_hz:.3g} Hz"
-        rms = self.fit.get("rms_residual_Nm")
-        if rms is None:
-            return f"{text}."
-        return f"{text}; leaves {', '.join(f'{x:.3g}' for x in rms)} N m (rms, joint by joint) on the recordings it was fitted to."
+        return told(self.torque_model)
 
     def sheets(self) -> tuple[Sheet, ...]:
         """Return the parameters, or how a network is built."""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, note, say
+from nnhydro.report.screen import JSON, QUIET, emit
 
 
 def benchmark(
@@ -17,27 +17,32 @@ def benchmark(
     config: Path | None = typer.Option(None, "--config", help="TOML file with the network's choices."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; that of --config, else 0, by default."),
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Fit every model to part of the recordings and compare all of them on the rest; the protocol says which are held out."""
     from nnhydro.evaluation.benchmark import benchmark as compare
+    from nnhydro.evaluation.contenders import default_names
+    from nnhydro.evaluation.protocols.protocol import DEFAULT
     from nnhydro.files import check_folder
     from nnhydro.identification.config import TrainingConfig, read_config
     from nnhydro.recordings.campaign import open_campaigns
-    from nnhydro.report.benchmark_folder import RESULT, write_benchmark
+    from nnhydro.report.benchmark_folder import RESULT, SHOWN, write_benchmark
     from nnhydro.report.benchmark_table import print_benchmark
+    from nnhydro.report.progress import steps_on_screen
 
     check_folder(out, RESULT)
     given = {"seed": seed, "cutoff_hz": cutoff}
     chosen = read_config(config) if config is not None else TrainingConfig()
     chosen = chosen.model_copy(update={key: value for key, value in given.items() if value is not None})
     names = [name.strip() for name in models.split(",") if name.strip()]
-    result = compare(open_campaigns(campaign), names, folds, chosen.seed, chosen, note, protocol)
+    campaigns = open_campaigns(campaign)
+    total = folds * len(names or default_names(campaigns[0].arm)) if protocol == DEFAULT and names != ["all"] else None
+    with steps_on_screen(total) as report:
+        result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol)
     paths = write_benchmark(result, out)
     if json:
         emit(result.document())
         return
-    print_benchmark(result)
-    for path in paths:
-        say(f"  {path}")
-    say(f"Next: nnhydro train {campaign} --out my_model   (the hybrid on all recordings, for nnhydro predict)")
+    print_benchmark(result, [path for path in paths if path.suffix in SHOWN],
+                    f"nnhydro train {campaign} --out my_model   (the hybrid on all recordings, for nnhydro predict)")

@@ -4,13 +4,14 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say
+from nnhydro.report.screen import JSON, QUIET, emit, say
 
 
 def check(
     campaign: Path = typer.Argument(help="Folder of the campaign (arm.yaml, recordings/, steady/), or a folder of campaigns."),
     column_map: Path | None = typer.Option(None, "--map", help="YAML file: foreign columns and their units; default columns.yaml there."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Read every file of a campaign, print what was given, derived and looks wrong, and what to do about it."""

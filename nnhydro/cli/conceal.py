@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, note, say, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, note, say, table
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
 Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "
@@ -20,7 +20,8 @@ Size = Annotated[str, typer.Option("--size", help="normal: 8 to 20 recordings of
 
 
 def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", links: Links = None, count: Count = 1, effects: Effects = 1,
-            seed: Seed = None, key: Key = None, size: Size = "normal", json: bool = JSON) -> None:
+            seed: Seed = None, key: Key = None, size: Size = "normal",
+            quiet: bool = QUIET, json: bool = JSON) -> None:
     """Make tow-tank campaigns in which one effect (or none) is hidden, and sealed answers to score a diagnosis with `nnhydro reveal`.
 
     The truth is computed by code that shares nothing with the models and the catalogue.
@@ -40,4 +41,5 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
     table(f"{out}: {len(made)} concealed campaigns", ("campaign", "links", "recordings", "baseline"),
           [(m.name, str(m.links), str(m.recordings), m.baseline) for m in made])
     say(f"The key lies in {key or out / 'key.txt'}; keep it from whoever diagnoses.")
-    say(f"Next: nnhydro diagnose {out / made[0].name} --out DIAGNOSES/{made[0].name}; then nnhydro reveal {out} --diagnoses DIAGNOSES")
+    conclude(f"{len(made)} campaign{'s' if len(made) > 1 else ''} with sealed answers in {out}.", following=f"nnhydro diagnose "
+             f"{out / made[0].name} --out DIAGNOSES/{made[0].name}; then nnhydro reveal {out} --diagnoses DIAGNOSES")

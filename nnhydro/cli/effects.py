@@ -4,13 +4,14 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say
+from nnhydro.report.screen import JSON, QUIET, emit, say
 
 
 def effects(
     name: str | None = typer.Argument(None, metavar="[ID]", help="Explain this effect; without it all are listed."),
     plugin: Path | None = typer.Option(None, "--effects", help="Python file of your own with more effects (@effect); it is run."),
     out: Path | None = typer.Option(None, "--out", help="PNG file for a picture of the signature; SVG and data (CSV) lie beside it."),
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """List the effects that a diagnosis can find, or explain one."""

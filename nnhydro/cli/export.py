@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
 
 
 def export(
@@ -12,6 +12,7 @@ def export(
     out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it says how to feed it."),
     kind: str = typer.Option("onnx", "--format", help="onnx."),
     precision: str = typer.Option("double", "--precision", help="double, or single (off by some 1e-6 of the torque)."),
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Write the model as one step in time: torques of an instant from its motion and, where it has one, the memory of its wake."""
@@ -30,4 +31,4 @@ def export(
           [[name, shape, unit, way.removesuffix("s"), meaning] for name, shape, unit, way, meaning in rows])
     if told["memory"]:
         say(told["memory"])
-    say(f"How to feed it: {out}.json")
+    conclude(f"{told['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it.")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, table
 
 
 def gains(
@@ -13,6 +13,7 @@ def gains(
     speed: float = typer.Option(2.0, "--speed", help="Greatest joint speed, rad/s."),
     tow: float = typer.Option(0.0, "--tow", help="Speed of the carriage, m/s."),
     posture: str = typer.Option("", "--posture", help="Comma-separated joint angles, rad; 0 by default."),
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Derivatives of a model's torques by its inputs, in physical units, beside those of its baseline and of the textbook."""
@@ -21,7 +22,7 @@ def gains(
     from nnhydro.models.gain_sweeps import Around, document, sweeps
     from nnhydro.models.storage import load_model
     from nnhydro.report.gain_figure import gain_figure
-    from nnhydro.report.gain_table import gain_rows
+    from nnhydro.report.gain_table import gain_rows, gain_verdict
 
     try:
         angles = tuple(float(x) for x in posture.split(",") if x.strip())
@@ -41,5 +42,5 @@ def gains(
         return
     columns, rows = gain_rows(made)
     table(f"{result['model']}: gains of joints that move alone, wake developed", columns, rows)
-    say(f"  {out / 'gains.json'} (the whole matrices)")
-    say(f"  {out / 'gains.png'} (also .svg, and .csv with what is drawn)")
+    conclude(gain_verdict(made), [out / "gains.json", out / "gains.png"],
+             f"nnhydro export {model} --format onnx --out {model.name}.onnx   (for a controller)")

@@ -4,13 +4,14 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, say
 
 
 def predict(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     files: list[Path] = typer.Argument(help="Motions: CSV or Parquet with t_s, q1_rad, ...; torque columns are ignored."),
     out: Path = typer.Option(..., "--out", help="Folder for the torques, one CSV a motion."),
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Write what this rig's torque sensors would read for each motion: one finite row for every row of the input."""
@@ -31,3 +32,6 @@ def predict(
         return
     for path, prediction in zip(written, predictions, strict=True):
         say(f"{path}: {len(prediction.t)} rows")
+    total = sum(len(prediction.t) for prediction in predictions)
+    conclude(f"Torques of {len(predictions)} motion{'s' if len(predictions) > 1 else ''}, {total} rows, in {out}.",
+             following=f"nnhydro gains {model}   (effective damping and inertia)")

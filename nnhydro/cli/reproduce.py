@@ -4,13 +4,14 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
 
 
 def reproduce(
     name: str = typer.Argument("mclain", help="Which paper: mclain (McLain & Rock 1998)."),
     out: Path = typer.Option(Path("nnhydro_out/reproduce_mclain"), "--out", help="Folder for the figures and reproduction.json."),
     seed: int = typer.Option(0, "--seed", help="Seed of the deviations and of the intervals."),
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Reproduce McLain & Rock (1998): curves, slews, errors, segments, slenderness; says what the text does not allow."""
@@ -31,5 +32,5 @@ def reproduce(
     say("Not in the text, so not reproduced:")
     for gap in reproduce_mclain.NOT_IN_TEXT:
         say(f"  - {gap}")
-    for figure in figures:
-        say(f"  {out / figure}")
+    conclude(f"{len(reproduce_mclain.table(result))} published numbers beside ours, {len(reproduce_mclain.NOT_IN_TEXT)} that the text does "
+             "not allow.", [out / figure for figure in figures if figure.endswith(".png")])

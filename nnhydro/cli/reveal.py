@@ -5,14 +5,14 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, emit
+from nnhydro.report.screen import JSON, QUIET, emit
 
 Suite = Annotated[Path, typer.Argument(metavar="DIR", help="The suite that nnhydro conceal made.")]
 Diagnoses = Annotated[Path, typer.Option("--diagnoses", help="Folder with <campaign>/diagnosis.json, model/, baseline/, torques/.")]
 Key = Annotated[Path | None, typer.Option("--key", help="File with the key; default DIR/key.txt.")]
 
 
-def reveal(suite: Suite, diagnoses: Diagnoses, key: Key = None, json: bool = JSON) -> None:
+def reveal(suite: Suite, diagnoses: Diagnoses, key: Key = None, quiet: bool = QUIET, json: bool = JSON) -> None:
     """Open the sealed answers of a suite and score the diagnoses: names, joints, false claims, parameters, unseen motions."""
     from nnhydro.report.score_table import print_score
     from nnhydro.simulation.reveal import reveal as opened

@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, emit, say, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
 
 RecipeArgument = Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Arm, terms of the truth, motions, controller, sensors, seed.")]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign; one made by a recipe before is replaced whole.")]
 
 
-def simulate(recipe: RecipeArgument, out: OutOption, json: bool = JSON) -> None:
+def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: bool = JSON) -> None:
     """Make a tow-tank campaign on paper: arm, motions, terms of the truth, controller, sensors, seed.
 
     Terms of the truth are the load terms of the models (rigid_body, normal_drag, added_mass, friction, ...). Motions are tow, slew,
@@ -29,4 +29,4 @@ def simulate(recipe: RecipeArgument, out: OutOption, json: bool = JSON) -> None:
     table(f"{out}: {read.arm.name}, seed {read.settings.seed}", ("file", "motion", "rows", "seconds"),
           [(m.file, m.kind, str(m.rows), "" if m.seconds is None else f"{m.seconds:.2f}") for m in made])
     say(f"Truth: {', '.join(read.loads.terms)}")
-    say(f"Next: nnhydro check {out}")
+    conclude(f"{len(made)} files in {out}, seed {read.settings.seed}.", following=f"nnhydro check {out}")

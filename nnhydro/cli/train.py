@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, emit, note, say
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show
 
 if TYPE_CHECKING:
     from nnhydro.models.learned import LearnedTorque
@@ -28,6 +28,7 @@ def train(
     resume: bool = typer.Option(False, "--resume", help="Go on from where an interrupted training stopped."),
     tensorboard: Path | None = typer.Option(None, "--tensorboard", help="Folder for a TensorBoard log (extra: tensorboard)."),
     column_map: Path | None = MAP,
+    quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Train a network or a hybrid on all recordings; a share of them is only watched, for early stopping."""
@@ -40,20 +41,21 @@ def train(
     from nnhydro.identification.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
+    from nnhydro.report.parameter_sheet import parameter_sheet, told
     from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
 
     check_folder(out, DIGEST)
     chosen = read_config(config) if config is not None else TrainingConfig()
     opened = verified(campaign, column_map)
-    checkpoint, told = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
+    checkpoint, beside = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
     identity = {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()}
     if resume:
         require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to go on with; leave --resume out")
-        require(told.exists() and told.read_text(encoding="utf-8") == text_of(identity), f"--resume: {told} belongs to another "
+        require(beside.exists() and beside.read_text(encoding="utf-8") == text_of(identity), f"--resume: {beside} belongs to another "
                 "configuration or to other recordings: start anew without --resume", ConfigError)
     else:
         checkpoint.unlink(missing_ok=True)
-        write_json(told, identity)
+        write_json(beside, identity)
     with ExitStack() as open_:
         listeners = [open_.enter_context(epochs_on_screen())]
         listeners += [] if tensorboard is None else [open_.enter_context(epochs_in_tensorboard(tensorboard))]
@@ -66,10 +68,9 @@ def train(
                            + (f" --config {config}" if config else ""))
     save_model(model, out)
     checkpoint.unlink(missing_ok=True)
-    told.unlink(missing_ok=True)
+    beside.unlink(missing_ok=True)
     if json:
         emit({"model": str(out), **model.fit})
         return
-    say(f"{model.name}: {model.fit['epochs']} epochs, best at {', '.join(f'{e:g}' for e in model.fit['best_epoch'])} (one a member).")
-    say(f"Model: {out}")
-    say(f"Next: nnhydro predict {out} {campaign}/unseen/*.csv --out torques")
+    show(parameter_sheet(model))
+    conclude(told(model), [out], f"nnhydro predict {out} {campaign}/unseen/*.csv --out torques")

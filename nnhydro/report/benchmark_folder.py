@@ -8,6 +8,7 @@ from nnhydro.report.figures import benchmark_figures
 from nnhydro.report.page.benchmark import benchmark_page
 
 RESULT, PAGE = "benchmark.json", "report.html"
+SHOWN = (".json", ".html", ".png")  # kinds of files that are worth a line; SVG and CSV lie beside each PNG
 
 
 def write_benchmark(result: Benchmark, out: Path) -> list[Path]:

@@ -1,11 +1,13 @@
 """The benchmark as sheets (all models, recording by recording, fold by fold, what each knows of its own error) and on the screen."""
 
+from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from nnhydro.evaluation.benchmark import Benchmark
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
-from nnhydro.report.screen import say, show
+from nnhydro.report.screen import conclude, show
 from nnhydro.report.sheet import Column, Sheet, percent, percent_interval
 
 PERFECT = "(a perfect model)"
@@ -74,8 +76,8 @@ def benchmark_sheets(result: Benchmark) -> tuple[Sheet, ...]:
     return (models_sheet(result, document), *folds, *(() if covered is None else (covered,)))
 
 
-def print_benchmark(result: Benchmark) -> None:
-    """Print the tables and the verdict in a sentence."""
+def print_benchmark(result: Benchmark, written: Sequence[Path], following: str) -> None:
+    """Print the tables, the verdict in a sentence, what was `written` and the next command."""
     for sheet in benchmark_sheets(result):
         show(sheet)
-    say(result.verdict())
+    conclude(result.verdict(), written, following)

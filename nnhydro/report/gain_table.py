@@ -21,3 +21,15 @@ def gain_rows(made: Sequence[Sweep]) -> tuple[list[str], list[list[str]]]:
             rows.append([str(sweep.joint + 1), f"{float(sweep.values[at]):.2f}", *(f"{float(sweep.damping(x)[at]):.4g}" for x in wet),
                          *(f"{float(sweep.inertia(x)[at]):.4g}" for x in labels)])
     return columns, rows
+
+
+def gain_verdict(made: Sequence[Sweep]) -> str:
+    """Return damping and inertia of every joint at half its greatest speed, in one sentence."""
+    parts = []
+    for sweep in (sweep for sweep in made if sweep.over == "speed_rad_s"):
+        middle = (len(sweep.values) - 1) // 2
+        at, label = middle + round(0.5 * middle), next(iter(sweep.gains))
+        parts.append(f"joint {sweep.joint + 1} is damped by {float(sweep.damping(label)[at]):.3g} N m s/rad and carries "
+                     f"{float(sweep.inertia(label)[at]):.3g} kg m²")
+    speed = float(made[0].values[-1]) / 2
+    return f"At {speed:.3g} rad/s, {'; '.join(parts)}."

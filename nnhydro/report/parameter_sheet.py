@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from nnhydro.models.amended import Amended
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -41,8 +42,25 @@ def _learned(model: LearnedTorque) -> Sheet:
                                                 Column("is", [None if v is None else str(v) for v in rows.values()], words=True)))
 
 
+def told(model: TorqueModel) -> str:
+    """Return what the model is, in one sentence."""
+    base = getattr(model.baseline, "name", model.baseline.kind) if isinstance(model, LearnedTorque) and model.baseline else None
+    name, joints, low_pass = getattr(model, "name", model.kind), model.arm.n_links, model.preparation.low_pass
+    text = f"{name}{f' on {base}' if base else ''}, {joints} joint{'s' if joints > 1 else ''}"
+    text += "" if low_pass is None else f", low-passed at {low_pass.cutoff_hz:.3g} Hz"
+    if isinstance(model, StripTheory) and "rms_residual_Nm" in model.fit:
+        left = ", ".join(f"{x:.3g}" for x in model.fit["rms_residual_Nm"])
+        return f"{text}; leaves {left} N m (rms, joint by joint) on the {model.fit['recordings']} recordings it was fitted to."
+    if "best_epoch" in model.fit:
+        best = ", ".join(f"{epoch:g}" for epoch in model.fit["best_epoch"])
+        return f"{text}; trained for {model.fit['epochs']} epochs, best at {best} (one a member)."
+    return f"{text}."
+
+
 def parameter_sheet(model: TorqueModel) -> Sheet:
     """Return the parameters of a physics model, or the layout of a learned one."""
+    if isinstance(model, Amended):
+        return _physics(model.after)
     if isinstance(model, StripTheory):
         return _physics(model)
     if isinstance(model, LearnedTorque):

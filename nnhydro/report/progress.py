@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from nnhydro.errors import missing_extra
-from nnhydro.report.screen import note
+from nnhydro.report.screen import note, quiet
 
 Told = Callable[[int, int, float], None]  # epoch, epochs, validation error
 LINES = 20  # where there is no terminal
@@ -34,7 +34,7 @@ def epochs_on_screen() -> Iterator[Told]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not console.is_terminal or quiet():
         yield _lines()
         return
     columns = (TextColumn("epoch {task.completed}/{task.total}"), BarColumn(), TextColumn("validation error {task.fields[error]:.3g}"),
@@ -42,6 +42,38 @@ def epochs_on_screen() -> Iterator[Told]:
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("training", total=None, error=float("nan"))
         yield lambda epoch, epochs, error: bar.update(task, completed=epoch, total=epochs, error=error)
+
+
+def left(began: float, done: int, total: int | None) -> str:
+    """Return how long the rest takes at the pace so far, as text; nothing where there is no pace yet."""
+    if not done or total is None or done >= total:
+        return ""
+    return f" (about {(time.monotonic() - began) / done * (total - done):.0f} s left)"
+
+
+@contextmanager
+def steps_on_screen(total: int | None = None) -> Iterator[Callable[[str], None]]:
+    """Yield what to call with the name of each step as it begins (`name, detail` for news of a step under way); to standard error.
+
+    On a terminal one line that changes, elsewhere a line a step; with `total` the time left is told once there is a pace.
+    """
+    from rich.console import Console
+
+    console, began, names = Console(stderr=True, markup=False, highlight=False), time.monotonic(), list[str]()
+
+    def told(text: str) -> str | None:
+        name = text.split(", epoch")[0]
+        if name not in names:
+            names.append(name)
+        elif not console.is_terminal:
+            return None
+        return text + left(began, len(names) - 1, total)
+
+    if not console.is_terminal or quiet():
+        yield lambda text: note(line) if (line := told(text)) is not None else None
+        return
+    with console.status("") as status:
+        yield lambda text: status.update(told(text) or text)
 
 
 @contextmanager

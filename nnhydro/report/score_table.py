@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from nnhydro.report.screen import say, table
+from nnhydro.report.screen import conclude, say, table
 
 
 def _percent(x: float | None) -> str:
@@ -23,7 +23,6 @@ def print_score(score: dict[str, Any], where: str) -> None:
     say("right: every hidden effect named, or in a class of at most three, and nothing else; healthy: nothing said and nothing detected")
     say(f"Class size {_number(score['class_size']) or '-'}; parameters: median error {_percent(numbers['median_error']) or '-'}, "
         f"95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of {numbers['compared']}")
-    say(f"Of {sure['claims']} claims made with confidence {sure['threshold']} or more, {_percent(sure['right']) or '-'} are right")
     if unseen["campaigns"]:
         say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after (median); "
             f"{_percent(unseen['share_of_improvement']) or '-'} of the possible improvement; made worse {_percent(unseen['made_worse'])}")
@@ -34,3 +33,5 @@ def print_score(score: dict[str, Any], where: str) -> None:
             say(f"{verdict['campaign']}: {line}")
     if score["missing"]:
         say(f"Without a diagnosis, not scored: {', '.join(score['missing'])}")
+    right = "" if sure["right"] is None else f", {_percent(sure['right'])} of them right"
+    conclude(f"{score['scored']} diagnoses scored; {sure['claims']} claims made with confidence {sure['threshold']} or more{right}.")

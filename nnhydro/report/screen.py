@@ -1,6 +1,10 @@
-"""What commands print: rich tables for people, one JSON document for programs (`--json`), nothing else on standard output."""
+"""What commands print: rich tables for people, one JSON document for programs (`--json`), nothing else on standard output.
+
+Every command ends alike: a verdict in one sentence, what was written, the next command to try. `--quiet` leaves the verdict alone.
+"""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -8,21 +12,49 @@ import typer
 from nnhydro.report.sheet import Sheet
 
 MAP = typer.Option(None, "--map", help="YAML file: foreign columns and their units; columns.yaml in the campaign by default.")
+_quiet = False  # of the command that runs; QUIET sets it anew for each
+
+
+def _hush(value: bool) -> bool:
+    global _quiet
+    _quiet = value
+    return value
+
+
+def quiet() -> bool:
+    """Whether the command that runs was asked for its verdict alone."""
+    return _quiet
+
+
+QUIET = typer.Option(False, "--quiet", "-q", help="Print the verdict alone: no tables, no progress.", callback=_hush)
 JSON = typer.Option(False, "--json", help="Print the result as JSON, for programs.")
 
 
 def say(text: str = "") -> None:
     """Print a line for people."""
-    typer.echo(text)
+    if not _quiet:
+        typer.echo(text)
 
 
 def note(text: str) -> None:
     """Print a line of progress to standard error, where it does not mix with results."""
-    typer.echo(text, err=True)
+    if not _quiet:
+        typer.echo(text, err=True)
+
+
+def conclude(verdict: str, written: Sequence[Path] = (), following: str = "") -> None:
+    """Print how a command ends: the verdict (bold on a terminal, also with --quiet), what was written, the next command."""
+    typer.echo(typer.style(verdict, bold=True))
+    for path in written:
+        say(f"  {path}")
+    if following:
+        say(f"Next: {following}")
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[bool] = (True,)) -> None:
     """Print a table: columns of `words` left, the others right; as wide as its content when the output is piped."""
+    if _quiet:
+        return
     from rich import box
     from rich.console import Console
     from rich.table import Table

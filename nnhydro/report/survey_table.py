@@ -8,7 +8,7 @@ from typing import Any
 
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.survey import Survey
-from nnhydro.report.screen import say, show
+from nnhydro.report.screen import conclude, say, show
 from nnhydro.report.sheet import Column, Sheet
 
 SHOWN = 40  # recordings in the table; the rest is counted
@@ -99,9 +99,7 @@ def print_survey(found: Survey, campaign: str) -> None:
     for line in merged(found.oddities):
         say(line)
     _print_arm(found)
-    say(verdict(found))
-    if not found.errors:
-        say(f"Next: nnhydro benchmark {campaign} --out compared")
+    conclude(verdict(found), following="" if found.errors else f"nnhydro benchmark {campaign} --out compared")
 
 
 def document(found: Survey, campaign: str) -> dict[str, Any]:

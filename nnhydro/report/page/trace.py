@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from nnhydro.evaluation.benchmark import Benchmark, modelled
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.identification.several_arms import arm_of, on_arm
+from nnhydro.models.amended import Amended
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.segment import Segment
 
@@ -42,9 +43,16 @@ class Trace:
         return Misfit.of(self.tau[keep], self.models[model][keep]).error
 
 
+def _torque(model: TorqueModel, segment: Segment) -> Array:
+    """The model's torque as it is compared; of a change to a simulation outside, that simulation's torque with it."""
+    tau = modelled(model, segment)
+    outside = isinstance(model, Amended) and model.simulation is None
+    return tau + segment.tau_sim if outside and segment.tau_sim is not None else tau
+
+
 def traces_of(recording: str, segments: Iterable[Segment], models: Mapping[str, TorqueModel]) -> list[Trace]:
     """Return a trace a segment that has torques and rows to compare."""
-    return [Trace(recording, segment, {name: modelled(model, segment) for name, model in models.items()})
+    return [Trace(recording, segment, {name: _torque(model, segment) for name, model in models.items()})
             for segment in segments if segment.tau is not None and segment.keep.any()]
 
 

@@ -1,0 +1,109 @@
+"""How commands look: a table, a verdict in a sentence, the next command; --quiet leaves the verdict; colours only on a terminal."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from campaigns import campaign, planted, write_folder
+from rigs import arm
+
+import nnhydro.cli
+from nnhydro.cli.main import run
+from nnhydro.report import progress, screen
+
+SLOW = pytest.mark.slow  # they draw figures
+COMMANDS = sorted(path.stem for path in Path(nnhydro.cli.__file__).parent.glob("*.py") if path.stem not in ("__init__", "main"))
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A campaign folder, a fitted model and an unseen motion."""
+    a = arm()
+    root = tmp_path_factory.mktemp("look")
+    folder = write_folder(campaign(a, planted(a), count=4, noise=0.01), root / "campaign")
+    assert run(["identify", str(folder), "--out", str(root / "model"), "--json"]) == 0
+    return root
+
+
+def calls(root):
+    """One call a command that ends with a verdict, on small data."""
+    at = {name: str(root / name) for name in ("campaign", "model", "out", "torques", "x.onnx")}
+    motion = str(root / "campaign" / "recordings" / "run0.csv")
+    return {"check": [at["campaign"]], "identify": [at["campaign"], "--out", at["out"]],
+            "predict": [at["model"], motion, "--out", at["torques"]], "gains": [at["model"], "--out", str(root / "gains")],
+            "export": [at["model"], "--out", at["x.onnx"]],
+            "benchmark": [at["campaign"], "--models", "textbook,constant", "--folds", "2", "--out", str(root / "compared")]}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_can_be_quiet_and_speak_json(command, capsys):
+    assert run([command, "--help"]) == 0
+    out = re.sub(r"\s+", " ", capsys.readouterr().out)
+    assert "--json" in out
+    assert "--quiet" in out
+
+
+@pytest.mark.parametrize("command", ["check", "identify", "predict", pytest.param("gains", marks=SLOW), "export",
+                                     pytest.param("benchmark", marks=SLOW)])
+def test_a_command_ends_with_a_verdict_and_quiet_leaves_that_alone(command, place, capsys):
+    arguments = calls(place)[command]
+    assert run([command, *arguments]) == 0
+    whole = capsys.readouterr()
+    assert run([command, *arguments, "--quiet"]) == 0
+    quiet = capsys.readouterr()
+    assert quiet.err == ""
+    (verdict,) = quiet.out.splitlines()
+    assert verdict.endswith(".")
+    lines = whole.out.splitlines()
+    assert verdict in lines
+    assert len(lines) > 2
+    assert "\x1b" not in whole.out + whole.err, "no colours where there is no terminal"
+    assert run([command, *arguments, "--json"]) == 0
+    json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("command", ["check", "identify", "predict", pytest.param("benchmark", marks=SLOW)])
+def test_the_next_command_is_one_of_ours_and_can_be_typed(command, place, capsys):
+    assert run([command, *calls(place)[command]]) == 0
+    (following,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Next: ")]
+    words = following.removeprefix("Next: ").split("   (")[0].split()
+    assert words[0] == "nnhydro"
+    assert words[1] in COMMANDS
+    assert words[2].startswith(str(place)), "it names the same campaign or model"
+
+
+def test_a_wide_table_is_not_cut_where_it_is_piped(place):
+    text = subprocess.run([sys.executable, "-m", "nnhydro", "identify", str(place / "campaign"), "--out", str(place / "out")],
+                          capture_output=True, text=True, check=True).stdout
+    assert "rigid_body.second_moment[2]" in text
+    assert "…" not in text
+
+
+def test_units_in_brackets_survive_in_headings(capsys):
+    screen.table("time [s]", ["fit [s]", "[bold]"], [["[red]1", "2"]])
+    out = capsys.readouterr().out
+    for text in ("time [s]", "fit [s]", "[bold]", "[red]1"):
+        assert text in out
+
+
+def test_one_quiet_run_does_not_hush_the_next(place, capsys):
+    run(["check", str(place / "campaign"), "-q"])
+    capsys.readouterr()
+    run(["check", str(place / "campaign")])
+    assert len(capsys.readouterr().out.splitlines()) > 5
+
+
+def test_progress_tells_the_time_left_once_it_has_a_pace(capsys, monkeypatch):
+    clock = iter([0.0, 10.0, 20.0, 30.0, 40.0])
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
+    with progress.steps_on_screen(4) as report:
+        for step in ("fold 1: constant", "fold 1: network", "fold 1: network, epoch 10/40", "fold 2: constant"):
+            report(step)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "fold 1: constant"
+    assert lines[1] == "fold 1: network (about 30 s left)"
+    assert len(lines) == 3, "news of a step under way is no line of its own"
+
