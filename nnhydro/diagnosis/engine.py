@@ -92,9 +92,9 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
         proof = prove(race, found.table, found.believed)
     said = findings(race)
     left = family_wise_p([race], seed + 1)
-    rest = learned(proof.remains, seed) if left <= P_BLOCK else []
+    rest = learned(proof.remains, seed) if max(left, found.p_value) <= P_BLOCK else []
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
-    unexplained = {"detected": left <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after,
+    unexplained = {"detected": max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after,
                    "depends_on": sorted({x for one in rest if one.real for x in one.depends_on}),
                    "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
     return Diagnosis(against.plain(), corrected(against, race, said), against.name, time.perf_counter() - start, found.p_value, noise_error,

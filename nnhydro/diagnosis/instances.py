@@ -5,11 +5,13 @@ from dataclasses import dataclass, field, replace
 from math import sqrt
 from typing import Any, final
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.effects.catalogue import candidates, catalogue
-from nnhydro.effects.effect import InstrumentEffect, LoadEffect
+from nnhydro.effects.effect import Effect, InstrumentEffect, LoadEffect
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.arm import Arm
 
@@ -53,6 +55,12 @@ class Instance:
         """Return the physical bounds of each column's value; an offset of a recording's own has none."""
         free = (float("-inf"), float("inf"))
         return (*self.effect.linear_bounds(), *(free,) * self.effect.offset_of_its_own)
+
+    def plausible(self, values: NDArray[np.float64]) -> bool:
+        """Return whether the effect with linear `values` (p,) makes sense."""
+        if type(self.effect).plausible is Effect.plausible:  # most say nothing: spare them an object a candidate
+            return True
+        return self.with_values(torch.from_numpy(values.copy())).plausible()
 
     def with_values(self, values: Tensor) -> Hypothesis:
         """Return the effect with linear `values` (at least p,) in the order of its columns."""

@@ -55,6 +55,8 @@ class Race:
         """Return whether the `values` of `columns` lie within their bounds and no effect lives by cancelling another."""
         if len(columns) and not ((values >= self.bank.low[columns]) & (values <= self.bank.high[columns])).all():
             return False
+        if not all(c.instance.plausible(values[np.searchsorted(columns, c.columns)]) for c in kept if not c.own):
+            return False
         return all(self._energy(c, columns, values) <= CANCELLING * self.torque for c in kept)
 
     def _energy(self, candidate: Candidate, columns: Index, values: Array) -> float:

@@ -71,8 +71,8 @@ def retained(race: Race, table: Table, believed: StripTheory, asked: Candidate) 
 
     bank = build(table, [c.instance for c in (*others, asked)], believed, beside)
     loose = Race(bank, Bench.of(bank.blocks, race.noise, np.ones(bank.blocks.p)), race.noise, list(bank.candidates))
-    plain = race.total(without=[asked]) - race.total()
-    kept = loose.total(without=[bank.candidates[-1]]) - loose.total()
+    plain = race.scored(without=[asked]).total - race.scored().total
+    kept = loose.scored(without=[bank.candidates[-1]]).total - loose.scored().total
     return kept / max(plain, 1e-12)
 
 

@@ -73,6 +73,10 @@ class Effect(Parametrised):
             return ()
         return (0,) if cls.acts == "arm" else tuple(range(1, arm.n_links + 1))
 
+    def plausible(self) -> bool:
+        """Return whether the values make sense together, beyond each one's own bounds; a mechanism that cannot be is not claimed."""
+        return True
+
     def quantities(self) -> dict[str, Quantity]:
         """Return what a person wants to know, in units: by default the parameters themselves."""
         linear = dict(zip(self.linear_names(), zip(self.linear_values().tolist(), self.linear_units(), strict=True), strict=True))

@@ -13,6 +13,8 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.effects.time_shift import delayed, lagged
 
+ROUGH, UNSEEN = 0.5, 0.005  # of the smear, and s: what the data may leave undecided about it
+
 
 @effect
 @final
@@ -39,6 +41,12 @@ class SensorTiming(InstrumentEffect):
     def columns(self, seen: SensorView) -> Tensor:
         """Return -dtau/dt and d2tau/dt2, (n, joints, 2)."""
         return torch.stack([-seen.rate, seen.curvature], dim=-1)
+
+    def plausible(self) -> bool:
+        """Return whether a delay >= 0 and a low-pass make this lag and smear; a negative lag is a delay of the angles, which smears alike."""
+        squared = self.lag[0] ** 2
+        most = squared if self.lag[0] > 0 else squared / 2
+        return squared / 2 * (1 - ROUGH) - UNSEEN**2 <= self.smear[0] <= most * (1 + ROUGH) + UNSEEN**2
 
     def split(self) -> tuple[float, float]:
         """Return delay and time constant T in s; a smear too small for the lag is that of a pure delay."""

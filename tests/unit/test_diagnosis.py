@@ -44,7 +44,7 @@ def race_of(made, noise=1.0, low=-np.inf, high=np.inf, bank=None):
 
 
 def candidate(name, columns, own=()):
-    return Candidate(SimpleNamespace(key=(name, 0), grid=1), columns, own)
+    return Candidate(SimpleNamespace(key=(name, 0), grid=1, plausible=lambda values: True), columns, own)
 
 
 BANK = tuple(candidate(f"effect_{k}", (k,)) for k in range(K))
