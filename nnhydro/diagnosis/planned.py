@@ -1,4 +1,4 @@
-"""A campaign that is only planned: the motions of a recipe, run by the arm that the baseline describes, read by the sensors that it states."""
+"""A campaign that is only planned: a recipe's motions, run by the arm that the baseline describes, read by the sensors it states."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -19,7 +19,7 @@ from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.engine import torque_peaks
 from nnhydro.diagnosis.instances import Instance, instances
 from nnhydro.diagnosis.locks import P_BLOCK, statistics
-from nnhydro.diagnosis.locks_chance import Price, Where, smallest_own_strength, smallest_strength
+from nnhydro.diagnosis.strength import Price, Where, smallest_own_strength, smallest_strength
 from nnhydro.diagnosis.race import Race, price
 from nnhydro.diagnosis.reference import reference
 from nnhydro.diagnosis.scout import AT_ONCE, MANY

@@ -1,0 +1,43 @@
+"""`nnhydro power`: what a campaign, or one that is only planned, can reveal."""
+
+from pathlib import Path
+
+import typer
+
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, show
+
+
+def power(
+    campaign: Path = typer.Argument(metavar="CAMPAIGN|PLAN", help="Folder of a campaign, or a recipe (YAML) as nnhydro simulate takes it."),
+    baseline: str = typer.Option("", "--baseline", help="A physics model by name or file; constant, or rigid where dry, by default."),
+    effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
+    cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    seed: int = typer.Option(0, "--seed", help="Seed of the bootstrap that sets the threshold."),
+    column_map: Path | None = MAP,
+    quiet: bool = QUIET,
+    json: bool = JSON,
+) -> None:
+    """Which effects would these motions and this noise reveal, from what size on, and how much does the baseline's refit hide?
+
+    Of a plan, the motions are run by the baseline itself, with the noise that the recipe's sensors state.
+    """
+    from nnhydro.diagnosis.planned import planned
+    from nnhydro.diagnosis.power import power as find
+    from nnhydro.effects.catalogue import load_plugin
+    from nnhydro.recordings.campaign import verified
+    from nnhydro.report.power_table import power_sheet, power_verdict
+    from nnhydro.report.progress import steps_on_screen
+
+    if effects is not None:
+        load_plugin(effects)
+    opened, left_off = planned(campaign, baseline or None) if campaign.is_file() else (verified(campaign, column_map), ())
+    with steps_on_screen() as report:
+        result = find(opened, baseline or None, seed, cutoff, progress=report).document()
+    if json:
+        emit(result | {"left_off": list(left_off)})
+        return
+    if left_off:
+        say(f"Terms of the plan that are no part of the baseline are left off: {', '.join(left_off)}")
+    show(power_sheet(result))
+    following = f"nnhydro simulate {campaign} --out trial" if campaign.is_file() else f"nnhydro diagnose {campaign} --out diagnosis"
+    conclude(power_verdict(result), following=following)
