@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -10,12 +11,13 @@ from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.locate import locate
 from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
+from nnhydro.diagnosis.placebo import placebo, whiteness
 from nnhydro.diagnosis.proof import Proof, prove
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.reference import Reference, reference
 from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.result import Diagnosis
-from nnhydro.diagnosis.search import search
+from nnhydro.diagnosis.search import Found, search
 from nnhydro.diagnosis.table import Case, clock_places
 from nnhydro.diagnosis.unknown import learned
 from nnhydro.diagnosis.verdict import Finding, findings, simplest
@@ -98,8 +100,20 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
                    "depends_on": sorted({x for one in rest if one.real for x in one.depends_on}),
                    "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
     return Diagnosis(against.plain(), corrected(against, race, said), against.name, time.perf_counter() - start, found.p_value, noise_error,
-                     proof, locate(proof.residuals, race.noise), said, unexplained, _recalibrated(against.physics.loads),
+                     proof, locate(proof.residuals, race.noise), said, unexplained,
+                     _checks(race, found, proof), _recalibrated(against.physics.loads),
                      versions() | {"campaign_sha256": campaign.sha256()}, race.log)
+
+
+def _checks(race: Race, found: Found, proof: Proof) -> dict[str, Any]:
+    """What speaks against chance: the same terms on the wrong recordings, and how white the remaining residual is."""
+    placebos = []
+    for chosen in race.chosen:
+        gain, largest = placebo(race, found.table, found.believed, chosen)
+        placebos.append({"effect": chosen.key[0], "joint": chosen.key[1] or None, "gain": gain, "largest_placebo": largest})
+    lags = [whiteness(proof.remains, joint) for joint in range(len(race.noise))]
+    return {"error_before": proof.before, "error_after": proof.after, "explained": explained(race) if race.chosen else 0.0,
+            "placebo": placebos, "correlated_lags": lags}
 
 
 def explained(race: Race) -> float:

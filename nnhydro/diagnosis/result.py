@@ -26,6 +26,7 @@ class Diagnosis:
     location: list[Location]
     findings: list[Finding]
     unexplained: dict[str, Any]
+    checks: dict[str, Any]
     recalibrated: dict[str, list[float]]
     versions: dict[str, str]
     log: list[str]
@@ -43,7 +44,8 @@ class Diagnosis:
                              "noise_floor": self.noise_floor},
                 "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
-                "unexplained": self.unexplained, "recalibrated": self.recalibrated, "next_experiment": None, "versions": self.versions}
+                "unexplained": self.unexplained, "proof": self.checks, "recalibrated": self.recalibrated,
+                "next_experiment": None, "versions": self.versions}
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""

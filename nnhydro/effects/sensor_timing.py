@@ -43,7 +43,7 @@ class SensorTiming(InstrumentEffect):
         return torch.stack([-seen.rate, seen.curvature], dim=-1)
 
     def plausible(self) -> bool:
-        """Return whether a delay >= 0 and a low-pass make this lag and smear; a negative lag is a delay of the angles, which smears alike."""
+        """Return whether a delay and a low-pass make this lag and smear; a negative lag is a delay of the angles and smears alike."""
         squared = self.lag[0] ** 2
         most = squared if self.lag[0] > 0 else squared / 2
         return squared / 2 * (1 - ROUGH) - UNSEEN**2 <= self.smear[0] <= most * (1 + ROUGH) + UNSEEN**2

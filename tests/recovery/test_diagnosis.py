@@ -1,10 +1,23 @@
 """A planted effect is named, a healthy arm is left alone; the truth is computed by code that shares nothing with the catalogue."""
 
 import json
+import shutil
+from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
+import torch
 
 from nnhydro.cli.main import run
+from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.unknown import learned
+from nnhydro.errors import RecordingError
+from nnhydro.models.prediction import predict
+from nnhydro.models.storage import load_model, save_model
+from nnhydro.physics.motion import Motion
+from nnhydro.recordings.campaign import open_campaign
+from nnhydro.simulation.seal import open_sealed, read_key
 
 pytestmark = pytest.mark.slow
 
@@ -27,3 +40,65 @@ def test_a_healthy_arm_is_left_alone(tmp_path):
     told = diagnosed(tmp_path, "none", 6)
     assert told["findings"] == []
     assert not told["mismatch"]["detected"]
+
+
+REAL = Path(__file__).parents[2].parent / "shared" / "data"
+
+
+@pytest.mark.parametrize("name", ["dfki_double_pendulum_a0", "dfki_double_pendulum_c0"])
+def test_on_a_real_arm_dry_friction_and_the_motors_inertia_are_found_and_nothing_else(name):
+    folder = REAL / name
+    if not folder.is_dir():
+        pytest.skip(f"{folder}: the recordings of the DFKI arm are not here")
+    found = {(f.effect.id, f.effect.joint): f for f in diagnose(open_campaign(folder)).findings}
+    assert set(found) == {("coulomb_friction", 1), ("coulomb_friction", 2), ("rotor_inertia", 2)}
+    for joint, (low, high) in {1: (0.10, 0.15), 2: (0.10, 0.15)}.items():
+        assert low < found["coulomb_friction", joint].parameters["level"]["value"] < high
+
+
+SUITE = Path(__file__).parents[2] / "datasets" / "concealed"
+
+
+def _hidden(effect):
+    key = read_key(SUITE / "key.txt")
+    for sealed in sorted((SUITE / "answers").glob("*.sealed")):
+        if [e["effect"] for e in open_sealed(sealed, key)["effects"]] == [effect]:
+            return SUITE / sealed.stem
+    raise AssertionError(effect)
+
+
+def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_file(tmp_path):
+    place = _hidden("umbilical_stiffness")
+    campaign = open_campaign(place)
+    assert run(["identify", str(place), "--out", str(tmp_path / "model")]) == 0
+    model = load_model(tmp_path / "model")
+    shutil.copytree(place, tmp_path / "campaign")
+    for name in campaign.names:
+        file = tmp_path / "campaign" / "recordings" / f"{name}.csv"
+        table, tau = pd.read_csv(file), predict(model, campaign.load(name)).tau
+        for joint in range(tau.shape[1]):
+            table[f"tau{joint + 1}_sim_Nm"] = tau[:, joint]
+        table.to_csv(file, index=False)
+    simulated = open_campaign(tmp_path / "campaign")
+    for given in ("column", str(tmp_path / "model")):
+        result = diagnose(simulated, given)
+        assert [f.effect.id for f in result.findings] == ["umbilical_stiffness"]
+        assert result.proof.after < 0.7 * result.proof.before
+        save_model(result.corrected, tmp_path / "corrected")
+        again = load_model(tmp_path / "corrected")
+        motion = Motion.at(np.zeros((1, len(campaign.arm.links))), *[np.zeros((1, len(campaign.arm.links)))] * 2)
+        assert torch.equal(again.torque(motion), result.corrected.torque(motion))
+    with pytest.raises(RecordingError, match="tau1_sim_Nm"):
+        diagnose(campaign, "column")
+
+
+def test_a_placebo_gains_little_and_what_a_learner_can_predict_is_gone_with_the_finding():
+    result = diagnose(open_campaign(_hidden("umbilical_stiffness")))
+
+    def predictable(parts):
+        energy = np.sum([(part.r**2).sum(axis=0) for part in parts], axis=0)
+        return sum(max(one.r2, 0.0) * energy[one.joint - 1] for one in learned(parts, 0))
+
+    assert predictable(result.proof.remains) < 0.2 * predictable(result.proof.residuals)
+    (check,) = result.document()["proof"]["placebo"]
+    assert check["gain"] > 5 * max(check["largest_placebo"], 1.0)

@@ -1,17 +1,23 @@
 """The algebra of the diagnosis: left-out scores, the family-wise test, the selection and where a residual lies."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rigs import arm
 
 from nnhydro.diagnosis.bank import Bank, Candidate
 from nnhydro.diagnosis.blocks import Blocks, block_grams
+from nnhydro.diagnosis.instances import Instance, finer
 from nnhydro.diagnosis.locate import Residual, locate
-from nnhydro.diagnosis.locks import family_wise_p
+from nnhydro.diagnosis.locks import family_wise_p, own_p, sign_flip_p
+from nnhydro.diagnosis.placebo import whiteness
 from nnhydro.diagnosis.race import Race, gains
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.tournament import run
+from nnhydro.diagnosis.unknown import learned
+from nnhydro.effects.catalogue import effect_of_id
 
 UNITS, ROWS, P, K = 10, 120, 3, 8
 
@@ -131,3 +137,48 @@ def test_the_region_where_a_residual_lies_is_found():
     assert low > 0.3
     assert high == pytest.approx(1.0, abs=0.05)
     assert first.recordings == []
+
+
+def test_the_sign_flip_test_keeps_its_level_and_one_violent_recording_does_not_decide():
+    rng = np.random.default_rng(0)
+    p = np.array([sign_flip_p(rng.standard_t(2, 10)) for _ in range(400)])
+    assert (p <= 0.05).mean() <= 0.08
+    assert sign_flip_p(np.array([100.0, *-np.ones(7)])) > 0.5
+    assert sign_flip_p(np.array([5.0, 4, 3, 6, 2, 5, 4, -0.3])) <= 0.05
+    assert sign_flip_p(np.ones(3)) == 1.0
+
+
+def test_the_p_of_a_phase_of_its_own_is_one_without_gain_and_falls_with_it():
+    assert own_p(-5.0, 10) == 1.0
+    assert own_p(60.0, 100) < 0.01 < own_p(30.0, 100)
+
+
+def test_finer_values_lie_half_way_and_close_in_on_the_best():
+    effect = effect_of_id("stribeck_friction").started(arm(2), joint=1)
+    one = Instance(replace(effect, speed=(0.2,)), 5, {"speed": (0.1, 0.4)})
+    best, *others = finer(one)
+    assert best.spans["speed"] == pytest.approx((0.1 * 2**0.5, 0.2 * 2**0.5))
+    assert sorted(other.effect.speed[0] for other in others) == pytest.approx([0.1 * 2**0.5, 0.2 * 2**0.5])
+    assert {finer(other)[1].key for other in others} == {one.key}
+
+
+def _parts(seed, law):
+    rng, made = np.random.default_rng(seed), []
+    for number in range(8):
+        state = {"q1_rad": rng.uniform(-1, 1, 200), "dq1_rad_s": rng.uniform(-1, 1, 200)}
+        made.append(Residual(f"run{number}", (law(state) + rng.standard_normal(200))[:, None], state, 0.1))
+    return made
+
+
+def test_the_learner_finds_a_law_without_a_name_and_nothing_in_noise():
+    (found,) = learned(_parts(1, lambda s: 3.0 * np.sin(3 * s["q1_rad"])), 0)
+    assert found.real
+    assert found.depends_on == ("q1_rad",)
+    assert not any(one.real for seed in range(5) for one in learned(_parts(seed, lambda s: 0.0), 0))
+
+
+def test_white_residuals_are_called_white_and_slow_ones_are_not():
+    white = np.mean([whiteness(_parts(seed, lambda s: 0.0), 0) for seed in range(20)])
+    assert white < 0.12
+    slow = [Residual(p.recording, np.cumsum(p.r, axis=0), p.state, p.dt) for p in _parts(0, lambda s: 0.0)]
+    assert whiteness(slow, 0) > 0.8

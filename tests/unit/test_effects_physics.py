@@ -22,6 +22,7 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.transmission import sensed, to_drives
+from nnhydro.physics.wake_memory import relaxed
 
 catalogue()
 
@@ -333,3 +334,24 @@ def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():
                 if met.any() and D[1 - link] < 0.1 * L[1 - link]:
                     assert share[k, s] > 0.0
                     assert share[k, s] == pytest.approx(1 / (1 + np.linalg.norm(to[met][0]) / (10 * D[1 - link])), rel=0.35)
+
+
+def test_a_secant_times_its_values_is_exactly_what_a_large_instrument_effect_changes():
+    a = arm(2)
+    model = baseline("constant").start(a)
+    seen = SensorView(Flow(a, run(2, 200)), lambda f: sensed(model.torque(f), f.motion.qd, a))
+    water = REGISTER["ambient_current"].started(a).linear_names()
+    for effect in (made("sensor_timing", a, lag=(0.03,), smear=(0.0006,)), made("joint_elasticity", a, joint=1, compliance=(2e-3,)),
+                   REGISTER["ambient_current"].started(a).with_linear(torch.full((len(water),), 0.2, dtype=torch.float64))):
+        assert_close(effect.secant(seen) @ effect.linear_values(), effect.apply(seen) - seen.tau)
+    nothing = made("sensor_timing", a, lag=(0.0,), smear=(0.0,))
+    assert_close(nothing.secant(seen), nothing.columns(seen))
+
+
+def test_a_memory_joined_by_doubling_is_the_step_by_step_recursion():
+    rng = np.random.default_rng(3)
+    target, rate = tensor(rng.standard_normal((77, 2, 3))), tensor(rng.uniform(0, 2, (77, 1, 1)))
+    said, m = relaxed(target, rate, target[0]), target[0].clone()
+    for k in range(1, 77):
+        m = target[k] + (m - target[k]) * torch.exp(-rate[k])
+        assert_close(said[k], m)
