@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING, Any, final
 from nnhydro.api.campaign import read_frame
 from nnhydro.api.prediction import Prediction
 from nnhydro.api.shown import Shown
+from nnhydro.errors import ConfigError, require
+from nnhydro.exchange.curves import curves_csv
+from nnhydro.exchange.mujoco import mujoco_xml
+from nnhydro.exchange.written import write_file
 from nnhydro.identification.config import TrainingConfig, read_config
 from nnhydro.identification.gradient_fit import Progress
 from nnhydro.identification.identify import identify as fit
 from nnhydro.identification.train import train as fit_network
 from nnhydro.models import prediction, storage
+from nnhydro.models.export.onnx_file import export_onnx
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
@@ -67,6 +72,19 @@ class Model(Shown):
         elif not isinstance(motion, Recording):
             motion = read_frame(motion, self.arm, torque=False)
         return Prediction.of(prediction.predict(self.torque_model, motion))
+
+    def export(self, file: str | Path) -> tuple[str, ...]:
+        """Write the model for others and return what the file cannot hold: FILE.onnx (one step in time, all of any model), FILE.xml
+        (MuJoCo, physics models) or FILE.csv (C_D and C_M over the distance travelled). Raises ConfigError for another ending.
+        """
+        out = Path(file)
+        if out.suffix == ".onnx":
+            export_onnx(self.torque_model, out)
+            return ()
+        require(out.suffix in (".xml", ".csv"), f"{out}: give a file that ends in .onnx, .xml or .csv", ConfigError)
+        made = mujoco_xml(self.torque_model) if out.suffix == ".xml" else None
+        write_file(out, curves_csv(self.torque_model) if made is None else made.xml)
+        return () if made is None else made.lacks
 
     def save(self, folder: str | Path) -> Path:
         """Write the model to `folder`, whole or not at all; a model that lies there is replaced. Returns the folder."""

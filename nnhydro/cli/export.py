@@ -1,34 +1,72 @@
-"""`nnhydro export`: a stored model as one file for a controller."""
+"""`nnhydro export`: a stored model as a file for a controller or another simulator."""
 
 from pathlib import Path
+from typing import Any
 
 import typer
 
 from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
 
+FORMATS = ("onnx", "mujoco", "curves")
+
+
+def _onnx(model: Path, out: Path, precision: str) -> tuple[dict[str, Any], str]:
+    """Write one step in time; return what it is told of and the verdict."""
+    from nnhydro.models.export.onnx_file import export_onnx
+    from nnhydro.models.storage import DIGEST, load_model
+
+    told = export_onnx(load_model(model), out, precision, (model / DIGEST).read_text(encoding="utf-8").strip())
+    return told, f"{told['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it."
+
+
+def _show_onnx(told: dict[str, Any], out: Path, precision: str) -> None:
+    rows = [[x["name"], " x ".join(map(str, x["shape"])), x["unit"], way.removesuffix("s"), x["meaning"]]
+            for way in ("inputs", "outputs") for x in told[way]]
+    table(f"{out}: {told['model']}, {precision} precision", ["name", "shape", "unit", "", "meaning"], rows)
+    if told["memory"]:
+        say(told["memory"])
+
+
+def _mujoco(model: Path, out: Path) -> tuple[dict[str, Any], str]:
+    from nnhydro.exchange.mujoco import mujoco_xml
+    from nnhydro.exchange.written import write_file
+    from nnhydro.models.storage import load_model
+
+    made = mujoco_xml(load_model(model))
+    write_file(out, made.xml)
+    said = f"{out} holds {len(made.holds)} parts of the model; MuJoCo cannot hold {len(made.lacks)}, listed in it."
+    return {"holds": list(made.holds), "lacks": list(made.lacks)}, said
+
+
+def _curves(model: Path, out: Path) -> tuple[dict[str, Any], str]:
+    from nnhydro.exchange.curves import curves_csv
+    from nnhydro.exchange.written import write_file
+    from nnhydro.models.storage import load_model
+
+    text = curves_csv(load_model(model))
+    write_file(out, text)
+    return {"rows": text.count("\n") - 1}, f"C_D and C_M over the distance travelled, {text.count(chr(10)) - 1} rows, in {out}."
+
 
 def export(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it says how to feed it."),
-    kind: str = typer.Option("onnx", "--format", help="onnx."),
-    precision: str = typer.Option("double", "--precision", help="double, or single (off by some 1e-6 of the torque)."),
+    kind: str = typer.Option("onnx", "--format", help="onnx (any model), mujoco (physics, as MJCF) or curves (coefficients, as CSV)."),
+    precision: str = typer.Option("double", "--precision", help="Of onnx: double, or single (off by some 1e-6 of the torque)."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Write the model as one step in time: torques of an instant from its motion and, where it has one, the memory of its wake."""
+    """Write a model for others: one step in time for a controller, a MuJoCo file, or its coefficients as a table."""
     from nnhydro.errors import require
-    from nnhydro.models.export.onnx_file import export_onnx
-    from nnhydro.models.storage import DIGEST, load_model
 
-    require(kind == "onnx", f"--format {kind!r}: the one format is onnx")
-    told = export_onnx(load_model(model), out, precision, (model / DIGEST).read_text(encoding="utf-8").strip())
+    require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")
+    told, verdict = _onnx(model, out, precision) if kind == "onnx" else (_mujoco if kind == "mujoco" else _curves)(model, out)
     if json:
         emit({"file": str(out), **told})
         return
-    rows = [[x["name"], " x ".join(map(str, x["shape"])), x["unit"], way, x["meaning"]]
-            for way in ("inputs", "outputs") for x in told[way]]
-    table(f"{out}: {told['model']}, {precision} precision", ["name", "shape", "unit", "", "meaning"],
-          [[name, shape, unit, way.removesuffix("s"), meaning] for name, shape, unit, way, meaning in rows])
-    if told["memory"]:
-        say(told["memory"])
-    conclude(f"{told['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it.")
+    if kind == "onnx":
+        _show_onnx(told, out, precision)
+    for what in ("holds", "lacks"):
+        for line in told.get(what, []):
+            say(f"{'holds ' if what == 'holds' else 'cannot hold '} {line}")
+    conclude(verdict)

@@ -1,0 +1,28 @@
+"""Text files of the exchange, whole or not at all; arm.yaml as a person would write it: remarks on top, a line a link."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+
+from nnhydro.errors import ConfigError
+from nnhydro.files import write_text
+from nnhydro.recordings.arm import Arm
+
+
+def write_file(out: Path, text: str) -> None:
+    """Write `text` to `out`, whole or not at all; raises ConfigError where that place cannot be written to."""
+    try:
+        write_text(out, text)
+    except OSError as cause:
+        raise ConfigError(f"--out {out}: cannot be written ({cause.strerror or cause}): name a file where you may write") from cause
+
+
+def arm_yaml(arm: Arm, remarks: Sequence[str] = ()) -> str:
+    """Return the arm as the text of arm.yaml, `remarks` as comments on top."""
+    document = arm.document()
+    links = document.pop("links")
+    head = "".join(f"# {' '.join(remark.split())}\n" for remark in remarks)
+    body = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, default_flow_style=None, width=1000)
+    rows = "".join(f"  - {yaml.safe_dump(link, sort_keys=False, default_flow_style=True, width=1000).strip()}\n" for link in links)
+    return f"{head}{body}links:\n{rows}"
