@@ -19,11 +19,11 @@ from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.engine import torque_peaks
 from nnhydro.diagnosis.instances import Instance, instances
 from nnhydro.diagnosis.locks import P_BLOCK, statistics
-from nnhydro.diagnosis.strength import Price, Where, smallest_own_strength, smallest_strength
 from nnhydro.diagnosis.race import Race, price
 from nnhydro.diagnosis.reference import reference
 from nnhydro.diagnosis.scout import AT_ONCE, MANY
 from nnhydro.diagnosis.search import race_of
+from nnhydro.diagnosis.strength import Price, Where, smallest_own_strength, smallest_strength
 from nnhydro.diagnosis.table import Case, Table, clock_places
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
@@ -88,6 +88,23 @@ def visible_energies(race: Race) -> tuple[Array, Array]:
     return np.maximum(whole - 2 * cross + own, 0.0), np.diag(bench.total)[every]
 
 
+def correlation(table: Table) -> float:
+    """Return the variance of sums of white noise behind the low-pass, at the rows that count, over that of independent rows.
+
+        c = 1 / (2 B dt),   B = integral of the squared gain over frequency [Hz],   dt from row to row;   1 without a low-pass
+    """
+    factors, rows = [], []
+    for piece in table.pieces:
+        segment = table.case.all_units[piece.number].segments()[piece.k]
+        factor = 1.0
+        if segment.low_pass is not None and segment.low_pass.cutoff_hz * segment.dt < 0.45:  # else it passes everything
+            f = np.linspace(0.0, 0.5 / segment.dt, 4000)
+            factor = 1 / (2 * float(np.trapezoid(segment.low_pass.gain(f) ** 2, f)) * piece.dt)
+        factors.append(factor)
+        rows.append(len(piece.y))
+    return max(1.0, float(np.average(factors, weights=rows)))
+
+
 def _directions(candidate: Candidate) -> Iterator[tuple[str, str, list[int], Array]]:
     """(parameter, unit, columns, direction of size 1): every common parameter alone, or an amplitude over all own columns."""
     effect, start = candidate.instance.effect, min((*candidate.columns, *candidate.own))
@@ -107,7 +124,7 @@ def _within_bounds(candidate: Candidate, direction: Array, size: float) -> bool:
                for sign in (1.0, -1.0))
 
 
-def _reveals(race: Race, threshold: float) -> Iterator[Reveal]:
+def _reveals(race: Race, threshold: float, correlated: float) -> Iterator[Reveal]:
     """One row for each parameter of each candidate of the race."""
     energies, whole = visible_energies(race)
     rows, unit = float(race.bench.blocks.n.sum()), race.bench.blocks.unit
@@ -122,7 +139,7 @@ def _reveals(race: Race, threshold: float) -> Iterator[Reveal]:
                 yield empty
                 continue
             by_joint = E.sum(axis=0) / left
-            where = Where(E.sum(axis=1) / left, unit, float(by_joint.max()), rows)
+            where = Where(E.sum(axis=1) / left, unit, float(by_joint.max()), rows, correlated)
             needed = smallest_own_strength(where, len(c.own)) if c.own else \
                 smallest_strength(where, Price(threshold, len(c.columns), price([c])))
             size = None if needed is None else MARGIN * needed / np.sqrt(left)
@@ -187,10 +204,11 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
         races.append(race_of(table, many[start:start + AT_ONCE], believed, None, noise))
     null = np.max([statistics(race, seed)[1].max(axis=1) for race in races], axis=0)
     threshold = float(np.quantile(null, 1 - P_BLOCK / 2))  # two tests are made
+    correlated = correlation(table)
     by_key: dict[tuple[str, int, str], list[Reveal]] = {}
     for race in races:
         progress("sizes")
-        for row in _reveals(race, threshold):
+        for row in _reveals(race, threshold, correlated):
             by_key.setdefault((*row.instance.key, row.parameter), []).append(row)
     typical = [_typical(rows) for rows in by_key.values()]
     shown = list({id(row.instance): row.instance for row in typical}.values())

@@ -1,9 +1,10 @@
 """How likely the two locks of the diagnosis open for an effect of a given strength: from where its visible torque lies, without any fit.
 
-    U_b = lambda e_b + sqrt(e_b) xi_b,   xi ~ N(0, 1),   lambda = ||S^-1/2 (I - P_Y) x beta||,   sum_b e_b = 1
+    U_b = lambda e_b + sqrt(c e_b) xi_b,   xi ~ N(0, 1),   lambda = ||S^-1/2 (I - P_Y) x beta||,   sum_b e_b = 1
 
-U_b is the score of block b in units of its noise, e_b the share of the visible energy that lies in the block. Draws of U go through the
-locks themselves: the family-wise threshold on scores and signed ranks, the left-out gain of each recording, the materiality.
+U_b is the score of block b in units of its noise, e_b the share of the visible energy that lies in the block, c >= 1 how much noisier
+sums of rows are than those of independent rows. Draws of U go through the locks themselves: the family-wise threshold on scores and signed
+ranks, the left-out gain of each recording, the materiality.
 """
 
 from dataclasses import dataclass
@@ -34,6 +35,7 @@ class Where:
     unit: NDArray[np.int64]
     strongest: float  # share of the energy at the joint that shows it best
     rows: float  # rows of the campaign at that joint
+    correlation: float = 1.0  # c, variance of a sum of noise rows over that of independent ones
 
 
 @final
@@ -63,7 +65,7 @@ def _gains(U: Array, where: Where, width: int) -> Array:
     u, e = U @ member, where.e @ member
     value = (u.sum(axis=1, keepdims=True) - u) / np.maximum(e.sum() - e, 1e-12)
     shown = e > 1e-9
-    return np.asarray(value * u - 0.5 * value**2 * e - (width - 1) / (2 * max(shown.sum() - 1, 1)))[:, shown]
+    return np.asarray(value * u - 0.5 * value**2 * e - where.correlation * (width - 1) / (2 * max(shown.sum() - 1, 1)))[:, shown]
 
 
 def _better_left_out(gains: Array) -> NDArray[np.bool_]:
@@ -83,7 +85,7 @@ def _better_left_out(gains: Array) -> NDArray[np.bool_]:
 def chance(strength: float, where: Where, price: Price, seed: int = 0) -> float:
     """Return the chance that both locks open at `strength` lambda, and that what is gained is material and worth its price."""
     xi = np.random.default_rng(seed).standard_normal((DRAWS, len(where.e)))
-    U = strength * where.e + np.sqrt(where.e) * xi
+    U = strength * where.e + np.sqrt(where.correlation * where.e) * xi
     U[:, where.e <= 0] = 0.0
     seen = np.maximum(_standardised_sum(U), _standardised_sum(_ranked(U)))
     gains = _gains(U, where, price.width)
@@ -106,9 +108,10 @@ def smallest_strength(where: Where, price: Price) -> float | None:
 def smallest_own_strength(where: Where, values: int) -> float | None:
     """Return the lambda at which an effect with `values` of each recording's own is found with a chance of 0.8.
 
-        lambda^2 / 2 - 0.84 lambda = 6 log(2 * 200 / 0.01) + 0.45 values blocks       (see `locks.own_p`)
+        lambda^2 / 2 - 0.84 sqrt(c) lambda = 6 log(2 * 200 / 0.01) + 0.45 c values blocks       (see `locks.own_p`)
     """
     if len(np.unique(where.unit[where.e > 1e-9])) < FEWEST:
         return None
-    needed = SOFT * np.log(2 * OWN_TRIED / P_BLOCK) + OWN_COST * values * int((where.e > 1e-9).sum())
-    return float(SIGMAS + np.sqrt(SIGMAS**2 + 2 * needed))
+    needed = SOFT * np.log(2 * OWN_TRIED / P_BLOCK) + OWN_COST * where.correlation * values * int((where.e > 1e-9).sum())
+    spread = SIGMAS * np.sqrt(where.correlation)
+    return float(spread + np.sqrt(spread**2 + 2 * needed))

@@ -1,0 +1,147 @@
+"""How far the members of a class come apart in motions that nobody has recorded yet: algebra on Gram matrices, no torque needed.
+
+    lambda_AB^2 = ||S^-1/2 (I - P_[Y, x_B]) x_A beta_A||^2 over old and new rows  -  the same over the old rows
+
+P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded. With A the truth, B falls behind by
+N(lambda^2 / 2, c lambda^2) in score; the score's logarithm, rows/2 log(1 + lambda^2 / rows), tames what a single recording can say.
+Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; projection and chance are ours.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import erf, sqrt
+from typing import final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.feasible import Proposed
+from nnhydro.diagnosis.locks import SOFT
+from nnhydro.diagnosis.race import Race
+from nnhydro.diagnosis.score import RIDGE, Bench
+from nnhydro.diagnosis.table import Case, Table
+from nnhydro.diagnosis.verdict import HARDLY, NEAR, rivals_of
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.recordings.preprocessing import prepare
+from nnhydro.recordings.splitting import Unit
+
+Array = NDArray[np.float64]
+CORRELATION = 1.5  # c: variance of sums of noise rows over that of independent ones, behind the low-pass
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """A class: its members, the rest of the choice, and how far each member is behind the first in score."""
+
+    members: tuple[Candidate, ...]
+    rest: tuple[Candidate, ...]
+    behind: tuple[float, ...]
+    limit: float  # score by which a member must fall behind to leave the class
+
+
+def contest_of(race: Race) -> Contest | None:
+    """Return the class of the first finding that holds rivals; None where every finding stands alone.
+
+    Members whose values are each recording's own are left out: no motion is planned for a phase that nobody knows.
+    """
+    for chosen in race.chosen:
+        inside = [r for r in rivals_of(race, chosen) if r.in_class and not r.candidate.own]
+        if inside and not chosen.own:
+            limit = max(NEAR, HARDLY * max(r.gain for r in inside))
+            return Contest((chosen, *(r.candidate for r in inside)), tuple(c for c in race.chosen if c is not chosen),
+                           (0.0, *(r.behind for r in inside)), limit)
+    return None
+
+
+def unit_of(motion: Proposed, name: str, case: Case) -> Unit:
+    """Return a motion that nobody has recorded yet as a unit whose torques are 0."""
+    made = tuple(prepare(motion.recording(name), case.model.preparation))
+    return Unit(name, name, False, lambda: made)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A motion with the Gram matrix (q, q) of its columns and the number of its rows over all joints."""
+
+    motion: Proposed
+    G: Array
+    rows: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Tells how far the members of a class come apart; columns are those of the baseline, the other findings, then the members."""
+
+    case: Case
+    race: Race
+    believed: StripTheory
+    contest: Contest
+
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """All whose columns are needed: the rest, then the members."""
+        return (*self.contest.rest, *self.contest.members)
+
+    def _places(self) -> list[list[int]]:
+        """Columns of each candidate, side by side behind the baseline's."""
+        ends = self.race.bench.p + np.cumsum([0, *(len(c.columns) + len(c.own) for c in self.candidates)])
+        return [list(range(start, end)) for start, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)]
+
+    def recorded(self) -> Array:
+        """Return the Gram matrix (q, q) over the recordings at hand."""
+        p, total = self.race.bench.p, self.race.bench.total
+        take = [*range(p), *(p + k for c in self.candidates for k in sorted((*c.columns, *c.own)))]
+        return np.asarray(total[np.ix_(take, take)])
+
+    def planned(self, motions: Sequence[Proposed]) -> list[Planned]:
+        """Return the motions that hold rows to compare."""
+        made = tuple(unit_of(motion, f"next_{number}", self.case) for number, motion in enumerate(motions))
+        last = {(u.name, k): torch.ones(len(s), dtype=torch.float64) for u in made for k, s in enumerate(u.segments())}
+        table = Table(replace(self.case, all_units=made, places=last))
+        numbers = sorted({piece.number for piece in table.pieces})
+        if not numbers:
+            return []
+        bank = build(table, [c.instance for c in self.candidates], self.believed)
+        G, rows = Bench.of(bank.blocks, self.race.noise, self.race.bench.prior).by_unit
+        joints = G.shape[1]
+        return [Planned(motions[k], one[:-1, :-1], float(n) * joints) for k, one, n in zip(numbers, G.sum(axis=1), rows, strict=True)]
+
+    def apart(self, H: Array) -> Array:
+        """Return lambda^2 (members, members): what is left of member A's torque (row) when B (column) is fitted in its place."""
+        p, places, rest = self.race.bench.p, self._places(), len(self.contest.rest)
+        beside = [k for place in places[:rest] for k in place]
+        found = np.zeros((len(self.contest.members),) * 2)
+        for a, A in enumerate(self.contest.members):
+            values, d = self.race.values([*self.contest.rest, A])[1], np.zeros(len(H))
+            d[places[rest + a]] = [values[k] for k in sorted(A.columns)]
+            for b in (b for b in range(len(found)) if b != a):
+                take = np.array([*range(p), *beside, *places[rest + b]])
+                penalty = np.concatenate([self.race.bench.prior, np.zeros(len(take) - p)]) + RIDGE * np.diag(H)[take] + 1e-12
+                h = H[take] @ d
+                found[a, b] = max(float(d @ H @ d - h @ np.linalg.solve(H[np.ix_(take, take)] + np.diag(penalty), h)), 0.0)
+        return found
+
+    def chance(self, gain: Array, rows: float) -> float:
+        """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
+
+        `gain` (members, members) is the lambda^2 that the new rows add, `rows` their number over all joints.
+        """
+        behind = self.contest.behind
+        weights, total = np.exp(-np.maximum(behind, 0.0) / SOFT), 0.0
+        for a, weight in enumerate((weights / weights.sum()).tolist()):
+            least = 1.0
+            for b in (b for b in range(len(behind)) if b != a):
+                ahead = behind[b] - behind[a] + rows / 2 * float(np.log1p(gain[a, b] / rows)) - self.contest.limit
+                least = min(least, 0.5 * (1 + erf(ahead / sqrt(2 * CORRELATION * max(float(gain[a, b]), 1e-9)))))
+            total += weight * least
+        return total
+
+
+def least_pair(gain: Array) -> float:
+    """Return the lambda^2 of the two members that stay closest."""
+    return float(gain[~np.eye(len(gain), dtype=bool)].min())

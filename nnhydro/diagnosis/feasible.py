@@ -1,0 +1,164 @@
+"""Motions that the rig can do: what its recordings say of its limits, and slews, sums of sines and tows drawn within them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.conventions import TIME, column
+from nnhydro.errors import NnhydroError
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.recording import Recording
+from nnhydro.recordings.segment import Segment
+from nnhydro.simulation.motions.motion_kind import Setting, State, TimedMotion, motion_of
+from nnhydro.simulation.run import grid
+from nnhydro.simulation.sensors import channels
+
+Array = NDArray[np.float64]
+LONGEST = 60.0  # s, of a proposed motion
+HARDER = 1.1  # of the largest torque measured: what a proposed motion may ask of the drives
+NARROW, WIDE = 0.3, 1.0  # shares of the limits between which motions are drawn
+SINES = 3
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """What the rig allows: angles (joints, 2) rad, rates and accelerations (joints,), carriage speed m/s, torque (joints,) N m, time s."""
+
+    q: Array
+    rate: Array
+    acceleration: Array
+    u0: float
+    tau: Array
+    seconds: float
+
+    @staticmethod
+    def of(segments: Sequence[Segment]) -> "Rig":
+        """Return the limits that the moving recordings stayed in: nobody knows from them that the rig can do more."""
+        rows = [(s, s.keep) for s in segments if not s.steady and s.keep.any()]
+        q = np.concatenate([s.q[keep] for s, keep in rows])
+        tau = [s.tau[keep] for s, keep in rows if s.tau is not None]
+        return Rig(np.stack([q.min(axis=0), q.max(axis=0)], axis=1), np.max([np.abs(s.qd[keep]).max(axis=0) for s, keep in rows], axis=0),
+                   np.max([np.abs(s.qdd[keep]).max(axis=0) for s, keep in rows], axis=0),
+                   float(max(np.abs(s.u0).max() for s, _ in rows)), np.max([np.abs(x).max(axis=0) for x in tau], axis=0),
+                   float(min(np.median([s.t[-1] - s.t[0] for s, _ in rows]), LONGEST)))
+
+    def allows(self, state: State) -> bool:
+        """Return whether the motion stays within the limits; the torque is for the caller to judge."""
+        def within(x: Array, most: Array | float) -> bool:
+            return bool((np.abs(x) <= np.asarray(most) * (1 + 1e-6) + 1e-9).all())
+
+        inside = bool(((state.q >= self.q[:, 0] - 1e-6) & (state.q <= self.q[:, 1] + 1e-6)).all())
+        return inside and within(state.qd, self.rate) and within(state.qdd, self.acceleration) and within(state.u0, self.u0)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Proposed:
+    """A motion that the rig can do: as an entry of a recipe, and sampled at the times `t` (n,) s."""
+
+    document: dict[str, Any]
+    t: Array
+    state: State
+
+    def recording(self, name: str) -> Recording:
+        """Return the motion as a recording without torques."""
+        s = self.state
+        return Recording(name, self.t, s.q, np.zeros_like(s.q), s.qd, s.qdd, u0=s.u0, du0=s.du0)
+
+    def columns(self, arm: Arm) -> dict[str, Array]:
+        """Return the columns of a motion file, angles in the arm's own channels."""
+        s, joints = self.state, self.state.q.shape[1]
+        given = {"q": channels(s.q, arm), "qd": channels(s.qd, arm), "qdd": channels(s.qdd, arm)}
+        out = {TIME: self.t} | {column(key, j + 1): x[:, j] for key, x in given.items() for j in range(joints)}
+        return out | ({column("u0"): s.u0, column("du0"): s.du0} if s.u0.any() else {})
+
+
+def _towed(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
+    """The carriage of a motion: at rest as often as not."""
+    ramp = min(1.0, 0.2 * rig.seconds)
+    speed = float(rng.choice([-1.0, 1.0]) * rng.uniform(NARROW, WIDE) * rig.u0) if rig.u0 > 0 and rng.random() < 0.5 else 0.0
+    return {"carriage": {"u0_m_s": speed, "ramp_s": ramp, "start_s": 0.1}} if speed else {}
+
+
+def _slew(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
+    legs = int(rng.integers(2, 6))
+    stops = rng.uniform(rig.q[:, 0], rig.q[:, 1], (legs + 1, len(rig.q)))
+    if rng.random() < 0.5:  # one joint alone
+        alone = int(rng.integers(len(rig.q)))
+        stops[:, [j for j in range(len(rig.q)) if j != alone]] = stops[0, [j for j in range(len(rig.q)) if j != alone]]
+    way = np.abs(np.diff(stops, axis=0))
+    quick = np.maximum(1.875 * way / rig.rate, np.sqrt(5.7735 * way / rig.acceleration)).max(axis=1)  # peaks of a minimum-jerk slew
+    slower = rng.uniform(1.05, 4.0)
+    pause = float(rng.choice([0.0, 0.5]))
+    return {"kind": "slew", "q_rad": stops.tolist(), "duration_s": (slower * quick + 0.05).tolist(), "pause_s": pause}
+
+
+def _fourier(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
+    joints, seconds = len(rig.q), rig.seconds
+    centre = rig.q.mean(axis=1) + rng.uniform(-0.3, 0.3, joints) * np.ptp(rig.q, axis=1)
+    reach = np.minimum(rig.q[:, 1] - centre, centre - rig.q[:, 0])
+    w = 2 * np.pi * np.exp(rng.uniform(np.log(1.5 / seconds), np.log(1.5), SINES))
+    a = rng.uniform(0.2, 1.0, (joints, SINES)) / w
+    if rng.random() < 0.4:
+        a *= rng.permutation(np.eye(joints)[0])[:, None] * 0.98 + 0.02
+    fade = min(1.0, seconds / 4)
+    fastest = (a * (w + 2 / fade)).sum(axis=1)
+    hardest = (a * (w**2 + 4 / fade * w + 6 / fade**2)).sum(axis=1)
+    scale = rng.uniform(NARROW, WIDE) * np.min([reach / a.sum(axis=1), rig.rate / fastest, rig.acceleration / hardest], axis=0)
+    return {"kind": "fourier", "q_rad": centre.tolist(), "duration_s": seconds, "fade_s": fade,
+            "amplitude_rad": (a * scale[:, None]).tolist(), "frequency_hz": (w / (2 * np.pi)).tolist(),
+            "phase_rad": rng.uniform(0, 2 * np.pi, (joints, SINES)).tolist()}
+
+
+def _tow(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
+    ramp = float(rng.uniform(0.3, 1.5))
+    carriage = {"u0_m_s": float(rng.choice([-1.0, 1.0]) * rng.uniform(NARROW, WIDE) * rig.u0), "ramp_s": ramp, "start_s": 0.1}
+    return {"kind": "tow", "q_rad": rng.uniform(rig.q[:, 0], rig.q[:, 1]).tolist(), "hold_s": max(rig.seconds - 2 * ramp - 0.2, 1.0),
+            "carriage": carriage}
+
+
+def _moved(value: Any, share: float, rng: np.random.Generator) -> Any:
+    """Every number of a document changed by about `share` of itself."""
+    if isinstance(value, dict):
+        return {key: x if key in ("kind", "name", "fade_s") else _moved(x, share, rng) for key, x in value.items()}
+    if isinstance(value, list):
+        return [_moved(x, share, rng) for x in value]
+    return float(value * np.exp(share * rng.standard_normal())) if isinstance(value, float) else value
+
+
+def _made(document: dict[str, Any], rig: Rig, arm: Arm, rate_hz: float) -> Proposed | None:
+    """The motion of `document`; None where the rig cannot do it."""
+    from pathlib import Path
+
+    try:
+        kind = motion_of({"name": "next", **document}, "next experiment")
+        assert isinstance(kind, TimedMotion)
+        reference = kind.reference(Setting(arm, np.random.default_rng(0), Path()))
+    except NnhydroError:
+        return None
+    t = grid(reference, rate_hz)
+    state = reference.at(t)
+    return Proposed(document, t, state) if len(t) >= 20 and rig.allows(state) else None
+
+
+def draw(rig: Rig, arm: Arm, rate_hz: float, count: int, rng: np.random.Generator) -> list[Proposed]:
+    """Return up to `count` feasible motions: slews and sums of sines, towed or not, and tows where the carriage moves."""
+    found: list[Proposed] = []
+    for attempt in range(10 * count):
+        kind = (_slew, _fourier, _tow)[attempt % (3 if rig.u0 > 0 else 2)]
+        document = kind(rig, rng)
+        made = _made(document if "carriage" in document else document | _towed(rig, rng), rig, arm, rate_hz)
+        found += [made] if made is not None else []
+        if len(found) == count:
+            break
+    return found
+
+
+def varied(best: Sequence[Proposed], rig: Rig, arm: Arm, rate_hz: float, count: int, rng: np.random.Generator) -> list[Proposed]:
+    """Return up to `count` feasible motions in the neighbourhood of the `best`."""
+    tried = (_made(_moved(best[k % len(best)].document, 0.2, rng), rig, arm, rate_hz) for k in range(3 * count))
+    return [made for made in tried if made is not None][:count]

@@ -1,0 +1,53 @@
+"""The naming part of a diagnosis alone, for rehearsals: search, pruning, findings; no proof, no models, no report."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+from nnhydro.diagnosis.engine import CONFIDENT, torque_peaks
+from nnhydro.diagnosis.experiment import Proposal, next_experiment
+from nnhydro.diagnosis.feasible import Rig
+from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.reference import reference
+from nnhydro.diagnosis.relax import prune
+from nnhydro.diagnosis.search import Found, search
+from nnhydro.diagnosis.table import Case, clock_places
+from nnhydro.diagnosis.verdict import Finding, findings, simplest
+from nnhydro.physics.threads import one_thread
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.repeats import group_names, noise_floor
+from nnhydro.recordings.splitting import units
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Studied:
+    """What was found in a case, and the state of the selection from which an experiment can be proposed."""
+
+    case: Case
+    found: Found
+    findings: list[Finding]
+
+    def proposal(self, seed: int = 0, rig: Rig | None = None) -> Proposal | None:
+        """Return the motion that would settle the first ambiguous finding, None where there is none."""
+        return next_experiment(self.found.race, self.case, self.found.believed, seed, rig)
+
+
+@one_thread()
+def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, without: Sequence[str] = ()) -> Studied:
+    """Return what the baseline leaves out of `case`, as `diagnose` names it; `repeats` (joints,) N m is the noise seen in repeats."""
+    found = search(case, instances(case.model.arm, torque_peaks(case.all_units), without), repeats, seed)
+    prune(found.race, found.table, found.believed)
+    found.race.chosen = simplest(found.race)
+    said = [f for f in findings(found.race) if f.confidence >= CONFIDENT]
+    found.race.chosen = [f.candidate for f in said]
+    return Studied(case, found, said)
+
+
+def studied(campaign: Campaign, baseline: str | None = None, seed: int = 0) -> Studied:
+    """Return what is named in a campaign."""
+    how = campaign.plan()
+    all_units = units(campaign, how, seed, group_names(campaign))
+    case = Case(all_units, reference(baseline, campaign.arm, all_units, how), clock_places(campaign, all_units))
+    floor = noise_floor(campaign, how)
+    return named(case, None if floor is None else floor.std, seed)
