@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import sqrt
 from typing import Any, final
 
@@ -39,7 +40,7 @@ class Instance:
         """What is claimed: effect and joint."""
         return self.effect.id, self.effect.joint
 
-    @property
+    @cached_property
     def width(self) -> int:
         """Number of columns: one a linear parameter, one more for an offset of each recording's own."""
         return len(self.effect.linear_names()) + self.effect.offset_of_its_own

@@ -43,7 +43,8 @@ class Backlash(InstrumentEffect):
         steps = (2 / self.impulse[0] * tau * torch.diff(seen.motion.t, prepend=seen.motion.t[:1])).tolist()
         s, sides = 0.0, []
         for step in steps:
-            s = min(max(s + step, -1.0), 1.0)
+            s += step
+            s = 1.0 if s > 1.0 else -1.0 if s < -1.0 else s
             sides.append(s)
         return -0.5 * torch.tensor(sides, dtype=torch.float64)
 

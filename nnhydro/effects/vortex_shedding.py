@@ -19,6 +19,8 @@ STRIPS = 64  # a link: with 20 the phase differs too much from strip to strip an
 
 def in_cells(speed: Tensor, cell: Tensor) -> Tensor:
     """Return `speed` (n, links, s) averaged over cells of the length `cell` (links,) in lengths of the link; as it is where that is 0."""
+    if not cell.any():
+        return speed
     made = []
     for one, share in zip(speed.unbind(1), cell.tolist(), strict=True):
         wide = max(1, round(share * one.shape[1]))
