@@ -16,6 +16,7 @@ def predict(
 ) -> None:
     """Write what this rig's torque sensors would read for each motion: one finite row for every row of the input."""
     from nnhydro.errors import require
+    from nnhydro.models.compiled.torque import quickest
     from nnhydro.models.prediction import predict as torques
     from nnhydro.models.prediction_file import write_prediction
     from nnhydro.models.storage import load_model
@@ -25,7 +26,9 @@ def predict(
     stems = [file.stem for file in files]
     require(len(set(stems)) == len(stems), f"two motions are called {max(stems, key=stems.count)!r}: rename one, both would be written to "
             f"{out / (max(stems, key=stems.count) + '.csv')}")
-    predictions = [torques(loaded, read_recording(file, loaded.arm, torque=False)) for file in files]
+    motions = [read_recording(file, loaded.arm, torque=False) for file in files]
+    loaded = quickest(loaded, sum(len(motion) for motion in motions))
+    predictions = [torques(loaded, motion) for motion in motions]
     written = [write_prediction(prediction, out / f"{prediction.name}.csv") for prediction in predictions]
     if json:
         emit({"written": [str(path) for path in written], "rows": [len(p.t) for p in predictions]})

@@ -101,7 +101,7 @@ class TravelTerm(LoadTerm):
         state = self.state(flow)
         f = self.unit_load(state, self.added_mass)
         weights = torch.stack([f, f * state.strips.x], dim=2)  # (n, links, 2, s)
-        pieces = zip(weights.split(PIECE), state.s_over_D.split(PIECE), strict=True)
+        pieces = zip(torch.split(weights, PIECE), torch.split(state.s_over_D, PIECE), strict=True)
         both = torch.cat([rows @ basis(s_over_D) for rows, s_over_D in pieces])
         return _to_joints(state.strips, both)
 

@@ -1,0 +1,118 @@
+"""A physics model compiled: the torques of `model.torque`, many times as fast, for long recordings, sweeps over states and controllers.
+
+    fast = compiled(load_model(Path("my_model")))
+    tau = fast.torque(motion)                            # (n, joints) N m, as the model's own
+    tau1, tau2 = fast.step(q1, q2, dq1, dq2, ddq1, ddq2, u0, du0)
+
+The load terms are traced once, as they stand (models/export/tracing.py), and what they leave is compiled: there is no second formula to
+keep equal. Coefficients over the travel s/D are worked off by physics/travel_kernel.py, which needs numba. Gradients come from the model
+itself.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Final, final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.errors import ModelError, require
+from nnhydro.models.compiled.engines import engine_called
+from nnhydro.models.compiled.memoryless import Memoryless
+from nnhydro.models.compiled.travelling import Travelling
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.travel_term import TravelTerm
+
+Array = NDArray[np.float64]
+WORTH: Final = 500_000  # rows of a travelling model from which on compiling it (5 s) costs less than it saves (15 s a million rows)
+CLOSE: Final = 1e-9  # of the rms torque: far above rounding, far below any difference that would be a fault
+ROWS: Final = 60
+
+
+def trial_runs(links: int) -> list[Motion]:
+    """Return two runs in time order with reversals: the arm from rest, and under a carriage that was moving before."""
+    t = torch.linspace(0.0, 3.0, ROWS, dtype=torch.float64)
+    w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
+    phase = w * t[:, None]
+    q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
+    still = torch.zeros_like(t)
+    return [Motion(t, q, qd, qdd, still, still), Motion(t, q, qd, qdd, 0.4 + 0.1 * torch.sin(2 * t), 0.2 * torch.cos(2 * t))]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Compiled(TorqueModel):
+    """`model` with kernels for its torque; `engine` says what they are made of. Saved, it is the model it was made from."""
+
+    kind: ClassVar[str] = StripTheory.kind
+    model: StripTheory
+    engine: str
+    kernel: Memoryless | Travelling
+
+    def torque(self, motion: Motion) -> Tensor:
+        """Return the sensor torques (n, joints) N m, to rounding those of the model; without gradients."""
+        return torch.from_numpy(self.kernel.torque(motion))
+
+    @property
+    def step(self) -> Callable[..., tuple[float, ...]]:
+        """The function step(q_1, ..., qd_1, ..., qdd_1, ..., u0, du0) of plain numbers that gives the sensor torques N m of one state.
+
+        Raises ModelError where the coefficients follow the travel: one state does not tell it.
+        """
+        if isinstance(self.kernel, Travelling):
+            raise ModelError("this model's coefficients follow the travel s/D, which one state does not tell: give torque() a whole run")
+        return self.kernel.step
+
+    @property
+    def name(self) -> str:
+        """The name of the model."""
+        return self.model.name
+
+    def document(self) -> dict[str, Any]:
+        """Return what the model itself stores."""
+        return self.model.document()
+
+
+def _checked(made: Compiled) -> Compiled:
+    """Return `made` if it gives what the model gives along two runs."""
+    for run in trial_runs(made.arm.n_links):
+        want = made.model.torque(run)
+        far = float((made.torque(run) - want).abs().max() / (want.square().mean().sqrt() + 1e-12))
+        require(far < CLOSE, "this model remembers the motion before in a way that is not compiled (Basset's force, a wake that lags, "
+                "instruments with a delay): use the model itself", ModelError)
+    return made
+
+
+def compiled(model: TorqueModel, engine: str | None = None) -> Compiled:
+    """Return `model` compiled by `engine` (numba or numpy; by default numba where it is installed).
+
+    Held against the model along two runs before it is returned. Raises ModelError where the model is no sum of load terms, remembers the
+    motion in another way than by the travel s/D, or needs numba for that; ConfigError for another engine, MissingExtraError without it.
+    """
+    if not isinstance(model, StripTheory):
+        raise ModelError("only physics models are compiled: nnhydro export makes a network fast for a controller")
+    chosen = engine_called(engine)
+    travelling = any(isinstance(term, TravelTerm) for term in model.loads.terms.values())
+    if travelling:
+        require(not model.instruments, "coefficients over the travel together with faults of sensors are not compiled", ModelError)
+        require(chosen == "numba", "coefficients over the travel s/D are compiled with numba only: pip install 'nnhydro[fast]'", ModelError)
+    kernel = Travelling(model) if travelling else Memoryless(model, chosen)
+    return _checked(Compiled(model.arm, model.preparation, model.fit, model, chosen, kernel))
+
+
+def quickest(model: TorqueModel, rows: int) -> TorqueModel:
+    """Return what computes `rows` rows of torque soonest: the model, or the model compiled.
+
+    Worth it for coefficients over the travel, where numba is installed; all else takes less time than reading the file it came from.
+    """
+    travels = isinstance(model, StripTheory) and any(isinstance(term, TravelTerm) for term in model.loads.terms.values())
+    if not travels or rows < WORTH or engine_called(None) != "numba":
+        return model
+    try:
+        return compiled(model)
+    except ModelError:
+        return model

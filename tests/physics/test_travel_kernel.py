@@ -1,0 +1,110 @@
+"""The kernel for strips with a memory gives what the physics in torch gives, whatever the arm, the curves, the rule and the motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rigs import arm, states
+
+from nnhydro.models.compiled.travel_loads import TravelLoads
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.state_loads import bspline_loads, state_loads, with_tau_s
+from nnhydro.physics.travel_term import TravelTerm
+
+pytest.importorskip("numba")
+EQUAL = 1e-12  # of the largest torque: the curve in torch, a sum of ramps that cancel, is itself no better than that
+
+
+def motion(seed, links, rows, kind):
+    """Random sines with pauses in one run: from rest, under way before, standing still, or steady rows."""
+    rng = np.random.default_rng(seed)
+    if kind == "steady":
+        return states(links, rows, seed)
+    t = np.cumsum(rng.uniform(0.005, 0.02, rows))
+    phase = t[:, None] * rng.uniform(0.5, 4.0, links + 1) + (rng.uniform(0, 6, links + 1) if kind == "under way" else 0.0)
+    x, v, acc = 1 - np.cos(phase), np.sin(phase), np.cos(phase)
+    paused = (t % 1.7 > 1.2)[:, None] & (kind == "pauses")
+    v, acc = np.where(paused, 0.0, v), np.where(paused, 0.0, acc)
+    moves = 0.0 if kind == "still" else 1.0
+    v, acc = moves * v, moves * acc
+    return Motion(tensor(t), tensor(x[:, :links]), tensor(v[:, :links]), tensor(acc[:, :links]), tensor(v[:, links]), tensor(acc[:, links]))
+
+
+def kernel_loads(travel, flow):
+    """Force and moment (n, links) of the kernel, fed with the kinematics of torch, all rows as one block."""
+    from nnhydro.physics.travel_kernel import strip_loads
+
+    def with_first(x):
+        return np.concatenate([x[:1], x])
+
+    kinematics = np.stack([with_first(x.numpy()).T for x in (flow.A, flow.B, flow.M, flow.N, flow.phi)], axis=1)
+    t, w = flow.motion.t.numpy(), (flow.A[:, :, None] * tensor(travel.x) + flow.B[:, :, None]).numpy()
+    memory = travel.memory(t, w[0], lambda: np.abs(w).max(axis=0))
+    out = np.empty((travel.arm.n_links, 2, len(t) + 1))
+    strip_loads(with_first(t), np.ascontiguousarray(kinematics), travel.x, travel.arm.D, travel.constants, *travel.curves, *travel.rule,
+                flow.motion.steady, memory, out)
+    return out[:, 0, 1:].T, out[:, 1, 1:].T
+
+
+def torch_torque(travel, flow):
+    """Joint torques (n, joints) of the terms themselves."""
+    return sum(term.torque(flow) for term in travel.terms)
+
+
+def assert_equal(travel, flow):
+    force, moment = (tensor(x) for x in kernel_loads(travel, flow))
+    got, want = flow.normal_columns(force, moment).sum(-1), torch_torque(travel, flow)
+    assert float((got - want).abs().max()) <= EQUAL * max(float(want.abs().max()), 1e-3)
+
+
+def travelling(a, seed, options, bsplines=False):
+    """Terms with random curves."""
+    rng = np.random.default_rng(seed)
+    loads = bspline_loads(a, 5, **options) if bsplines else state_loads(a, **options)
+    loads = with_tau_s(loads, float(rng.uniform(2, 15)))
+    terms = [term for term in loads.terms.values() if isinstance(term, TravelTerm)]
+    drawn = [replace(term, **{f.name: tuple(rng.uniform(-1, 3, len(getattr(term, f.name)))) for f in term.linear_fields()})
+             if hasattr(term, "linear_names") else term for term in terms]
+    return TravelLoads(a, drawn)
+
+
+KINDS = st.sampled_from(["from rest", "under way", "pauses", "still", "steady"])
+
+
+@pytest.mark.slow  # the same claim as below, for many arms, curves and motions
+@settings(max_examples=100)
+@given(seed=st.integers(0, 10**6), rows=st.integers(1, 300), kind=KINDS, rule=st.sampled_from(["reset", "keep"]),
+       per_link=st.integers(1, 12))
+def test_the_kernel_equals_the_strips_in_torch(seed, rows, kind, rule, per_link):
+    rng = np.random.default_rng(seed)
+    a = arm(2)
+    a = a.model_copy(update={"links": tuple(link.model_copy(update={"length_m": rng.uniform(0.1, 1), "diameter_m": rng.uniform(0.02, 0.2)})
+                                            for link in a.links)})
+    assert_equal(travelling(a, seed, {"at_reversal": rule, "per_link": per_link}), Flow(a, motion(seed, 2, rows, kind)))
+
+
+@pytest.mark.slow  # each case compiles a kernel of its own
+@pytest.mark.parametrize(("links", "bsplines", "options"), [
+    (1, False, {}), (3, False, {}), (2, True, {}), (2, False, {"dwell_s": 0.3}), (2, False, {"at_reversal": "decay", "memory": 3.0}),
+    (2, False, {"at_reversal": "decay", "memory": 1.0, "dwell_s": 0.2})])
+def test_the_kernel_equals_torch_for_every_rule_and_number_of_links(links, bsplines, options):
+    a = arm(links)
+    for seed, kind in enumerate(("from rest", "under way", "pauses", "still", "steady")):
+        assert_equal(travelling(a, seed, options, bsplines), Flow(a, motion(seed, links, 2500, kind)))
+
+
+def test_a_recording_longer_than_the_kernels_pieces_is_not_torn():
+    a = arm(2)
+    assert_equal(travelling(a, 1, {}), Flow(a, motion(1, 2, 2500, "from rest")))
+
+
+def test_rows_that_are_not_finite_do_not_come_out_as_torques():
+    a, flow = arm(2), motion(1, 2, 50, "from rest")
+    flow.qd[20] = torch.nan
+    force, _ = kernel_loads(travelling(a, 1, {}), Flow(a, flow))
+    assert np.isfinite(force[:20]).all()
+    assert np.isnan(force[20]).all()
