@@ -1,11 +1,16 @@
-"""Choose the small campaign that ships in the wheel (nnhydro/demo/campaign) from datasets/rivera_tank: `python datasets/make_demo.py`.
+"""Make what ships in the wheel for `nnhydro demo`: `python datasets/make_demo.py` (needs nnhydro installed).
 
-Recordings are copied as they are; of the steady tables every second angle and speed is kept.
+nnhydro/demo/campaign is chosen from datasets/rivera_tank: recordings are copied as they are; of the steady tables every second angle and
+speed is kept. nnhydro/demo/concealed is a suite of one campaign that `nnhydro conceal` makes.
 """
 
 import csv
+import hashlib
 import math
 import shutil
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -21,6 +26,15 @@ Part of datasets/rivera_tank of this project: **synthetic**, computed by an inde
 McLain & Rock (1998); no measurement. BSD-3-Clause.
 """
 GRID = math.radians(30.0)
+CONCEALED = TARGET.parent / "concealed"
+HIDE = ("--effect", "coulomb_friction", "--links", "2", "--size", "small", "--seed", "9")
+KEY = hashlib.sha256(b"nnhydro/demo/concealed").hexdigest()  # public: the seal keeps the answer from leaking by accident, not from readers
+CONCEALED_CARD = """# The concealed campaign of the demo
+
+**Synthetic**, no measurement: made by `nnhydro conceal`, whose truth shares no code with the models and the catalogue. Eight recordings of
+a two-link arm, angles and torques alone, in which one effect is hidden. Its name is in answers/campaign_000.sealed, the key in key.txt.
+The effect and the seed were chosen by what is hidden (strong, of plain shape, at one joint): datasets/make_demo.py. BSD-3-Clause.
+"""
 
 
 def on_grid(angle: float) -> bool:
@@ -28,7 +42,19 @@ def on_grid(angle: float) -> bool:
     return abs(angle / GRID - round(angle / GRID)) < 1e-3
 
 
-def main() -> None:
+def conceal() -> None:
+    """Write the concealed campaign anew."""
+    with tempfile.TemporaryDirectory() as folder:
+        key, suite = Path(folder) / "key.txt", Path(folder) / "suite"
+        key.write_text(KEY + "\n")
+        subprocess.run([sys.executable, "-m", "nnhydro", "conceal", "--out", str(suite), *HIDE, "--key", str(key)], check=True)
+        shutil.rmtree(CONCEALED, ignore_errors=True)
+        shutil.copytree(suite, CONCEALED)
+        shutil.copyfile(key, CONCEALED / "key.txt")
+    (CONCEALED / "card.md").write_text(CONCEALED_CARD)
+
+
+def choose() -> None:
     """Write the demo campaign anew."""
     shutil.rmtree(TARGET, ignore_errors=True)
     for folder, names in (("recordings", RECORDINGS), ("unseen", UNSEEN)):
@@ -45,6 +71,12 @@ def main() -> None:
         writer.writerows(kept)
     shutil.copyfile(SOURCE / "arm.yaml", TARGET / "arm.yaml")
     (TARGET / "card.md").write_text(CARD)
+
+
+def main() -> None:
+    """Write both campaigns anew."""
+    choose()
+    conceal()
 
 
 if __name__ == "__main__":

@@ -163,5 +163,5 @@ def test_the_wheel_holds_the_package_and_nothing_else(tmp_path):
     assert {top for top in tops if not top.endswith(".dist-info")} == {"nnhydro"}
     assert "nnhydro/py.typed" in names, "without py.typed no type checker sees the hints"
     assert {f"nnhydro/{p.relative_to(PACKAGE)}" for p in SOURCES} <= set(names)
-    demo = {f"nnhydro/{p.relative_to(PACKAGE)}" for p in (PACKAGE / "demo").rglob("*") if p.suffix in (".csv", ".yaml", ".toml", ".md")}
+    demo = {f"nnhydro/{p.relative_to(PACKAGE)}" for p in (PACKAGE / "demo").rglob("*") if p.suffix not in (".py", ".pyc") and p.is_file()}
     assert demo <= set(names), f"the demo's {demo - set(names)} do not ship"

@@ -1,20 +1,51 @@
-"""`nnhydro demo`: the main job on the campaign that ships with the package, offline."""
+"""`nnhydro demo`: the main job on the campaigns that ship with the package, offline."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, emit, note
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, note, show
+
+if TYPE_CHECKING:
+    from nnhydro.diagnosis.result import Diagnosis
+    from nnhydro.evaluation.benchmark import Benchmark
+
+Json = dict[str, Any]
 
 
 def demo(
     out: Path = typer.Option(Path("nnhydro_demo"), "--out", help="Folder for the results."),
-    seed: int = typer.Option(0, "--seed", help="Seed of folds and networks."),
+    seed: int = typer.Option(0, "--seed", help="Seed of folds, networks and bootstraps."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network and a hybrid on a small tow-tank campaign and compare them with the physics on recordings held out of every fit."""
-    from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS
+    """Train a network and a hybrid on a small tow-tank campaign, compare them with the physics on recordings held out of every fit, and
+    find the effect that is hidden in a second campaign.
+    """
+    from nnhydro.report.benchmark_table import print_benchmark
+    from nnhydro.report.diagnosis_sheets import findings_sheet, location_sheet, parameters_sheet
+
+    result, paths = _compared(out, seed)
+    if not json:
+        print_benchmark(result, [path for path in paths if path.suffix not in (".svg", ".csv") or path.parent.name == "torques"], "")
+    found, score, answer, written = _diagnosed(out / "diagnosis", seed)
+    diagnosis = found.document()
+    if json:
+        emit({**result.document(), "verdict": result.verdict(), "diagnosis": {**diagnosis, "verdict": found.verdict()},
+              "score": score, "written": [str(path) for path in (*paths, *written)]})
+        return
+    for sheet in (findings_sheet(diagnosis), parameters_sheet(diagnosis), location_sheet(diagnosis)):
+        if len(sheet):
+            show(sheet)
+    conclude(found.verdict(), written)
+    conclude(_opened(answer, score), following="nnhydro check MY_CAMPAIGN   (your own folder of recordings), then nnhydro benchmark "
+             "MY_CAMPAIGN --out RESULTS and nnhydro diagnose MY_CAMPAIGN --out FOUND")
+
+
+def _compared(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
+    """Train and compare; return the benchmark and the files written."""
+    from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS, MEMBERS
     from nnhydro.evaluation.benchmark import benchmark
     from nnhydro.evaluation.contenders import default_names
     from nnhydro.identification.config import TrainingConfig
@@ -25,12 +56,11 @@ def demo(
     from nnhydro.recordings.campaign import open_campaign
     from nnhydro.recordings.readers.files import read_recording
     from nnhydro.report.benchmark_folder import write_benchmark
-    from nnhydro.report.benchmark_table import print_benchmark
     from nnhydro.report.progress import steps_on_screen
 
     campaign = open_campaign(CAMPAIGN)
     note(f"Reading {EXPECTED}.")
-    config = TrainingConfig(seed=seed)
+    config = TrainingConfig(seed=seed, members=MEMBERS)
     with steps_on_screen(FOLDS * len(default_names(campaign.arm))) as report:
         result = benchmark(campaign, (), FOLDS, seed, config, report)
     paths = write_benchmark(result, out / "benchmark")
@@ -40,8 +70,37 @@ def demo(
     for file in sorted((CAMPAIGN / "unseen").glob("*.csv")):
         prediction = predict(model, read_recording(file, campaign.arm, torque=False))
         paths.append(write_prediction(prediction, out / "torques" / file.name))
-    if json:
-        emit({**result.document(), "verdict": result.verdict(), "written": [str(path) for path in paths]})
-        return
-    print_benchmark(result, [path for path in paths if path.suffix not in (".svg", ".csv") or path.parent.name == "torques"],
-                    "nnhydro check MY_CAMPAIGN   (your own folder of recordings), then nnhydro benchmark MY_CAMPAIGN --out RESULTS")
+    return result, paths
+
+
+def _diagnosed(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]]:
+    """Diagnose the concealed campaign, and only then open its answer; return diagnosis, its score, the answer and the files written."""
+    from nnhydro.demo import CONCEALED, CONCEALED_EXPECTED, CONCEALED_NAME
+    from nnhydro.diagnosis.engine import diagnose
+    from nnhydro.recordings.campaign import verified
+    from nnhydro.report.diagnosis_folder import write_diagnosis
+    from nnhydro.report.progress import steps_on_screen
+    from nnhydro.simulation.reveal import read_suite, reveal
+    from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
+
+    note(f"Reading {CONCEALED_EXPECTED}.")
+    public, campaign = read_suite(CONCEALED)[CONCEALED_NAME], verified(CONCEALED / CONCEALED_NAME)
+    with steps_on_screen() as report:
+        found = diagnose(campaign, public["baseline"], seed, progress=report)
+    paths = write_diagnosis(found, campaign, out / CONCEALED_NAME)
+    (score,) = reveal(CONCEALED, out)["campaigns"]
+    sealed = CONCEALED / "answers" / f"{CONCEALED_NAME}.sealed"
+    return found, score, open_sealed(sealed, read_key(CONCEALED / KEY_FILE), public["commitment"]), paths
+
+
+def _opened(answer: Json, score: Json) -> str:
+    """Return what was hidden and whether the diagnosis was right, in words."""
+    (hidden,) = answer["effects"]
+    numbers = ", ".join(f"{name} {p['value']:.4g} {p['unit']}" for name, p in hidden["parameters"].items())
+    named = ", ".join(score["named"]) or "nothing"
+    verdict = "was right" if score["right"] and score["joint"] else f"was wrong (it named {named})"
+    text = f"The sealed answer, opened only now: {hidden['effect']} at joint {hidden['joint']}, {numbers}. The diagnosis {verdict}."
+    if score["error_before"] is None or score["error_after"] is None:
+        return text
+    return (f"{text} On motions whose torques it never saw the corrected model errs by {100 * score['error_after']:.1f} %, "
+            f"the baseline by {100 * score['error_before']:.1f} %.")
