@@ -1,8 +1,9 @@
 """All models on the same held-out recordings: the work behind `nnhydro benchmark`."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any, final
 
 import numpy as np
@@ -16,11 +17,14 @@ from nnhydro.evaluation.metrics import Misfit, error_interval
 from nnhydro.evaluation.protocols.pool import left_out
 from nnhydro.evaluation.protocols.protocol import DEFAULT, Fold, Material, Split, protocol_called
 from nnhydro.identification.config import TrainingConfig
+from nnhydro.identification.gradient_fit import Progress
 from nnhydro.identification.identify import versions
 from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.parallel import HERE, Workers, spread
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.threads import one_thread
+from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.recordings.repeats import group_names, noise_floor
@@ -44,6 +48,14 @@ class Standing:
     models: list[TorqueModel] = field(default_factory=list)  # one a fold
     coverage: list[Coverage] = field(default_factory=list)  # of held-out units, where the model knows its std; one a fold
     fitted_coverage: list[Coverage] = field(default_factory=list)  # of some fitted units, one a fold
+
+    def add(self, fold: "Standing") -> None:
+        """Take in what one more fold says."""
+        self.by_fold += fold.by_fold
+        self.fit_s += fold.fit_s
+        self.models += fold.models
+        self.coverage += fold.coverage
+        self.fitted_coverage += fold.fitted_coverage
 
     @property
     def misfit(self) -> dict[str, Misfit]:
@@ -164,36 +176,45 @@ def coverage_of(model: TorqueModel, chosen: Sequence[Unit]) -> Coverage | None:
     return sum(parts[1:], start=parts[0]) if parts else None
 
 
-def _judge(standing: Standing, model: TorqueModel, split: Split, fold: Fold) -> None:
-    """Add what one fold says of a model to its standing."""
-    held_out = [split.units[i] for i in fold.held_out]
+def _judged(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:
+    """What one fold says of a model."""
     found = {unit.name: misfit_of(model, unit) for unit in held_out}
-    standing.models.append(model)
-    standing.by_fold.append({name: misfit for name, misfit in found.items() if misfit is not None})
+    known = {unit: misfit for unit, misfit in found.items() if misfit is not None}
     covered = coverage_of(model, held_out)
-    if covered is not None:
-        standing.coverage.append(covered)
-        step = -(-len(fold.fitted) // LOOKED_BACK)
-        back = coverage_of(model, [split.units[i] for i in fold.fitted[::step]])
-        standing.fitted_coverage += [] if back is None else [back]
+    back = coverage_of(model, fitted[::-(-len(fitted) // LOOKED_BACK)]) if covered is not None else None
+    return Standing(name, [known], fit_s, [model], [] if covered is None else [covered], [] if back is None else [back])
 
 
-def _fit_fold(split: Split, number: int, entered: Sequence[Contender], standings: dict[str, Standing], of: Campaign, how: Preparation,
-              report: Report | None) -> None:
-    fold = split.folds[number]
-    for contender in entered:
-        label = f"{fold.name} ({number + 1} of {len(split.folds)}): {contender.name}"
+@one_thread()
+def _fitted_and_judged(contender: Contender, fitted: Sequence[Unit], held_out: Sequence[Unit], arm: Arm, how: Preparation,
+                       epochs: Progress | None) -> Standing:
+    """One contender in one fold: the piece of work that goes to a worker."""
+    start = time.perf_counter()
+    model = contender.fit(fitted, arm, how, epochs)
+    return _judged(model, time.perf_counter() - start, fitted, held_out, contender.name)
 
-        def epochs(epoch: int, total: int, error: float, label: str = label) -> None:
-            if report is not None and epoch % 10 == 0:
-                report(f"{label}, epoch {epoch}/{total}")
 
-        if report is not None:
+def _in_turn(split: Split, entered: Sequence[Contender], arm: Arm, how: Preparation, report: Report,
+             workers: Workers) -> Iterator[Standing]:
+    """Every contender in every fold, in order; one process tells what begins, several tell what has come in."""
+    def told(label: str) -> Progress | None:
+        if not workers.alone:
+            return None
+        return lambda epoch, total, error: report(f"{label}, epoch {epoch}/{total}") if epoch % 10 == 0 else None
+
+    labels, tasks = [], []
+    for number, fold in enumerate(split.folds):
+        fitted, held_out = ([split.units[i] for i in part] for part in (fold.fitted, fold.held_out))
+        for contender in entered:
+            labels.append(f"{fold.name} ({number + 1} of {len(split.folds)}): {contender.name}")
+            tasks.append((contender, fitted, held_out, arm, how, told(labels[-1])))
+    results = spread(_fitted_and_judged, tasks, workers)
+    for label in labels:
+        if workers.alone:
             report(label)
-        start = time.perf_counter()
-        model = contender.fit([split.units[i] for i in fold.fitted], of.arm, how, epochs)
-        standings[contender.name].fit_s += time.perf_counter() - start
-        _judge(standings[contender.name], model, split, fold)
+        yield next(results)
+        if not workers.alone:
+            report(label)
 
 
 def _material(campaigns: tuple[Campaign, ...], config: TrainingConfig, fold_count: int, seed: int) -> Material:
@@ -203,11 +224,13 @@ def _material(campaigns: tuple[Campaign, ...], config: TrainingConfig, fold_coun
 
 @one_thread()
 def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (), fold_count: int = 5, seed: int = 0,
-              config: TrainingConfig | None = None, report: Report | None = None, protocol: str = DEFAULT) -> Benchmark:
+              config: TrainingConfig | None = None, report: Report | None = None, protocol: str = DEFAULT,
+              workers: Workers = HERE) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.
 
     `models`: baselines, `network`, `hybrid`, rivals or model folders (all physics that suits the arm, network and hybrid by default).
-    Several campaigns are several arms. Raises ConfigError for an unknown name, CampaignError where nothing can be held out.
+    Several campaigns are several arms. `workers` share the fits, a model and fold each. Raises ConfigError for an unknown name,
+    CampaignError where nothing can be held out.
     """
     require(seed >= 0, f"seed {seed}: give 0 or a positive number")
     config = config or TrainingConfig(seed=seed)
@@ -220,8 +243,9 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
         report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(unusable)}")
     split = chosen.split(material)
     standings = {contender.name: Standing(contender.name) for contender in entered}
-    for number in range(len(split.folds)):
-        _fit_fold(split, number, entered, standings, campaigns[0], material.hows[0], report)
+    rounds = _in_turn(split, entered, campaigns[0].arm, material.hows[0], report or (lambda text: None), workers)
+    for (_, contender), standing in zip(product(split.folds, entered), rounds, strict=True):
+        standings[contender.name].add(standing)
     floors = [floor.error for one, how in zip(campaigns, material.hows, strict=True) if (floor := noise_floor(one, how)) is not None]
     mean_floor = float(np.mean(floors)) if floors else None
     return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable)

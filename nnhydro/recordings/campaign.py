@@ -3,8 +3,9 @@
 import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm, read_arm
@@ -32,6 +33,10 @@ class Campaign:
     root: Path | None = None
     map_sha256: str = ""  # of the column mapping that the files were read through, "" where there is none
     _cache: dict[str, Recording] = field(default_factory=dict, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process: recordings that were read are read there again, from their files."""
+        return {**self.__dict__, "_cache": {}}
 
     def __repr__(self) -> str:
         names = ", ".join(self.names[:3]) + (", ..." if len(self.names) > 3 else "")
@@ -111,6 +116,10 @@ def _files(folder: Path) -> dict[str, Path]:
     return found
 
 
+def _read(files: dict[str, Path], arm: Arm, mapping: ColumnMap | None, name: str) -> Recording:
+    return read_recording(files[name], arm, column_map=mapping)
+
+
 def _require_folder(root: Path) -> None:
     if not root.is_dir():
         raise CampaignError(f"{root}: {'is a file' if root.exists() else 'does not exist'}: give the campaign's folder (it holds arm.yaml)")
@@ -134,8 +143,7 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     steady = tuple(read_steady(path, arm, mapping) for path in _files(root / "steady").values())
     if not files and not steady:
         raise CampaignError(f"{root}: holds neither recordings/*.csv nor steady/*.csv: put the runs there")
-    return Campaign(arm, tuple(files), lambda name: read_recording(files[name], arm, column_map=mapping), steady, root,
-                    "" if mapping is None else mapping.sha256)
+    return Campaign(arm, tuple(files), partial(_read, files, arm, mapping), steady, root, "" if mapping is None else mapping.sha256)
 
 
 def verified(root: Path, column_map: Path | None = None) -> Campaign:

@@ -53,17 +53,29 @@ def _steady_units(table: SteadyTable, seed: int) -> list[Unit]:
     return found
 
 
+@final
+class Prepared:
+    """Prepares the recordings of a campaign by name and keeps the latest; another process that is sent it starts with none."""
+
+    def __init__(self, campaign: Campaign, how: Preparation) -> None:
+        self.campaign, self.how = campaign, how
+        self._kept = lru_cache(maxsize=CACHED_UNITS)(self._segments)
+
+    def __reduce__(self) -> tuple[type["Prepared"], tuple[Campaign, Preparation]]:
+        return Prepared, (self.campaign, self.how)
+
+    def _segments(self, name: str) -> tuple[Segment, ...]:
+        return self.campaign.segments(name, self.how)
+
+    def __call__(self, name: str) -> tuple[Segment, ...]:
+        """Return the segments of the recording called `name`."""
+        return self._kept(name)
+
+
 def units(campaign: Campaign, how: Preparation, seed: int = 0, groups: dict[str, str] | None = None) -> tuple[Unit, ...]:
     """Return the units of a campaign; `groups` gives recordings that repeat each other a common name (each its own by default)."""
-
-    @lru_cache(maxsize=CACHED_UNITS)
-    def prepared(name: str) -> tuple[Segment, ...]:
-        return campaign.segments(name, how)
-
-    def unit(name: str) -> Unit:
-        return Unit(name, (groups or {}).get(name, name), False, lambda: prepared(name))
-
-    found = [unit(name) for name in campaign.names]
+    prepared = Prepared(campaign, how)
+    found = [Unit(name, (groups or {}).get(name, name), False, partial(prepared, name)) for name in campaign.names]
     for table in campaign.steady:
         found += _steady_units(table, seed)
     return tuple(found)
