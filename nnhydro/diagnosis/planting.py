@@ -19,14 +19,17 @@ from nnhydro.recordings.splitting import Unit
 Array = NDArray[np.float64]
 
 
+def low_pass_share(segment: Segment) -> float:
+    """Return the standard deviation of white noise of size 1 after the comparison's filter."""
+    if segment.low_pass is None:
+        return 1.0
+    f = np.linspace(0.0, 0.5 / segment.dt, 2000)
+    return float(np.sqrt((segment.low_pass.gain(f) ** 2).mean()))
+
+
 def _noise(segment: Segment, noise: Array, rng: np.random.Generator) -> Array:
     """Noise (n, joints) N m as it is compared, with the standard deviation `noise` (joints,) N m."""
-    white = rng.standard_normal(segment.q.shape)
-    if segment.low_pass is None:
-        return white * noise
-    f = np.linspace(0.0, 0.5 / segment.dt, 2000)
-    passed = float(np.sqrt((segment.low_pass.gain(f) ** 2).mean()))
-    return np.asarray(segment.seen(white) / passed * noise)
+    return np.asarray(segment.seen(rng.standard_normal(segment.q.shape)) / low_pass_share(segment) * noise)
 
 
 def _planted(segment: Segment, case: Case, effects: Sequence[tuple[Instance, Array]], noise: Array, place: torch.Tensor | None,

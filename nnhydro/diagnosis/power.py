@@ -31,8 +31,6 @@ from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.splitting import units
 
 Array = NDArray[np.float64]
-MARGIN = 1.0  # on the strength
-SAME = 0.98  # likeness from which two effects are one torque
 
 
 @final
@@ -142,7 +140,7 @@ def _reveals(race: Race, threshold: float, correlated: float) -> Iterator[Reveal
             where = Where(E.sum(axis=1) / left, unit, float(by_joint.max()), rows, correlated)
             needed = smallest_own_strength(where, len(c.own)) if c.own else \
                 smallest_strength(where, Price(threshold, len(c.columns), price([c])))
-            size = None if needed is None else MARGIN * needed / np.sqrt(left)
+            size = None if needed is None else needed / np.sqrt(left)
             possible = size is not None and _within_bounds(c, direction, size)
             yield replace(empty, size=size if possible else None, visible=float(np.sqrt(min(left / all_of_it, 1.0))),
                           strength=needed if possible else None, found_of=(int(possible), 1))
