@@ -7,6 +7,7 @@ if TYPE_CHECKING:  # what type checkers and editors see; at run time a name is i
     from nnhydro.api.benchmark import Benchmark as Benchmark
     from nnhydro.api.benchmark import benchmark as benchmark
     from nnhydro.api.campaign import load as load
+    from nnhydro.api.campaign import read_arm as read_arm
     from nnhydro.api.campaign import read_frame as read_frame
     from nnhydro.api.check import Check as Check
     from nnhydro.api.check import check as check
@@ -23,7 +24,6 @@ if TYPE_CHECKING:  # what type checkers and editors see; at run time a name is i
     from nnhydro.errors import NnhydroError as NnhydroError
     from nnhydro.identification.config import TrainingConfig as TrainingConfig
     from nnhydro.recordings.arm import Arm as Arm
-    from nnhydro.recordings.arm import read_arm as read_arm
     from nnhydro.recordings.campaign import Campaign as Campaign
     from nnhydro.recordings.recording import Recording as Recording
 
@@ -42,7 +42,7 @@ _PUBLIC = {
     "Campaign": "nnhydro.recordings.campaign",
     "Recording": "nnhydro.recordings.recording",
     "Arm": "nnhydro.recordings.arm",
-    "read_arm": "nnhydro.recordings.arm",
+    "read_arm": "nnhydro.api.campaign",
     "TrainingConfig": "nnhydro.identification.config",
     "Check": "nnhydro.api.check",
     "Model": "nnhydro.api.model",

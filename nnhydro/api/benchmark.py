@@ -9,6 +9,7 @@ from nnhydro.api.shown import Shown
 from nnhydro.evaluation import benchmark as evaluation
 from nnhydro.evaluation.protocols.protocol import DEFAULT
 from nnhydro.identification.config import TrainingConfig, read_config
+from nnhydro.parallel import HERE, Workers
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.benchmark_folder import write_benchmark
 from nnhydro.report.benchmark_table import benchmark_sheets, models_sheet, recordings_sheet
@@ -62,12 +63,12 @@ class Benchmark(Shown):
 
 def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (), folds: int = 5, seed: int = 0,
               config: TrainingConfig | str | Path | None = None, protocol: str = DEFAULT,
-              report: Callable[[str], None] | None = None) -> Benchmark:
+              report: Callable[[str], None] | None = None, workers: Workers = HERE) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit.
 
     `models`: baselines, network, hybrid, rivals or folders of models (all physics that suits the arm, network and hybrid by default);
-    several campaigns are several arms; `protocol` says what is held out; `report=print` shows progress. Raises ConfigError for an
-    unknown name, CampaignError where nothing can be held out.
+    several campaigns are several arms; `protocol` says what is held out; `report=print` shows progress; `workers` share the fits
+    (docs/cluster.md). Raises ConfigError for an unknown name, CampaignError where nothing can be held out.
     """
     chosen = read_config(Path(config)) if isinstance(config, str | Path) else config
-    return Benchmark(evaluation.benchmark(campaign, models, folds, seed, chosen, report, protocol))
+    return Benchmark(evaluation.benchmark(campaign, models, folds, seed, chosen, report, protocol, workers))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.arm import read_arm as read_file
 from nnhydro.recordings.campaign import Campaign, verified
 from nnhydro.recordings.readers.files import channel_names
 from nnhydro.recordings.readers.from_columns import Named, recording_from_columns
@@ -13,6 +14,11 @@ from nnhydro.recordings.recording import Origin, Recording
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def read_arm(file: str | Path) -> Arm:
+    """Return the arm in the YAML file `file`; raises ArmError with one line naming file and key."""
+    return read_file(Path(file))
 
 
 def load(folder: str | Path, columns: str | Path | None = None) -> Campaign:

@@ -5,6 +5,7 @@ from typing import final
 
 from nnhydro.api.shown import Shown
 from nnhydro.errors import ConfigError, require
+from nnhydro.parallel import HERE, Workers
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.survey import Survey, survey
 from nnhydro.report.sheet import Sheet
@@ -37,10 +38,10 @@ class Check(Shown):
         return recordings_sheet(self.survey), oddities_sheet(self.survey), tips_sheet(self.survey)
 
 
-def check(campaign: Campaign, cutoff_hz: float | None = None) -> Check:
+def check(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Check:
     """Return what was given, what is derived and what looks wrong, with the remedy.
 
-    `cutoff_hz` is the low-pass cut-off, chosen from the data by default. Raises RecordingError where a file cannot be read at all.
+    `cutoff_hz` is the low-pass cut-off, chosen from the data by default; `workers` share the recordings (docs/cluster.md). Raises RecordingError where a file cannot be read at all.
     """
     require(cutoff_hz is None or 0 < cutoff_hz < 1e6, f"cutoff_hz {cutoff_hz}: give a positive frequency in Hz", ConfigError)
-    return Check(survey(campaign, cutoff_hz))
+    return Check(survey(campaign, cutoff_hz, workers))

@@ -1,0 +1,90 @@
+"""A page per effect, made from its card: what happens, the equation, a picture, what it is mistaken for, its parameters."""
+
+from pathlib import Path
+
+from nnhydro.effects.catalogue import catalogue
+from nnhydro.effects.effect import Effect
+from nnhydro.report.effect_card import ACTS, card
+from nnhydro.report.effect_figure import draw
+
+PARITY = {"odd": "gives the mirrored torque", "even": "gives the same torque", "mixed": "gives a torque of its own: it has a direction"}
+
+
+def page(effect: type[Effect], known: set[str]) -> str:
+    """Return the page as Markdown."""
+    one = card(effect)
+    seen = one["signature"]
+    alike = ", ".join(f"[{name}]({name}.md)" if name in known else name for name in seen["mistaken_for"]) or "nothing that is known"
+    rows = "\n".join(f"| `{p['name']}` | {p['meaning']} | {p['unit']} | {p['bounds'][0]:g} to {p['bounds'][1]:g} |"
+                     for p in one["parameters"])
+    return f"""# {one['name'][0].upper()}{one['name'][1:]}
+
+`{one['id']}`, family {one['family']}, acts on {ACTS[one['acts']]}{', through what the sensors read' if one['kind'] == 'instrument' else ''}
+
+{one['mechanism']}
+
+```text
+{one['equation']}
+```
+
+![Torque of a demonstration motion without and with the effect, and the difference against what drives it]({one['id']}.png)
+
+Size made up for the picture: a quarter of the largest torque.
+
+| | |
+| --- | --- |
+| Seen | {seen['region']} |
+| Depends on | {', '.join(seen['depends_on'])} |
+| Mirrored motion | {PARITY[seen['parity']]} |
+| At rest | {'nothing is left of it' if seen['zero_at_rest'] else 'it is still there'} |
+| Brought out by | {seen['excited_by']} |
+| Mistaken for | {alike} |
+| Source | {one['source']} |
+
+| parameter | meaning | unit | bounds |
+| --- | --- | --- | --- |
+{rows}
+"""
+
+
+def index(effects: dict[str, type[Effect]]) -> str:
+    """Return the list of all effects as Markdown."""
+    rows = "\n".join(f"| [{one.id}]({one.id}.md) | {one.family} | {one.name} | {one.signature.region} |" for one in effects.values())
+    pages = "\n".join(effects)
+    return f"""# What may be left out
+
+The {len(effects)} effects that a diagnosis looks for, each with a page made from its card. [Write your own](../guide/own_effect.md).
+
+| effect | family | is | looks like |
+| --- | --- | --- | --- |
+{rows}
+
+```{{toctree}}
+:hidden:
+
+{pages}
+```
+"""
+
+
+def _changed(path: Path, text: str) -> None:
+    """Write only what differs, so that a second build has little to do."""
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def write_pages(folder: Path) -> None:
+    """Write all pages and pictures into `folder`."""
+    folder.mkdir(exist_ok=True)
+    effects = dict(catalogue())
+    _changed(folder / "index.md", index(effects))
+    for name, effect in effects.items():
+        _changed(folder / f"{name}.md", page(effect, set(effects)))
+        if not (folder / f"{name}.png").exists():
+            draw(effect, folder / f"{name}.png")
+
+
+def setup(app):
+    """Make the pages before sphinx looks for its sources."""
+    app.connect("builder-inited", lambda app: write_pages(Path(app.srcdir) / "effects"))
+    return {"parallel_read_safe": True}

@@ -1,0 +1,124 @@
+"""The guide, typed as it stands: every block of every page runs, in the order of the pages, and what they show is what comes out."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import nnhydro
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+# one session in one folder, in the order in which the index lists the pages
+PAGES = ("guide/first_campaign", "guide/your_data", "guide/baselines", "guide/read_a_diagnosis", "guide/own_effect",
+         "guide/plan_a_campaign", "guide/controller", "models", "formats", "api")
+FENCE = re.compile(r"^```(?P<head>[^\n]*)\n(?P<body>.*?)^```$", re.M | re.S)
+CAPTION = re.compile(r":caption: (?P<name>\S+)\n+")
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+NEAR = 0.05  # of a number that the page shows: noise, libraries and machines differ
+INSTALLS = ("pip install", "python3 -m venv")
+
+
+@dataclass
+class Block:
+    """A fenced block: its language, its text, and the file that it is, where it has a caption."""
+
+    page: str
+    kind: str
+    text: str
+    file: str = ""
+
+
+def blocks(page):
+    """The blocks of a page that are more than pictures of folders."""
+    for match in FENCE.finditer((DOCS / f"{page}.md").read_text(encoding="utf-8")):
+        head, body = match["head"].strip(), match["body"]
+        if head.startswith("{code-block}"):
+            caption = CAPTION.match(body)
+            assert caption, f"{page}: a code-block without a caption is no file: write ```{head.split()[-1]}"
+            yield Block(page, head.split()[-1], body[caption.end():], caption["name"])
+        elif head in ("python", "sh", "text"):
+            yield Block(page, head, body)
+        else:
+            assert head in ("", "{toctree}", "{eval-rst}"), f"{page}: a block of kind {head!r} would not be tested"
+
+
+def typed(command, folder):
+    """What a shell prints for a block of commands."""
+    lines = [line for line in command.splitlines() if not line.startswith(INSTALLS)]
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(["bash", "-euo", "pipefail", "-c", "\n".join(lines)], cwd=folder, capture_output=True, text=True,
+                          env={**os.environ, "PATH": path, "OMP_NUM_THREADS": "1"})
+    assert done.returncode == 0, f"$ {command}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    return done.stdout
+
+
+def alike(shown, came):
+    """Whether a line of the page is what came out: the same words, numbers within NEAR."""
+    if NUMBER.sub("#", " ".join(shown.split())) != NUMBER.sub("#", " ".join(came.split())):
+        return False
+    pairs = zip(NUMBER.findall(shown), NUMBER.findall(came), strict=True)
+    return all(abs(float(a) - float(b)) <= NEAR * abs(float(a)) + 0.5 * 10.0 ** -len(a.partition(".")[2]) for a, b in pairs)
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    """The empty folder in which the reader begins, and what has been printed last."""
+    return {"folder": tmp_path_factory.mktemp("guide"), "out": ""}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_of_the_guide_runs_as_it_stands(page, session, monkeypatch):
+    monkeypatch.chdir(session["folder"])
+    names = {"__name__": page}
+    for number, block in enumerate(blocks(page), 1):
+        if block.file:
+            (session["folder"] / block.file).parent.mkdir(parents=True, exist_ok=True)
+            (session["folder"] / block.file).write_text(block.text, encoding="utf-8")
+        elif block.kind == "sh":
+            session["out"] = typed(block.text, session["folder"])
+        elif block.kind == "python":
+            exec(compile(block.text, f"{page}, block {number}", "exec"), names)
+        else:
+            for line in filter(str.strip, block.text.splitlines()):
+                assert any(alike(line, came) for came in session["out"].splitlines()), \
+                    f"{page} shows {line!r}, but this came out:\n{session['out']}"
+
+
+def test_every_page_with_code_is_among_those_that_run():
+    pages = {str(path.relative_to(DOCS).with_suffix("")) for path in DOCS.rglob("*.md")
+             if "effects" not in path.parts and "_build" not in path.parts}
+    assert pages - {"index", "decisions", "physics"} == set(PAGES)
+
+
+def test_every_public_name_has_an_example_that_runs():
+    code = "\n".join(block.text for block in blocks("api") if block.kind == "python")
+    page = (DOCS / "api.md").read_text(encoding="utf-8")
+    for name in nnhydro.__all__:
+        assert f"nnhydro.{name}" in code, f"docs/api.md: no example uses nnhydro.{name}"
+        explained = name.startswith("__") or re.search(rf"auto\w+:: nnhydro\.{name}$", page, re.M)
+        assert explained, f"docs/api.md does not explain nnhydro.{name}"
+
+
+def test_the_manual_is_built_without_a_warning(tmp_path):
+    pytest.importorskip("furo", reason="the manual's tools are not installed: pip install 'nnhydro[docs]'")
+    source = tmp_path / "docs"  # a copy: a build makes a page per effect beside the sources
+    shutil.copytree(DOCS, source, ignore=shutil.ignore_patterns("effects", "_build"))
+    done = subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(source), str(tmp_path / "out")],
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-4000:]
+    effects = {path.stem for path in (tmp_path / "out" / "effects").glob("*.html")} - {"index"}
+    assert effects == set(nnhydro.catalogue())
+
+
+@pytest.mark.parametrize(("shown", "came", "same"), [
+    ("Joint 2 rubs with 0.30 +- 0.002 N m", "Joint 2 rubs with 0.3012 +- 0.0021 N m", True), ("a 1.0 b", "a 1.2 b", False),
+    ("a 1.0 b", "a 1.0 c", False), ("An arm  of 2 links", "An arm of 2 links", True)])
+def test_shown_lines_are_compared_by_words_and_by_numbers(shown, came, same):
+    assert alike(shown, came) == same
