@@ -1,26 +1,23 @@
 """`diagnose`: is there a mismatch, where, what physics was left out, the model with it, the proof."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from nnhydro.diagnosis.bank import Candidate
-from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.experiment import next_experiment
 from nnhydro.diagnosis.locate import locate
 from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
+from nnhydro.diagnosis.naming import explained, named
 from nnhydro.diagnosis.placebo import placebo, whiteness
-from nnhydro.diagnosis.proof import Proof, prove
+from nnhydro.diagnosis.proof import Proof
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.reference import Reference, reference
-from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.result import Diagnosis
-from nnhydro.diagnosis.search import Found, search
+from nnhydro.diagnosis.search import Found
 from nnhydro.diagnosis.table import Case, clock_places
 from nnhydro.diagnosis.unknown import learned
-from nnhydro.diagnosis.verdict import Finding, findings, simplest
+from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.identification.identify import versions, with_parameters
 from nnhydro.models.strip_theory import StripTheory
@@ -29,19 +26,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import group_names, noise_floor
-from nnhydro.recordings.splitting import Unit, units
-
-COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
-SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
-MOSTLY = 0.3  # of the excess over the noise: findings that explain less of it are trusted less
-CONFIDENT = 0.5  # nothing is said with less
-
-
-def torque_peaks(all_units: Iterable[Unit]) -> tuple[float, ...]:
-    """Return the largest torque measured at each joint, N m."""
-    peaks = [np.abs(segment.tau[segment.keep]).max(axis=0) for unit in all_units for segment in unit.segments()
-             if segment.tau is not None and segment.keep.any()]
-    return tuple(float(x) for x in np.max(peaks, axis=0))
+from nnhydro.recordings.splitting import units
 
 
 def corrected(reference: Reference, race: Race, found: Sequence[Finding]) -> TorqueModel:
@@ -82,26 +67,18 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     against = reference(baseline, arm, all_units, how)
     case = Case(all_units, against, clock_places(campaign, all_units))
     floor = noise_floor(campaign, how)
-    found = search(case, instances(arm, torque_peaks(all_units), without), None if floor is None else floor.std, seed, progress)
-    race = found.race
-    prune(race, found.table, found.believed)
-    race.chosen = simplest(race)
-    trust = min(1.0, explained(race) / MOSTLY)
-    race.chosen = [f.candidate for f in findings(race) if trust * f.confidence >= CONFIDENT]
-    proof = prove(race, found.table, found.believed)
-    while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
-        race.chosen.remove(least)
-        proof = prove(race, found.table, found.believed)
-    said = findings(race)
+    told = named(case, None if floor is None else floor.std, seed, without, progress)
+    found, proof, said, race = told.found, told.proof, told.findings, told.found.race
     left = family_wise_p([race], seed + 1)
     rest = learned(proof.remains, seed) if max(left, found.p_value) <= P_BLOCK else []
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
     unexplained = {"detected": max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after,
                    "depends_on": sorted({x for one in rest if one.real for x in one.depends_on}),
                    "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
+    following = next_experiment(race, case, found.believed, seed)
     return Diagnosis(against.plain(), corrected(against, race, said), against.name, time.perf_counter() - start, found.p_value, noise_error,
                      proof, locate(proof.residuals, race.noise), said, unexplained,
-                     _checks(race, found, proof), _recalibrated(against.physics.loads),
+                     _checks(race, found, proof), following, _recalibrated(against.physics.loads),
                      versions() | {"campaign_sha256": campaign.sha256()}, race.log)
 
 
@@ -114,21 +91,3 @@ def _checks(race: Race, found: Found, proof: Proof) -> dict[str, Any]:
     lags = [whiteness(proof.remains, joint) for joint in range(len(race.noise))]
     return {"error_before": proof.before, "error_after": proof.after, "explained": explained(race) if race.chosen else 0.0,
             "placebo": placebos, "correlated_lags": lags}
-
-
-def explained(race: Race) -> float:
-    """Return the share of the baseline's excess over the noise, in left-out score, that the chosen effects take away."""
-    whole = race.total(without=race.chosen)
-    return (whole - race.total()) / max(whole, 1.0)
-
-
-def _least(race: Race, proof: Proof) -> Candidate | None:
-    """The finding that adds least, where it adds less than its share: shape left by another.
-
-    What it adds counts on left-out recordings and in the score, which knows what it costs to move masses instead.
-    """
-    gain = {c.key: proof.without[c.key] - proof.after for c in race.chosen}
-    score = {c.key: race.total(without=[c]) - race.total() for c in race.chosen}
-    whole = race.total(without=race.chosen) - race.total()
-    small = [c for c in race.chosen if gain[c.key] < COMPANION * (proof.before - proof.after) and score[c.key] < SCORE_SHARE * whole]
-    return min(small, key=lambda c: gain[c.key], default=None)

@@ -16,9 +16,9 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate
-from nnhydro.diagnosis.engine import torque_peaks
 from nnhydro.diagnosis.instances import Instance, instances
 from nnhydro.diagnosis.locks import P_BLOCK, statistics
+from nnhydro.diagnosis.naming import torque_peaks
 from nnhydro.diagnosis.race import Race, price
 from nnhydro.diagnosis.reference import reference
 from nnhydro.diagnosis.scout import AT_ONCE, MANY

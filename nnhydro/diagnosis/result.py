@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 from typing import Any, final
 
+from nnhydro.diagnosis.experiment import Proposal
 from nnhydro.diagnosis.locate import Location
 from nnhydro.diagnosis.proof import Proof
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.models.torque_model import TorqueModel
 
 SCHEMA = "nnhydro/diagnosis/1"
+NEXT = "next_experiment.csv"
 
 
 @final
@@ -27,6 +29,7 @@ class Diagnosis:
     findings: list[Finding]
     unexplained: dict[str, Any]
     checks: dict[str, Any]
+    following: Proposal | None
     recalibrated: dict[str, list[float]]
     versions: dict[str, str]
     log: list[str]
@@ -45,13 +48,15 @@ class Diagnosis:
                 "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
                 "unexplained": self.unexplained, "proof": self.checks, "recalibrated": self.recalibrated,
-                "next_experiment": None, "versions": self.versions}
+                "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions}
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
         if self.findings:
-            return " ".join(f.statement for f in self.findings) + (f" With it, the error on recordings that took no part falls from "
-                                                                   f"{100 * self.proof.before:.1f} % to {100 * self.proof.after:.1f} %.")
+            following = "" if self.following is None else f" {self.following.statement()}"
+            gained = (f"With it, the error on recordings that took no part falls from {100 * self.proof.before:.1f} % to "
+                      f"{100 * self.proof.after:.1f} %.{following}")
+            return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:
             return "Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
         return "Nothing is missing that these recordings could show: what differs is noise or recalibration of the baseline."

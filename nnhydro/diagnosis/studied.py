@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-from nnhydro.diagnosis.engine import CONFIDENT, torque_peaks
 from nnhydro.diagnosis.experiment import Proposal, next_experiment
 from nnhydro.diagnosis.feasible import Rig
-from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.naming import named as named_in
 from nnhydro.diagnosis.reference import reference
-from nnhydro.diagnosis.relax import prune
-from nnhydro.diagnosis.search import Found, search
+from nnhydro.diagnosis.search import Found
 from nnhydro.diagnosis.table import Case, clock_places
-from nnhydro.diagnosis.verdict import Finding, findings, simplest
+from nnhydro.diagnosis.verdict import Finding
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import group_names, noise_floor
@@ -36,12 +34,8 @@ class Studied:
 @one_thread()
 def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, without: Sequence[str] = ()) -> Studied:
     """Return what the baseline leaves out of `case`, as `diagnose` names it; `repeats` (joints,) N m is the noise seen in repeats."""
-    found = search(case, instances(case.model.arm, torque_peaks(case.all_units), without), repeats, seed)
-    prune(found.race, found.table, found.believed)
-    found.race.chosen = simplest(found.race)
-    said = [f for f in findings(found.race) if f.confidence >= CONFIDENT]
-    found.race.chosen = [f.candidate for f in said]
-    return Studied(case, found, said)
+    told = named_in(case, repeats, seed, without)
+    return Studied(case, told.found, told.findings)
 
 
 def studied(campaign: Campaign, baseline: str | None = None, seed: int = 0) -> Studied:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.result import NEXT, Diagnosis
 from nnhydro.files import json_text, whole_folder
 from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
@@ -18,6 +18,8 @@ def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Pa
         (work / RESULT).write_text(json_text(document), encoding="utf-8")
         save_model(result.corrected, work / "model")
         save_model(result.baseline, work / "baseline")
+        if result.following is not None:
+            result.following.write(work / NEXT)
         page = diagnosis_page(document, result.verdict(), result.baseline, result.corrected, campaign)
         (work / "report.html").write_text(page, encoding="utf-8")
-    return [out / name for name in (RESULT, "report.html", "model", "baseline")]
+    return [out / name for name in (RESULT, "report.html", "model", "baseline", *([NEXT] if result.following is not None else []))]

@@ -55,7 +55,7 @@ def _rest(document: Document) -> str:
 
 
 def _next(experiment: Any) -> str:
-    return experiment if isinstance(experiment, str) else "; ".join(f"{k.replace('_', ' ')}: {v}" for k, v in (experiment or {}).items())
+    return "" if experiment is None else f"{experiment['statement']} The motion lies in {experiment['file']}, ready to run."
 
 
 def diagnosis_page(document: Document, verdict: str, baseline: TorqueModel, corrected: TorqueModel, campaign: Campaign) -> str:

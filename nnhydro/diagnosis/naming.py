@@ -1,0 +1,73 @@
+"""The naming part of a diagnosis: search, prune, leave out what is small or unsure, and the proof of what stays."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.proof import Proof, prove
+from nnhydro.diagnosis.race import Race
+from nnhydro.diagnosis.relax import prune
+from nnhydro.diagnosis.search import Found, search
+from nnhydro.diagnosis.table import Case
+from nnhydro.diagnosis.verdict import Finding, findings, simplest
+from nnhydro.recordings.splitting import Unit
+
+COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
+SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
+MOSTLY = 0.3  # of the excess over the noise: findings that explain less of it are trusted less
+CONFIDENT = 0.5  # nothing is said with less
+
+
+def torque_peaks(all_units: Iterable[Unit]) -> tuple[float, ...]:
+    """Return the largest torque measured at each joint, N m."""
+    peaks = [np.abs(segment.tau[segment.keep]).max(axis=0) for unit in all_units for segment in unit.segments()
+             if segment.tau is not None and segment.keep.any()]
+    return tuple(float(x) for x in np.max(peaks, axis=0))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Named:
+    """What was found, the findings it is told in, and their proof on recordings left out."""
+
+    found: Found
+    findings: list[Finding]
+    proof: Proof
+
+
+def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, without: Sequence[str] = (),
+          progress: Callable[[str], None] = lambda line: None) -> Named:
+    """Return what the baseline leaves out of `case`; `repeats` (joints,) N m is the noise seen in repeats, `without` ids not to try."""
+    found = search(case, instances(case.model.arm, torque_peaks(case.all_units), without), repeats, seed, progress)
+    race = found.race
+    prune(race, found.table, found.believed)
+    race.chosen = simplest(race)
+    trust = min(1.0, explained(race) / MOSTLY)
+    race.chosen = [f.candidate for f in findings(race) if trust * f.confidence >= CONFIDENT]
+    proof = prove(race, found.table, found.believed)
+    while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
+        race.chosen.remove(least)
+        proof = prove(race, found.table, found.believed)
+    return Named(found, findings(race), proof)
+
+
+def explained(race: Race) -> float:
+    """Return the share of the baseline's excess over the noise, in left-out score, that the chosen effects take away."""
+    whole = race.total(without=race.chosen)
+    return (whole - race.total()) / max(whole, 1.0)
+
+
+def _least(race: Race, proof: Proof) -> Candidate | None:
+    """The finding that adds least, where it adds less than its share: shape left by another.
+
+    What it adds counts on left-out recordings and in the score, which knows what it costs to move masses instead.
+    """
+    gain = {c.key: proof.without[c.key] - proof.after for c in race.chosen}
+    score = {c.key: race.total(without=[c]) - race.total() for c in race.chosen}
+    whole = race.total(without=race.chosen) - race.total()
+    small = [c for c in race.chosen if gain[c.key] < COMPANION * (proof.before - proof.after) and score[c.key] < SCORE_SHARE * whole]
+    return min(small, key=lambda c: gain[c.key], default=None)
