@@ -26,6 +26,11 @@ from nnhydro.simulation.truth.world import Cause, Run, TrueArm, TrueLink
 HERE = Path(__file__).parent
 
 
+def slews(config: dict) -> list[dict]:
+    """Return the motions of the campaign at hand as a recipe has them."""
+    return [{"kind": "slew", "q_rad": stops, "duration_s": s, "pause_s": 0.5} for stops, s in zip(*config["motions"].values(), strict=True)]
+
+
 class Tank:
     """The rig as it really is; records motions."""
 
@@ -36,14 +41,19 @@ class Tank:
         made = (registry.makers()[hidden["effect"]](np.random.default_rng(k), self.links).make(hidden["level"]) for k in range(100))
         self.cause: Cause = next(cause for cause in made if cause.joint == 1 and cause.shape == "plain")
         self.rng = np.random.default_rng([seed, 2026])
+        plain = [plain_torque(self.run(motion, "quiet"), self.links) for motion in slews(config)]
+        self.sigma = config["noise"] * np.sqrt((np.concatenate(plain) ** 2).mean(axis=0))  # the sensor's own, whatever it measures
 
-    def record(self, motion: dict, name: str) -> Recording:
-        """Return what the sensors record of one motion of a recipe."""
+    def run(self, motion: dict, name: str) -> Run:
+        """Return what the links do in one motion of a recipe."""
         reference = motion_of({"name": name, **motion}, "study").reference(Setting(self.arm, np.random.default_rng(0), HERE))
         t = np.arange(round(reference.duration * self.sensors.rate * FINE)) / (self.sensors.rate * FINE)
-        run = Run(name, t, *reference.at(t))
-        sigma = self.sensors.level * np.sqrt((plain_torque(run, self.links) ** 2).mean(axis=0))
-        seen = record(run, read(run, self.links, [self.cause]), self.links, self.sensors, sigma, self.rng, True)
+        return Run(name, t, *reference.at(t))
+
+    def record(self, motion: dict, name: str) -> Recording:
+        """Return what the sensors record of it."""
+        run = self.run(motion, name)
+        seen = record(run, read(run, self.links, [self.cause]), self.links, self.sensors, self.sigma, self.rng, True)
         q, tau = (np.column_stack([seen[f"{stem}{j}_{unit}"] for j in (1, 2)]) for stem, unit in (("q", "rad"), ("tau", "Nm")))
         return Recording(name, seen["t_s"], q, tau, u0=seen.get("u0_m_s"))
 
@@ -64,9 +74,7 @@ def main() -> None:
     for hidden in config["hidden"]:
         for seed in config["seeds"]:
             tank = Tank(config, hidden, seed)
-            slews = [{"kind": "slew", "q_rad": stops, "duration_s": s, "pause_s": 0.5}
-                     for stops, s in zip(*config["motions"].values(), strict=True)]
-            first = [tank.record(motion, f"run_{k}") for k, motion in enumerate(slews)]
+            first = [tank.record(motion, f"run_{k}") for k, motion in enumerate(slews(config))]
             before = studied(Campaign.of(tank.arm, first))
             row = {"hidden": hidden, "seed": seed, "before": outcome(before)}
             proposal = before.proposal()
