@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from nnhydro.errors import NnhydroError
 
+PYDANTIC = "Input should"  # how its own complaints begin; ours say the remedy themselves
 M = TypeVar("M", bound=BaseModel)  # the PEP 695 form needs Python 3.12
 
 
@@ -52,17 +53,18 @@ def one_line(where: str, cause: ValidationError, model: type[BaseModel]) -> str:
     errors = cause.errors(include_url=False)
     first = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
     key = _key(first["loc"])
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    more = f" (and {len(errors) - 1} more to mend)" if len(errors) > 1 else ""
     if first["type"] == "extra_forbidden":
         close = get_close_matches(str(first["loc"][-1]), _known_keys(model, first["loc"]), n=1)
         hint = f"did you mean {close[0]!r}?" if close else "remove it; the README lists the keys"
         return f"{where}: unknown key {key!r}: {hint}{more}"
     if first["type"] == "missing":
         return f"{where}: key {key!r} is missing: add it{more}"
-    message = str(first["msg"]).removeprefix("Value error, ")
-    value = first["input"]
+    said, value = str(first["msg"]), first["input"]
     got = f", got {_short(value)}" if isinstance(value, int | float | str) else ""
-    return f"{where}: {key or 'the file'}: {message}{got}{more}"
+    if said.startswith(PYDANTIC):
+        return f"{where}: {key or 'the file'}: must{said.removeprefix(PYDANTIC)}{got}: correct it{more}"
+    return f"{where}: {key or 'the file'}: {said.removeprefix('Value error, ')}{got}{more}"
 
 
 def _short(value: float | str) -> str:

@@ -17,7 +17,7 @@ class _StrictLoader(yaml.SafeLoader):
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.events.AliasEvent):
             line = self.peek_event().start_mark.line + 1  # type: ignore[no-untyped-call]
-            raise yaml.YAMLError(f"line {line}: aliases (*name) are not accepted, write the value out")
+            raise yaml.YAMLError(f"line {line}: aliases (*name) are not accepted: write the value out")
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
@@ -27,7 +27,7 @@ class _StrictLoader(yaml.SafeLoader):
             if not isinstance(key.value, str):
                 raise yaml.YAMLError(f"line {line}: a list or mapping stands where a key is expected: write 'key: value'")
             if key.value in seen:
-                raise yaml.YAMLError(f"line {line}: the key {key.value!r} stands there twice, remove one")
+                raise yaml.YAMLError(f"line {line}: the key {key.value!r} appears twice: remove one")
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 

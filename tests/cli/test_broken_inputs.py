@@ -45,64 +45,73 @@ def twin(root: Path) -> None:
     (root / "recordings/run1.parquet").write_bytes(b"")
 
 
-BROKEN: dict[str, tuple[Break, str]] = {
-    "empty file": (file(""), r"run1\.csv: is empty: .*record again"),
-    "header only": (file(HEADER), r"run1\.csv: holds a header but no rows: .*record again"),
-    "one row": (file(HEADER + "0,0,0,0,0\n"), r"run1\.csv: holds 1 row\(s\): a recording needs at least 4; remove"),
-    "binary junk": (file(bytes(range(256)) * 9), r"run1\.csv: is not UTF-8 text \(byte \d+\): save it as UTF-8"),
-    "UTF-16": (file((HEADER + ROWS).encode("utf-16")), r"run1\.csv: is not UTF-8 text .*save it as UTF-8"),
-    "no header": (file("\n\n\n"), r"run1\.csv: has no header line: .*names the columns"),
-    "missing column": (edited("q2_rad", "q2_deg"), r"column 'q2_rad' is missing: it has 'q2_deg': rename it, .*--map FILE"),
-    "missing time": (edited("t_s", "time"), r"column 't_s' is missing: it has 'time', .*--map FILE"),
-    "duplicate column": (edited("tau2_Nm", "tau1_Nm"), r"column 'tau1_Nm' stands there 2 times: rename or remove one"),
-    "third joint": (edited("tau2_Nm", "tau3_Nm"), r"'tau3_Nm' names joint 3, but arm\.yaml has 2 link\(s\): add the link .*or remove"),
-    "text in a cell": (edited("0.05,0.1,", "0.05,oops,"), r"column 'q1_rad', row 7: 'oops' is not a number: correct it or leave it empty"),
-    "complex number": (edited("0.05,0.1,", "0.05,1+2j,"), r"'q1_rad', row 7: '1\+2j' is not a number: correct it"),
-    "truth values": (file(HEADER + "".join(f"{i},0,True,0,0\n" for i in range(9))), r"'q2_rad' holds true/false values.*plain real numbers"),
-    "time of day": (edited("0.05,", "12:00:05,"), r"'t_s', row 7: '12:00:05' is a date or time of day: write seconds"),
-    "decimal comma": (file((HEADER + ROWS).replace(",", ";").replace(".", ",")), r"'t_s', row 2: '0,0' has a decimal comma: .*decimal points"),
-    "one row too long": (edited("0.05,0.1,", "0.05,0.1,9,"), r"row 7 has 6 fields, the header has 5: repair the row"),
-    "open quote": (edited("0.05,", '"0.05,'), r"quotation mark is opened and never closed: remove it"),
-    "absurd value": (edited("0.05,0.1,", "0.05,1e30,"), r"'q1_rad', row 7: 1e\+30 is absurd \(1 such rows\): leave cells empty"),
-    "empty column": (file(HEADER + "".join(f"{i / 100},{i},,1,1\n" for i in range(60))), r"'q2_rad' holds no finite number: remove .*or repair"),
+# input: how it is broken, what the line says is wrong, what it says to do
+BROKEN: dict[str, tuple[Break, str, str]] = {
+    "empty file": (file(""), r"run1\.csv: is empty", r"remove the file or record again"),
+    "header only": (file(HEADER), r"run1\.csv: holds a header but no rows", r"remove the file or record again"),
+    "one row": (file(HEADER + "0,0,0,0,0\n"), r"run1\.csv: holds 1 row\(s\): a recording needs at least 4", r"remove the file or record again"),
+    "binary junk": (file(bytes(range(256)) * 9), r"run1\.csv: is not UTF-8 text \(byte \d+\)", r"save it as UTF-8"),
+    "UTF-16": (file((HEADER + ROWS).encode("utf-16")), r"run1\.csv: is not UTF-8 text", r"save it as UTF-8"),
+    "no header": (file("\n\n\n"), r"run1\.csv: has no header line", r"The first line names the columns, e\.g\. t_s,q1_rad"),
+    "missing column": (edited("q2_rad", "q2"), r"column 'q2_rad' is missing: it has 'q2'", r"write which one it is into columns\.yaml .*as in q2_rad: q2$"),
+    "column in degrees": (edited("q2_rad", "q2_deg"), r"column 'q2_rad' is missing: it has 'q2_deg'", r"as in q2_rad: \{from: q2_deg, unit: deg\}$"),
+    "missing time": (edited("t_s", "time"), r"column 't_s' is missing: it has 'time'", r"write which one it is into columns\.yaml .*as in t_s: ITS NAME$"),
+    "duplicate column": (edited("tau2_Nm", "tau1_Nm"), r"column 'tau1_Nm' appears 2 times", r"rename or remove one"),
+    "third joint": (edited("tau2_Nm", "tau3_Nm"), r"'tau3_Nm' names joint 3, but arm\.yaml has 2 link\(s\)", r"add the link to arm\.yaml or remove the column"),
+    "text in a cell": (edited("0.05,0.1,", "0.05,oops,"), r"column 'q1_rad', row 7: 'oops' is not a number", r"correct it or leave it empty"),
+    "complex number": (edited("0.05,0.1,", "0.05,1+2j,"), r"'q1_rad', row 7: '1\+2j' is not a number", r"correct it or leave it empty"),
+    "truth values": (file(HEADER + "".join(f"{i},0,True,0,0\n" for i in range(9))), r"'q2_rad' holds true/false values", r"write plain real numbers"),
+    "time of day": (edited("0.05,", "12:00:05,"), r"'t_s', row 7: '12:00:05' is a date or time of day", r"write seconds since the start"),
+    "decimal comma": (file((HEADER + ROWS).replace(",", ";").replace(".", ",")), r"'t_s', row 2: '0,0' has a decimal comma", r"save the file with decimal points"),
+    "one row too long": (edited("0.05,0.1,", "0.05,0.1,9,"), r"row 7 has 6 fields, the header has 5", r"repair the row"),
+    "open quote": (edited("0.05,", '"0.05,'), r"quotation mark is opened and never closed", r"remove it"),
+    "absurd value": (edited("0.05,0.1,", "0.05,1e30,"), r"'q1_rad', row 7: 1e\+30 is absurd \(1 such rows\)", r"leave cells empty where the sensor gave nothing"),
+    "empty column": (file(HEADER + "".join(f"{i / 100},{i},,1,1\n" for i in range(60))), r"'q2_rad' holds no finite number", r"remove the column or repair the file"),
     "nothing usable": (file(HEADER + "".join(f"{i / 100},{i if i % 3 else ''},0,1,1\n" for i in range(60))),
-                       r"run1: its 60 rows hold no stretch free of gaps and empty cells: .*record again"),
-    "time repeats": (edited("0.05,", "0.04,"), r"t_s, row 7: time repeats .*Split the file there or drop the rows"),
-    "time backward": (edited("0.05,", "0.01,"), r"t_s, row 7: time runs backward .*Split the file there"),
-    "time in us": (file(HEADER + "".join(f"{i * 10000},{i / 50},0,1,1\n" for i in range(60))), r"in us that would be 100 Hz: map it with its unit"),
-    "damaged Parquet": (file(b"PAR1junkPAR1", "recordings/x.parquet"), r"x\.parquet: is not a readable Parquet file .*write it again"),
-    "damaged HDF5": (file(b"junk", "recordings/x.h5"), r"x\.h5: is not a readable HDF5 file .*write it again"),
-    "damaged bag": (file(b"junk", "recordings/x.mcap"), r"x\.mcap: is not a readable ROS bag .*record it again or convert"),
-    "unknown kind of file": (file("hi", "recordings/notes.txt"), r"notes\.txt: is none of \.csv, .*convert it, move it out"),
-    "folder among the runs": (folder, r"day2: is a folder: move its files up"),
-    "same name twice": (twin, r"run1\.parquet: the name 'run1' is taken by run1\.csv: rename one"),
-    "broken link": (locked, r"run1\.csv: does not exist: check the path"),
-    "no runs": (gone, r"holds neither recordings/\*\.csv nor steady/\*\.csv: put the runs there"),
-    "no arm": (lambda root: (root / "arm.yaml").unlink(), r"has no arm\.yaml: write one"),
-    "unknown key": (arm("length_m", "lenght_m"), r"unknown key 'links\[0\]\.lenght_m': did you mean 'length_m'"),
-    "missing key": (arm("mass_kg: 1.0, ", ""), r"key 'links\[0\]\.mass_kg' is missing: add it"),
-    "negative length": (arm("0.55", "-0.55"), r"links\[0\]\.length_m: Input should be greater than 0, got -0\.55"),
-    "key twice": (arm("links:", "links: []\nlinks:"), r"arm\.yaml: is not valid YAML: line \d+: the key 'links' stands there twice, remove one"),
-    "YAML alias": (arm("links:", "a: &x 1\nb: *x\nlinks:"), r"aliases \(\*name\) are not accepted, write the value out"),
-    "arm is a list": (file("- 1\n", "arm.yaml"), r"arm\.yaml: holds a list instead of 'key: value' lines"),
-    "mapping of no channel": (file("columns: {q1_deg: a}", "columns.yaml"), r"'q1_deg' is not a channel: did you mean 'q1_rad'"),
-    "unknown unit": (file("columns: {q1_rad: {from: q1_rad, unit: gon}}", "columns.yaml"), r"unit 'gon' for q1_rad is unknown: known are rad, mrad"),
-    "mapped column absent": (file("columns: {q1_rad: shoulder}", "columns.yaml"), r"column 'shoulder', mapped to q1_rad, is not there"),
+                       r"run1: its 60 rows hold no stretch free of gaps and empty cells", r"remove the file or record again"),
+    "time repeats": (edited("0.05,", "0.04,"), r"t_s, row 7: time repeats .*two logs in one file", r"Split the file there or drop the rows"),
+    "time backward": (edited("0.05,", "0.01,"), r"t_s, row 7: time runs backward .*two logs in one file", r"Split the file there or drop the rows"),
+    "time in us": (file(HEADER + "".join(f"{i * 10000},{i / 50},0,1,1\n" for i in range(60))), r"in us that would be 100 Hz", r"map it with its unit, 't_s: \{from: t_s, unit: us\}'"),
+    "damaged Parquet": (file(b"PAR1junkPAR1", "recordings/x.parquet"), r"x\.parquet: is not a readable Parquet file", r"write it again"),
+    "damaged HDF5": (file(b"junk", "recordings/x.h5"), r"x\.h5: is not a readable HDF5 file", r"write it again"),
+    "damaged bag": (file(b"junk", "recordings/x.mcap"), r"x\.mcap: is not a readable ROS bag", r"record it again or convert it"),
+    "unknown kind of file": (file("hi", "recordings/notes.txt"), r"notes\.txt: is none of \.csv", r"convert it, move it out of recordings/ or start its name with a dot"),
+    "folder among the runs": (folder, r"day2: is a folder", r"move its files up into recordings/"),
+    "same name twice": (twin, r"run1\.parquet: the name 'run1' is taken by run1\.csv", r"rename one"),
+    "broken link": (locked, r"run1\.csv: does not exist", r"check the path"),
+    "no runs": (gone, r"holds neither recordings/\*\.csv nor steady/\*\.csv", r"put the runs there"),
+    "no arm": (lambda root: (root / "arm.yaml").unlink(), r"has no arm\.yaml", r"write one"),
+    "unknown key": (arm("length_m", "lenght_m"), r"unknown key 'links\[0\]\.lenght_m'", r"did you mean 'length_m'\? \(and 1 more to mend\)"),
+    "missing key": (arm("mass_kg: 1.0, ", ""), r"key 'links\[0\]\.mass_kg' is missing", r"add it"),
+    "negative length": (arm("0.55", "-0.55"), r"links\[0\]\.length_m: must be greater than 0, got -0\.55", r"correct it"),
+    "word for a number": (arm("0.55", "long"), r"links\[0\]\.length_m: must be a valid number.*, got 'long'", r"correct it"),
+    "belt on one link": (arm("fluid:", "drive: {kind: direct, angle2: absolute}\nfluid:"), r"drive: pulley_ratio and angle2: absolute", r"belong to 'kind: remote'"),
+    "key twice": (arm("links:", "links: []\nlinks:"), r"arm\.yaml: is not valid YAML: line \d+: the key 'links' appears twice", r"remove one"),
+    "YAML alias": (arm("links:", "a: &x 1\nb: *x\nlinks:"), r"aliases \(\*name\) are not accepted", r"write the value out"),
+    "arm is a list": (file("- 1\n", "arm.yaml"), r"arm\.yaml: holds a list instead of 'key: value' lines", r"is this the right file\?"),
+    "mapping of no channel": (file("columns: {q1_deg: a}", "columns.yaml"), r"'q1_deg' is not a channel", r"did you mean 'q1_rad'\?"),
+    "unknown unit": (file("columns: {q1_rad: {from: q1_rad, unit: gon}}", "columns.yaml"), r"unit 'gon' for q1_rad is unknown", r"known are rad, mrad, .*for any other give 'scale: \.\.\.'"),
+    "mapped column absent": (file("columns: {q1_rad: shoulder}", "columns.yaml"), r"column 'shoulder', mapped to q1_rad, is not there: it has 't_s'", r"correct the name after 'from:'"),
     "steady row incomplete": (lambda root: ((root / "steady").mkdir(), file("q1_rad,q2_rad,tau1_Nm,tau2_Nm\n0,0,1,\n0,0,1,1\n", "steady/a.csv")(root)),
-                              r"steady/a\.csv: row 2 .*empty or infinite value: .*remove the row"),
+                              r"steady/a\.csv: row 2 .*empty or infinite value", r"remove the row"),
 }
 
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_input_gets_one_line_that_says_what_to_do(name: str, tmp_path: Path, capsys):
-    breaks, line = BROKEN[name]
+    breaks, wrong, remedy = BROKEN[name]
     root = write_campaign(tmp_path / "campaign", rows=60)
     breaks(root)
     assert run(["check", str(root)]) == 2
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert err.startswith("nnhydro: error: ")
-    assert re.search(line, err), err
+    said, told = re.search(wrong, err), re.search(remedy, err.strip())
+    assert said, err
+    assert told, err
+    assert said.start() < told.start(), f"what is wrong comes first, what to do last: {err}"
+    assert str(tmp_path) in err, "the line names the file"
+    assert len(err) < 400, "a line that has to be scrolled is not read"
 
 
 @pytest.mark.parametrize(("arguments", "line"), [

@@ -167,7 +167,7 @@ def test_without_torque_a_broken_torque_column_does_not_matter(tmp_path: Path):
     path = tmp_path / "a.csv"
     path.write_text("t_s,q1_rad,tau1_Nm,tau1_Nm,tau7_Nm\n" + "".join(f"{i / 10},{i},broken,,x\n" for i in range(9)))
     assert read_recording(path, ONE, torque=False).tau is None
-    with pytest.raises(RecordingError, match="stands there 2 times"):
+    with pytest.raises(RecordingError, match="appears 2 times"):
         read_recording(path, ONE)
 
 

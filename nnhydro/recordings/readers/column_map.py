@@ -117,7 +117,8 @@ def mapped(table: Table, sources: dict[str, Source], where: str) -> Columns:
         if source.from_ not in table.columns:
             close = get_close_matches(source.from_, table.header, n=1)
             hint = f"did you mean {close[0]!r}?" if close else f"it has {', '.join(map(repr, table.header[:6]))}"
-            raise RecordingError(f"{where}: column {source.from_!r}, mapped to {target}, is not there: {hint}")
+            raise RecordingError(f"{where}: column {source.from_!r}, mapped to {target}, is not there: {hint}: correct the name "
+                                 "after 'from:'")
         if target in columns:
             raise RecordingError(f"{where}: has a column {target!r} already, but the mapping takes it from {source.from_!r}: remove one")
         values = np.asarray(table.columns[source.from_], dtype=float)

@@ -21,6 +21,7 @@ from nnhydro.recordings.recording import Origin, Recording, SteadyTable
 Array = NDArray[np.float64]
 ABSURD = 1e9  # rad, rad/s, m/s, N m: no arm does that; loggers write such numbers where a sensor gave nothing
 MIN_ROWS = 4
+FOREIGN = ("deg", "ms", "us", "Nmm", "Ncm", "mm", "rpm")  # units that names of foreign columns end in: to be mapped, not only renamed
 _JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm)$")
 
 
@@ -44,9 +45,12 @@ def _missing(named: Named, name: str, where: str) -> RecordingError:
     stem = name.split("_")[0]
     near = sorted(other for other in named.header if stem[-1].isdigit() and other.startswith(stem) and other != name)[:3]
     near = near or get_close_matches(name, named.header, n=2)
-    seen = ", ".join(map(repr, named.header[:6])) or "no columns"
-    hint = f"it has {', '.join(map(repr, near))}: rename it" if near else f"it has {seen}: add the column"
-    return RecordingError(f"{where}: column {name!r} is missing: {hint}, or name the foreign one with --map FILE")
+    seen = ", ".join(map(repr, near or named.header[:6])) or "no columns"
+    likely = near[0] if near else "ITS NAME"
+    unit = next((f", unit: {foreign}" for foreign in FOREIGN if likely.endswith(f"_{foreign}")), "")
+    line = f"{name}: {{from: {likely}{unit}}}" if unit else f"{name}: {likely}"
+    return RecordingError(f"{where}: column {name!r} is missing: it has {seen}: add it, or write which one it is into "
+                          f"columns.yaml (or --map FILE), under 'columns:', as in {line}")
 
 
 def _require_sane(named: Named, where: str) -> None:
@@ -102,7 +106,8 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     t = _single(named, TIME, where)
     if t is None:
         raise _missing(named, TIME, where)
-    require(len(t) >= MIN_ROWS, f"{where}: holds {len(t)} row(s): a recording needs at least {MIN_ROWS}; remove the file", RecordingError)
+    require(len(t) >= MIN_ROWS, f"{where}: holds {len(t)} row(s): a recording needs at least {MIN_ROWS}; remove the file or "
+            "record again", RecordingError)
     _require_sane(named, where)
     q = _joints(named, "q", arm, where, required=True)
     assert q is not None

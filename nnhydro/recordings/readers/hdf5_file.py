@@ -81,7 +81,7 @@ def _table(file: Any, path: Path, request: Request) -> Table:
         if n != rows:
             raise RecordingError(f"{path}: dataset {name!r} has {n} rows, the others {rows}: columns of one run must be equally long")
         if name in columns:
-            raise RecordingError(f"{path}: column {name!r} stands there twice: rename or remove one")
+            raise RecordingError(f"{path}: column {name!r} appears twice: rename or remove one")
         columns[name] = _value(path, name, kind, read, name in request.text)
     return Table(columns, header)
 

@@ -84,7 +84,7 @@ def require_unique(path: Path, header: Sequence[str], wanted: frozenset[str]) ->
     """Raise RecordingError where a wanted column stands twice in the header: nobody knows which one is meant."""
     twice = [name for name, count in Counter(header).items() if count > 1 and name in wanted]
     if twice:
-        raise RecordingError(f"{path}: column {twice[0]!r} stands there {Counter(header)[twice[0]]} times: rename or remove one")
+        raise RecordingError(f"{path}: column {twice[0]!r} appears {Counter(header)[twice[0]]} times: rename or remove one")
 
 
 def not_a_number(path: Path, name: str, row: int, value: Any) -> RecordingError:
