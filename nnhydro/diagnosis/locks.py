@@ -73,7 +73,7 @@ def own_p(gain: float, tried: int) -> float:
 
     `tried` is the number of candidates among which it is the best. Source: Shafer (2021), J. R. Stat. Soc. A 184; the tempering is ours.
     """
-    return float(min(1.0, tried * np.exp(-max(gain, 0.0) / SOFT)))
+    return float(np.clip(tried * np.exp(-max(gain, 0.0) / SOFT), 1 / (SIGNS + 1), 1.0))  # no smaller than the other test can give
 
 
 def family_wise_p(races: Sequence[Race], seed: int) -> float:
