@@ -7,8 +7,9 @@ Results come in the order of the tasks, however they were worked off. Tasks are 
 their files, so that what one worker has read is not lost with it, and a task whose worker dies is given to another. See docs/cluster.md.
 """
 
+import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final, TypeVar, final
 
@@ -49,10 +50,14 @@ class Workers:
 HERE: Final = Workers()  # this process alone
 
 
-def _called(task: tuple[Callable[..., Result], tuple[Any, ...]]) -> Result:
-    """One task, as one argument: joblib hands large arguments of their own to one worker, and they would be lost with it."""
-    function, arguments = task
-    return function(*arguments)
+def _called(task: tuple[Callable[..., Result], tuple[Any, ...], str]) -> Result:
+    """One task, as one argument: joblib hands large arguments of their own to one worker, and they would be lost with it.
+
+    It is done in the folder from which it was sent, so that relative paths mean the same on every machine that shares it.
+    """
+    function, arguments, folder = task
+    with chdir(folder):
+        return function(*arguments)
 
 
 @contextmanager
@@ -78,7 +83,7 @@ def _results(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], 
     import joblib
 
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="all")
-    yield from parallel(joblib.delayed(_called)((function, task)) for task in tasks)
+    yield from parallel(joblib.delayed(_called)((function, task, os.getcwd())) for task in tasks)
 
 
 def spread(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], workers: Workers = HERE) -> Iterator[Result]:

@@ -41,7 +41,8 @@ class Check(Shown):
 def check(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Check:
     """Return what was given, what is derived and what looks wrong, with the remedy.
 
-    `cutoff_hz` is the low-pass cut-off, chosen from the data by default; `workers` share the recordings (docs/cluster.md). Raises RecordingError where a file cannot be read at all.
+    `cutoff_hz` is the low-pass cut-off, chosen from the data by default; `workers` share the recordings (docs/cluster.md). Raises
+    RecordingError where a file cannot be read at all.
     """
     require(cutoff_hz is None or 0 < cutoff_hz < 1e6, f"cutoff_hz {cutoff_hz}: give a positive frequency in Hz", ConfigError)
     return Check(survey(campaign, cutoff_hz, workers))

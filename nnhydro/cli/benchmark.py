@@ -5,6 +5,7 @@ from pathlib import Path
 import typer
 
 from nnhydro.report.screen import JSON, QUIET, emit
+from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 
 def benchmark(
@@ -17,6 +18,9 @@ def benchmark(
     config: Path | None = typer.Option(None, "--config", help="TOML file with the network's choices."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; that of --config, else 0, by default."),
+    jobs: int = JOBS,
+    backend: str = BACKEND,
+    scheduler: str = SCHEDULER,
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
@@ -26,11 +30,13 @@ def benchmark(
     from nnhydro.evaluation.protocols.protocol import DEFAULT
     from nnhydro.files import check_folder
     from nnhydro.identification.config import TrainingConfig, read_config
+    from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.report.benchmark_folder import RESULT, SHOWN, write_benchmark
     from nnhydro.report.benchmark_table import print_benchmark
     from nnhydro.report.progress import steps_on_screen
 
+    workers = Workers(jobs, backend, scheduler)
     check_folder(out, RESULT)
     given = {"seed": seed, "cutoff_hz": cutoff}
     chosen = read_config(config) if config is not None else TrainingConfig()
@@ -39,7 +45,7 @@ def benchmark(
     campaigns = open_campaigns(campaign)
     total = folds * len(names or default_names(campaigns[0].arm)) if protocol == DEFAULT and names != ["all"] else None
     with steps_on_screen(total) as report:
-        result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol)
+        result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol, workers)
     paths = write_benchmark(result, out)
     if json:
         emit(result.document())

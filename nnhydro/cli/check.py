@@ -5,27 +5,32 @@ from pathlib import Path
 import typer
 
 from nnhydro.report.screen import JSON, QUIET, emit, say
+from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 
 def check(
     campaign: Path = typer.Argument(help="Folder of the campaign (arm.yaml, recordings/, steady/), or a folder of campaigns."),
     column_map: Path | None = typer.Option(None, "--map", help="YAML file: foreign columns and their units; default columns.yaml there."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    jobs: int = JOBS,
+    backend: str = BACKEND,
+    scheduler: str = SCHEDULER,
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Read every file of a campaign, print what was given, derived and looks wrong, and what to do about it."""
     from nnhydro.errors import ConfigError, RecordingError, require
+    from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.recordings.survey import survey
     from nnhydro.report.survey_table import document, print_survey
 
     require(cutoff is None or 0 < cutoff < 1e6, f"--cutoff {cutoff}: give a positive frequency in Hz", ConfigError)
+    workers = Workers(jobs, backend, scheduler)
     documents, failed = [], []
     campaigns = open_campaigns(campaign, column_map)
     for one in campaigns:
-        one.verify()
-        found, name = survey(one, cutoff), str(one.root)
+        found, name = survey(one, cutoff, workers), str(one.root)
         failed += [f"{name}: {oddity.message}" for oddity in found.errors]
         if json:
             documents.append(document(found, name))

@@ -1,14 +1,40 @@
 """`nnhydro diagnose`: what the baseline leaves out of the recordings."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, show
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, table
+from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
+
+if TYPE_CHECKING:
+    from nnhydro.parallel import Workers
+    from nnhydro.report.diagnosis_batch import Asked
+
+
+def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
+    """Diagnose several campaigns; what went wrong with one is told at the end, when all others are done."""
+    from nnhydro.errors import CampaignError
+    from nnhydro.report.diagnosis_batch import diagnose_all
+
+    told = []
+    for one in diagnose_all(asked, workers):
+        told.append(one)
+        note(f"{len(told)} of {len(asked)}: {one.asked.campaign.name}: {one.verdict}")
+    if json:
+        emit({"campaigns": {one.asked.campaign.name: one.document for one in told}})
+    else:
+        table("Campaigns", ["campaign", "left out"], [[one.asked.campaign.name, one.verdict] for one in told], (True, True))
+    failed = [f"{one.asked.campaign}: {one.verdict}" for one in told if one.document is None]
+    if failed:
+        raise CampaignError(f"{len(failed)} of {len(told)} campaigns could not be diagnosed; the first: {failed[0]}")
+    if not json:
+        conclude(f"{len(told)} campaigns diagnosed.", [asked[0].out.parent])
 
 
 def diagnose(
-    campaign: Path = typer.Argument(help="Folder of the campaign."),
+    campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, which are diagnosed one by one."),
     out: Path = typer.Option(..., "--out", help="Folder for diagnosis.json, report.html, model/ and baseline/."),
     baseline: str = typer.Option("", "--baseline", help="A physics model by name, a model folder, or column (the recordings' "
                                  "tau*_sim_Nm); constant, or rigid where dry, by default."),
@@ -16,6 +42,9 @@ def diagnose(
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstraps."),
     column_map: Path | None = MAP,
+    jobs: int = JOBS,
+    backend: str = BACKEND,
+    scheduler: str = SCHEDULER,
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
@@ -23,12 +52,24 @@ def diagnose(
     from nnhydro.diagnosis.engine import diagnose as find
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.files import check_folder
-    from nnhydro.recordings.campaign import verified
+    from nnhydro.parallel import Workers
+    from nnhydro.recordings.campaign import inner_campaigns, verified
     from nnhydro.report.diagnosis_folder import RESULT, write_diagnosis
     from nnhydro.report.diagnosis_sheets import findings_sheet, location_sheet, parameters_sheet
     from nnhydro.report.progress import steps_on_screen
 
+    workers = Workers(jobs, backend, scheduler)
+    inside = inner_campaigns(campaign)
+    for folder in (out / one.name for one in inside):
+        check_folder(folder, RESULT)
+    if inside:
+        from nnhydro.report.diagnosis_batch import Asked
+
+        _many([Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map) for one in inside], workers, json)
+        return
     check_folder(out, RESULT)
+    if not workers.alone:
+        note("one campaign is worked on by one process: --jobs and --backend share out several")
     if effects is not None:
         load_plugin(effects)
     opened = verified(campaign, column_map)

@@ -15,6 +15,8 @@ from nnhydro.errors import CampaignError, missing_extra, require
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.train import train_units
 from nnhydro.models.learned import LearnedTorque
+from nnhydro.parallel import HERE, Workers, spread
+from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.recordings.repeats import group_names
@@ -43,12 +45,18 @@ class Found:
                 "trials": [{"choices": choices, "error": error} for choices, error in self.trials]}
 
 
-def inner_error(chosen: Sequence[Unit], campaign: Campaign, how: Preparation, config: TrainingConfig, score: Score, count: int) -> float:
-    """Return the mean error of `config` over `count` folds of the units `chosen` alone."""
-    errors = []
-    for held_out in folds(chosen, count, config.seed):
-        model = train_units([unit for i, unit in enumerate(chosen) if i not in held_out], campaign.arm, how, config)
-        errors.append(score(model, [chosen[i] for i in held_out]))
+def _fold_error(chosen: Sequence[Unit], held_out: Sequence[int], arm: Arm, how: Preparation, config: TrainingConfig,
+                score: Score) -> float:
+    """One fold: the piece of work that goes to a worker."""
+    model = train_units([unit for i, unit in enumerate(chosen) if i not in held_out], arm, how, config)
+    return score(model, [chosen[i] for i in held_out])
+
+
+def inner_error(chosen: Sequence[Unit], campaign: Campaign, how: Preparation, config: TrainingConfig, score: Score, count: int,
+                workers: Workers = HERE) -> float:
+    """Return the mean error of `config` over `count` folds of the units `chosen` alone, which `workers` share."""
+    tasks = [(chosen, held_out, campaign.arm, how, config, score) for held_out in folds(chosen, count, config.seed)]
+    errors = list(spread(_fold_error, tasks, workers))
     return sum(errors) / len(errors)
 
 
@@ -64,9 +72,10 @@ def _suggested(trial: Any, ranges: Ranges) -> dict[str, Any]:
 
 
 def search(campaign: Campaign, config: TrainingConfig, ranges: Ranges, trials: int, score: Score, outer_folds: int = 5,
-           inner_folds: int = 3, progress: Callable[[int, float], None] | None = None) -> Found:
+           inner_folds: int = 3, progress: Callable[[int, float], None] | None = None, workers: Workers = HERE) -> Found:
     """Return the best of `trials` choices within `ranges`, judged once on a fold that the search did not see.
 
+    `workers` share the inner folds of a trial; trials follow one another, for each learns from those before.
     Raises MissingExtraError without optuna, CampaignError where the campaign is too small, ConfigError for choices that are none.
     """
     try:
@@ -85,7 +94,7 @@ def search(campaign: Campaign, config: TrainingConfig, ranges: Ranges, trials: i
     def objective(trial: Any) -> float:
         choices = _suggested(trial, ranges)
         tried = TrainingConfig.model_validate({**config.model_dump(), **choices})
-        found.append((choices, inner_error(chosen, campaign, how, tried, score, inner_folds)))
+        found.append((choices, inner_error(chosen, campaign, how, tried, score, inner_folds, workers)))
         if progress is not None:
             progress(len(found), found[-1][1])
         return found[-1][1]

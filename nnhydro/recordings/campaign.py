@@ -153,10 +153,14 @@ def verified(root: Path, column_map: Path | None = None) -> Campaign:
     return campaign
 
 
+def inner_campaigns(root: Path) -> tuple[Path, ...]:
+    """Return the folders of the campaigns inside `root`, in order; none where `root` is a campaign itself."""
+    if (root / "arm.yaml").is_file() or not root.is_dir():
+        return ()
+    return tuple(sorted(path.parent for path in root.glob("*/arm.yaml") if not path.parent.name.startswith(".")))
+
+
 def open_campaigns(root: Path, column_map: Path | None = None) -> tuple[Campaign, ...]:
     """Return the campaign in `root`, or those in its sub-folders, one an arm, where `root` has no arm.yaml but they do."""
     _require_folder(root)
-    inside = sorted(path.parent for path in root.glob("*/arm.yaml") if not path.parent.name.startswith("."))
-    if (root / "arm.yaml").is_file() or not inside:
-        return (open_campaign(root, column_map),)
-    return tuple(open_campaign(folder, column_map) for folder in inside)
+    return tuple(open_campaign(folder, column_map) for folder in inner_campaigns(root) or (root,))

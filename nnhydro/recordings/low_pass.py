@@ -7,6 +7,7 @@ Source: McLain & Rock (1998), section 2 (25 Hz, fourth order, forward and backwa
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -33,6 +34,15 @@ def _extension(x: Array, pad: int, near: int) -> Array:
     return result
 
 
+@lru_cache(maxsize=64)  # recordings of one campaign mostly share a rate, and the design takes as long as the filtering
+def _sections(order: int, share: float) -> Array:
+    """Second-order sections of a Butterworth filter with its cut-off at `share` of the Nyquist frequency."""
+    from scipy.signal import butter
+
+    sections: Array = butter(order, share, output="sos")
+    return sections
+
+
 @final
 @dataclass(frozen=True)
 class LowPass:
@@ -57,12 +67,12 @@ class LowPass:
         force the acceleration to zero where a recording begins or ends in motion. A cut-off at or above 0.45 of the sampling rate
         passes everything. Raises RecordingError below four rows.
         """
-        from scipy.signal import butter, sosfiltfilt
+        from scipy.signal import sosfiltfilt
 
         require(len(x) >= 4, f"{len(x)} rows are too few to filter: at least 4 are needed", RecordingError)
         if self.cutoff_hz * dt >= 0.45:
             return x
-        sos = butter(self.order, 2.0 * self.cutoff_hz * dt, output="sos")
+        sos = _sections(self.order, 2.0 * self.cutoff_hz * dt)
         # the ring of the filter lasts about one period of the cut-off; padding three of them keeps it off the record
         period = 1.0 / (self.cutoff_hz * dt)
         pad = min(len(x) - 1, int(np.ceil(3.0 * period)))

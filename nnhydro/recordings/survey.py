@@ -1,12 +1,13 @@
 """Look a whole campaign over: what was given, what is derived, what is odd, and how the arm meets the water."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.parallel import HERE, Workers, spread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks import CHECKS
@@ -14,12 +15,13 @@ from nnhydro.recordings.checks.jitter import jitter
 from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.recordings.recording import Recording, SteadyTable
+from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.repeats import NoiseFloor, noise_floor
 
 Array = NDArray[np.float64]
 CHANNELS = {"q": "q", "qd": "dq", "qdd": "ddq", "u0": "u0", "du0": "du0", "tau": "tau", "tau_sim": "tau_sim", "clock": "clock"}
 ORDER = ("error", "warning", "note")
+BATCH = 8  # recordings a task: reading and checking one takes some 20 ms, handing out a task 1 ms
 
 
 @final
@@ -85,9 +87,9 @@ def tip_speed(arm: Arm, link: int, q: Array, qd: Array, u0: Array) -> Array:
     return speed
 
 
-def _tips(arm: Arm, r: Recording) -> Iterator[tuple[int, Array, Array]]:
+def _tips(arm: Arm, reading: Reading) -> Iterator[tuple[int, Array, Array]]:
     """(link, steps of time, normal speeds of its tip) over the blocks of a recording."""
-    reading = Reading.of(r, arm)
+    r = reading.recording
     for start, stop in reading.stretches:
         at = reading.blocks(start, stop)
         if len(at) > 2:
@@ -104,31 +106,44 @@ def _stroke(dt: Array, w: Array) -> float:
     return float(np.bincount(turn, weights=np.abs(w) * dt).max()) if len(w) else 0.0
 
 
-def facts(campaign: Campaign) -> tuple[LinkFacts, ...]:
-    """Return slenderness, top speed, Reynolds number and travel of every link."""
-    arm = campaign.arm
-    top, stroke = np.zeros(arm.n_links), np.zeros(arm.n_links)
-    for r in campaign.recordings():
-        for link, dt, w in _tips(arm, r):
+@final
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """One recording looked over: what it holds, what is odd, top speed m/s and longest stroke m of every link's tip."""
+
+    entry: Entry
+    oddities: tuple[Oddity, ...]
+    top: Array
+    stroke: Array
+
+
+def _seen(campaign: Campaign, name: str) -> _Seen:
+    reading = Reading.of(campaign.load(name), campaign.arm)
+    found = tuple(replace(oddity, check=check.id) for check in CHECKS.values() if isinstance(check, RecordingCheck)
+                  for oddity in check.find(reading))
+    top, stroke = np.zeros(campaign.arm.n_links), np.zeros(campaign.arm.n_links)
+    if not any(oddity.severity == "error" for oddity in found):
+        for link, dt, w in _tips(campaign.arm, reading):
             top[link] = max(top[link], float(np.percentile(np.abs(w), 99.5)))
             stroke[link] = max(stroke[link], _stroke(dt, w))
+    return _Seen(entry(reading), found, top, stroke)
+
+
+def _some_seen(campaign: Campaign, names: tuple[str, ...]) -> list[_Seen]:
+    """A batch of recordings: the piece of work that goes to a worker, which reads their files."""
+    return [_seen(campaign, name) for name in names]
+
+
+def _facts(campaign: Campaign, seen: Sequence[_Seen]) -> tuple[LinkFacts, ...]:
+    """Slenderness, top speed, Reynolds number and travel of every link."""
+    arm = campaign.arm
+    top, stroke = (np.max([np.zeros(arm.n_links), *values], axis=0) for values in ([s.top for s in seen], [s.stroke for s in seen]))
     for table in campaign.steady:
         for link in range(arm.n_links):
             top[link] = max(top[link], float(np.abs(tip_speed(arm, link, table.q, table.qd, table.u0)).max(initial=0.0)))
     nu = arm.fluid.kinematic_viscosity_m2_s
     return tuple(LinkFacts(float(arm.L[i] / arm.D[i]), float(top[i]), None if arm.dry else float(top[i] * arm.D[i] / nu),
                            float(stroke[i] / arm.D[i])) for i in range(arm.n_links))
-
-
-def _of_recordings(campaign: Campaign) -> tuple[list[Entry], list[Oddity]]:
-    entries, found = [], []
-    for r in campaign.recordings():
-        reading = Reading.of(r, campaign.arm)
-        entries.append(entry(reading))
-        for check in CHECKS.values():
-            if isinstance(check, RecordingCheck):
-                found += [replace(oddity, check=check.id) for oddity in check.find(reading)]
-    return entries, found
 
 
 def _of_arm_and_tables(arm: Arm, tables: tuple[SteadyTable, ...]) -> Iterator[Oddity]:
@@ -140,9 +155,11 @@ def _of_arm_and_tables(arm: Arm, tables: tuple[SteadyTable, ...]) -> Iterator[Od
                 yield from (replace(oddity, check=check.id) for oddity in check.find(table, arm))
 
 
-def survey(campaign: Campaign, cutoff_hz: float | None = None) -> Survey:
-    """Return all that can be said about a campaign; raises RecordingError where a file cannot be read at all."""
-    entries, found = _of_recordings(campaign)
+def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:
+    """Return all that can be said about a campaign; `workers` share the recordings. Raises RecordingError where one cannot be read."""
+    batches = [campaign.names[k:k + BATCH] for k in range(0, len(campaign.names), BATCH)]
+    seen = [one for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for one in some]
+    found = [oddity for one in seen for oddity in one.oddities]
     found += _of_arm_and_tables(campaign.arm, campaign.steady)
     how, floor, links = None, None, tuple[LinkFacts, ...]()
     if not any(oddity.severity == "error" for oddity in found):
@@ -150,6 +167,7 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None) -> Survey:
         for check in CHECKS.values():
             if isinstance(check, CampaignCheck):
                 found += [replace(oddity, check=check.id) for oddity in check.find(campaign, how)]
-        floor, links = noise_floor(campaign, how), facts(campaign)
+        floor, links = noise_floor(campaign, how), _facts(campaign, seen)
     ordered = sorted(found, key=lambda oddity: ORDER.index(oddity.severity))
-    return Survey(tuple(entries), tuple((table.name, len(table)) for table in campaign.steady), tuple(ordered), how, floor, links)
+    tables = tuple((table.name, len(table)) for table in campaign.steady)
+    return Survey(tuple(one.entry for one in seen), tables, tuple(ordered), how, floor, links)

@@ -1,17 +1,17 @@
 """Diagnose a fresh suite of concealed campaigns and print the score: `python training/concealed/run.py [KEY=VALUE ...] [--suite DIR]`.
 
 KEY=VALUE overrides config.toml, e.g. `count=40 strength=weak seed=7`. With `--suite DIR` an existing suite is diagnosed, e.g.
-datasets/concealed. Everything goes to runs/; a campaign that has been diagnosed is not diagnosed again.
+datasets/concealed. Everything goes to runs/; a campaign that has been diagnosed is not diagnosed again: a run that was ended goes on.
+`--backend dask --scheduler ADDRESS` diagnoses on a cluster (docs/cluster.md) instead of in `jobs` processes here.
 """
 
 import sys
 import tomllib
-from concurrent.futures import ProcessPoolExecutor
-from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).parent
 RUNS = HERE / "runs"
+
 
 def configured(overrides: list[str]) -> dict:
     """Return config.toml with the overrides of the command line."""
@@ -36,40 +36,40 @@ def suite_of(config: dict) -> Path:
     return place
 
 
-def diagnose_one(campaign: Path, out: Path, baseline: str) -> str:
-    """Diagnose one campaign and return a line about it; a user's error is a line, too."""
-    from nnhydro.diagnosis.engine import diagnose
-    from nnhydro.errors import NnhydroError
-    from nnhydro.recordings.campaign import open_campaign
-    from nnhydro.report.diagnosis_folder import write_diagnosis
+def option(arguments: list[str], name: str) -> str:
+    """Take `--name VALUE` out of the command line and return the value, empty where it is not given."""
+    if f"--{name}" not in arguments:
+        return ""
+    place = arguments.index(f"--{name}")
+    value = arguments[place + 1]
+    del arguments[place:place + 2]
+    return value
 
-    opened = open_campaign(campaign)
-    try:
-        found = diagnose(opened, baseline)
-        write_diagnosis(found, opened, out)
-    except NnhydroError as error:
-        return f"{campaign.name}: {error}"
-    return f"{campaign.name}: {', '.join(f['effect'] for f in found.document()['findings']) or 'nothing'}"
+
+def line(told) -> str:
+    """Return what became of one campaign."""
+    named = "nothing" if told.document is None else ", ".join(f["effect"] for f in told.document["findings"]) or "nothing"
+    return f"{told.asked.campaign.name}: {named if told.document is not None else told.verdict}"
 
 
 def main() -> None:
     """Make the suite, diagnose it, print and store the score."""
-    if find_spec("nnhydro.diagnosis") is None or find_spec("nnhydro.diagnosis.engine") is None:
-        sys.exit("nnhydro.diagnosis.engine is not there: nothing to score")
     from nnhydro.files import write_json
+    from nnhydro.parallel import Workers
+    from nnhydro.report.diagnosis_batch import Asked, diagnose_all
     from nnhydro.report.score_table import print_score
     from nnhydro.simulation.reveal import read_suite, reveal
 
     arguments = sys.argv[1:]
-    given = Path(arguments.pop(arguments.index("--suite") + 1)) if "--suite" in arguments else None
-    config = configured([a for a in arguments if a != "--suite"])
-    suite = given or suite_of(config)
+    given, backend, scheduler = (option(arguments, name) for name in ("suite", "backend", "scheduler"))
+    config = configured(arguments)
+    suite = Path(given) if given else suite_of(config)
     found = RUNS / f"{suite.name}_diagnoses"
-    todo = [(suite / name, found / name, public["baseline"]) for name, public in read_suite(suite).items()
+    todo = [Asked(suite / name, found / name, public["baseline"]) for name, public in read_suite(suite).items()
             if not (found / name / "diagnosis.json").is_file()]
-    with ProcessPoolExecutor(config["jobs"]) as pool:
-        for line in pool.map(diagnose_one, *zip(*todo, strict=True)) if todo else ():
-            print(line, flush=True)
+    workers = Workers(1 if backend == "dask" else config["jobs"], backend or "processes", scheduler)
+    for told in diagnose_all(todo, workers) if todo else ():
+        print(line(told), flush=True)
     score = reveal(suite, found)
     print_score(score, str(suite))
     write_json(RUNS / f"{suite.name}_score.json", score)

@@ -1,6 +1,7 @@
 """Which choices of the training are best on rivera_tank: `python training/search/run.py [key=value ...]`; needs nnhydro[search].
 
-The search sees four of five folds; its winner and the defaults are then judged on the fifth. Writes results.json.
+The search sees four of five folds; its winner and the defaults are then judged on the fifth. Writes results.json. `jobs=3` trains the inner
+folds of a trial at the same time.
 """
 
 import sys
@@ -14,6 +15,7 @@ from nnhydro.files import write_json
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.identify import versions
 from nnhydro.identification.search import search
+from nnhydro.parallel import Workers
 from nnhydro.recordings.campaign import open_campaign
 
 HERE = Path(__file__).parent
@@ -31,7 +33,7 @@ def main():
     campaign = open_campaign(Path(config["campaign"]))
     start = time.perf_counter()
     found = search(campaign, TrainingConfig.model_validate(config["start"]), config["ranges"], config["trials"], error,
-                   progress=lambda n, e: print(f"trial {n}: {100 * e:.2f} %", flush=True))
+                   progress=lambda n, e: print(f"trial {n}: {100 * e:.2f} %", flush=True), workers=Workers(config.get("jobs", 1)))
     print(f"held out of the search: {100 * found.held_out_error:.2f} %, with the starting choices {100 * found.default_error:.2f} %")
     write_json(HERE / "results.json", {**found.document(), "seconds": round(time.perf_counter() - start), "config_file": config,
                                        "versions": versions() | {"campaign_sha256": campaign.sha256()}})
