@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, table
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, table, use_of
 from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 if TYPE_CHECKING:
@@ -83,4 +83,4 @@ def diagnose(
     for sheet in (findings_sheet(document), parameters_sheet(document), location_sheet(document)):
         if len(sheet):
             show(sheet)
-    conclude(result.verdict(), paths, f"nnhydro predict {out / 'model'} {campaign}/unseen/*.csv --out torques")
+    conclude(result.verdict(), paths, use_of(out / "model", campaign))

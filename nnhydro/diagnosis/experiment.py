@@ -49,9 +49,10 @@ class Proposal:
 
     def statement(self) -> str:
         """Return the proposal in one sentence."""
-        names = " from ".join(c.key[0] + (f" at joint {c.key[1]}" if c.key[1] else "") for c in self.contest.members)
+        first, *others = (c.key[0] + (f" at joint {c.key[1]}" if c.key[1] else "") for c in self.contest.members)
         often = "once" if self.recordings == 1 else f"{self.recordings} times"
-        return (f"To tell {names}, record the proposed {self.motion.document['kind']} ({self.motion.t[-1]:.1f} s) {often}: it settles the "
+        kind = self.motion.document["kind"]
+        return (f"To tell {first} from {', '.join(others)}, record the proposed {kind} ({self.motion.t[-1]:.1f} s) {often}: it settles the "
                 f"matter with a chance of {100 * self.chance:.0f} % (a motion drawn at random: {100 * self.usual:.0f} %).")
 
     def write(self, path: Path) -> None:

@@ -51,6 +51,14 @@ def conclude(verdict: str, written: Sequence[Path] = (), following: str = "") ->
         say(f"Next: {following}")
 
 
+def use_of(model: Path, campaign: Path) -> str:
+    """Return the command that uses a new model: on the campaign's unseen motions where it has any, else a look at its gains."""
+    unseen = campaign / "unseen"
+    if unseen.is_dir() and any(unseen.iterdir()):
+        return f"nnhydro predict {model} {unseen}/*.csv --out torques"
+    return f"nnhydro gains {model}   (effective damping and inertia)"
+
+
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[bool] = (True,)) -> None:
     """Print a table: columns of `words` left, the others right; as wide as its content when the output is piped."""
     if _quiet:

@@ -45,7 +45,7 @@ def versions(*names: str) -> dict[str, str]:
 def machine(*names: str) -> str:
     """Return the machine and the versions of `names` in words."""
     load = f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores" if hasattr(os, "getloadavg") else f"{os.cpu_count()} cores"
-    return f"{processor()}, {load}, one thread, seconds of the processor; " + ", ".join(f"{k} {v}" for k, v in versions(*names).items())
+    return f"{processor()}, {load}, one thread; " + ", ".join(f"{k} {v}" for k, v in versions(*names).items())
 
 
 def seconds(calls: Mapping[str, Callable[[], Any]], rounds: int) -> dict[str, float]:

@@ -7,9 +7,11 @@ MuJoCo's mj_inverse with ellipsoids in water, each called as a controller in Pyt
 from importlib.util import find_spec
 from pathlib import Path
 
+from machine import ARM, machine, seconds, versions
+
+# isort: split
 import numpy as np
 import torch
-from machine import ARM, machine, seconds, versions
 from torque_peers import mujoco_model, pinocchio_model
 
 from nnhydro.files import write_json

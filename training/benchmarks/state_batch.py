@@ -8,9 +8,11 @@ belt or gears. Half a minute.
 from importlib.util import find_spec
 from pathlib import Path
 
+from machine import ARM, machine, seconds, versions
+
+# isort: split
 import numpy as np
 import torch
-from machine import ARM, machine, seconds, versions
 
 from nnhydro.files import write_json
 from nnhydro.models.baselines import baseline

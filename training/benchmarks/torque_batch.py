@@ -2,15 +2,19 @@
 
 Peers: Pinocchio's rneaInParallel (the dry arm on a carriage that stands: less work than ours), MuJoCo's mj_inverse with ellipsoids in water
 (no added mass; from Python and in a loop in C), and the closed form in C as cc vectorises it: what one core can do at all. Pinocchio's
-torques are those of our dry arm, the closed form's are ours. Peers that are not installed (pip install pin mujoco) are left out. A minute.
+torques are those of our dry arm, the closed form's are ours. Peers that are not installed (pip install pin mujoco) are left out. A minute;
+with `--torch-compile` also torch.compile of the model as it stands, which needs a C++ compiler.
 """
 
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+from machine import ARM, machine, seconds, versions
+
+# isort: split
 import numpy as np
 import torch
-from machine import ARM, machine, seconds, versions
 from torque_peers import Torque, closed_form, mujoco_c, mujoco_python, pinocchio_batch
 
 from nnhydro.files import write_json
@@ -37,13 +41,13 @@ def of(name: str) -> StripTheory:
     return StripTheory(ARM, Preparation(None), {}, name, baseline(name).start(ARM))
 
 
-def as_torque(model) -> Torque:
+def as_torque(model, wrapped=lambda function: function) -> Torque:
     """Return a model as a function of arrays."""
-    def torque(*state: np.ndarray) -> np.ndarray:
-        q, qd, qdd, u0, du0 = map(torch.from_numpy, state)
-        return model.torque(Motion(u0, q, qd, qdd, u0, du0, steady=True)).numpy()
+    @wrapped
+    def inner(q, qd, qdd, u0, du0):
+        return model.torque(Motion(u0, q, qd, qdd, u0, du0, steady=True))
 
-    return torque
+    return lambda *state: inner(*map(torch.from_numpy, state)).numpy()
 
 
 def contenders() -> dict[str, tuple[Torque, int]]:
@@ -51,6 +55,8 @@ def contenders() -> dict[str, tuple[Torque, int]]:
     found = {"nnhydro numba": (as_torque(compiled(of("constant"), "numba")), STATES)} if find_spec("numba") else {}
     found |= {"nnhydro numpy": (as_torque(compiled(of("constant"), "numpy")), STATES // 4),
               "nnhydro torch (the model itself)": (as_torque(of("constant")), STATES // 10)}
+    if "--torch-compile" in sys.argv:
+        found["nnhydro torch, torch.compile"] = (as_torque(of("constant"), torch.compile(dynamic=True)), STATES // 4)
     if (limit := closed_form(ARM, C_D, C_M)) is not None:
         found["closed form in C"] = (limit, STATES)
     if find_spec("pinocchio"):

@@ -1,14 +1,17 @@
-"""An ambiguous finding is settled by the motion that the diagnosis proposes: `python training/next_experiment/run.py`.
+"""Is an ambiguous finding settled by the motion that the diagnosis proposes? `python training/next_experiment/run.py [none|all]`.
 
 A rig that has swung one way only hides friction at joint 1, recorded by the independent truth (nnhydro.simulation.truth). Where the
-diagnosis cannot tell, the proposed motion is recorded as often as it asks, and a motion drawn at random as often, for comparison.
+diagnosis cannot tell, the proposed motion is recorded as often as it asks, and a motion drawn at random as often, for comparison. Rates and
+accelerations are recorded (all) or have to be derived from the angles (none).
 """
 
+import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
 
+from nnhydro.conventions import column
 from nnhydro.diagnosis.feasible import Rig, draw
 from nnhydro.diagnosis.studied import Studied, studied
 from nnhydro.files import write_json
@@ -37,7 +40,7 @@ class Tank:
     def __init__(self, config: dict, hidden: dict, seed: int) -> None:
         self.links = TrueArm(tuple(TrueLink(*values) for values in zip(*config["arm"].values(), strict=True)))
         self.arm = parse_arm(document(self.links, 0.01), "truth")
-        self.sensors = Sensors(config["rate_hz"], "none", "white", config["noise"], 0.0, 2 * np.pi / 2**16, clock=False)
+        self.sensors = Sensors(config["rate_hz"], config["given"], "white", config["noise"], 0.0, 2 * np.pi / 2**16, clock=False)
         made = (registry.makers()[hidden["effect"]](np.random.default_rng(k), self.links).make(hidden["level"]) for k in range(100))
         self.cause: Cause = next(cause for cause in made if cause.joint == 1 and cause.shape == "plain")
         self.rng = np.random.default_rng([seed, 2026])
@@ -54,8 +57,9 @@ class Tank:
         """Return what the sensors record of it."""
         run = self.run(motion, name)
         seen = record(run, read(run, self.links, [self.cause]), self.links, self.sensors, self.sigma, self.rng, True)
-        q, tau = (np.column_stack([seen[f"{stem}{j}_{unit}"] for j in (1, 2)]) for stem, unit in (("q", "rad"), ("tau", "Nm")))
-        return Recording(name, seen["t_s"], q, tau, u0=seen.get("u0_m_s"))
+        q, qd, qdd, tau = (np.column_stack([seen[column(key, j)] for j in (1, 2)]) if column(key, 1) in seen else None
+                           for key in ("q", "qd", "qdd", "tau"))
+        return Recording(name, seen["t_s"], q, tau, qd, qdd, seen.get("u0_m_s"), seen.get("du0_m_s2"))
 
 
 def outcome(found: Studied) -> str:
@@ -69,8 +73,9 @@ def settled(found: Studied, effect: str) -> bool:
 
 
 def main() -> None:
-    """Run every case, print and write results.json."""
+    """Run every case, print and write results_GIVEN.json."""
     config, results = tomllib.loads((HERE / "config.toml").read_text()), []
+    config["given"] = (*sys.argv[1:], "all")[0]
     for hidden in config["hidden"]:
         for seed in config["seeds"]:
             tank = Tank(config, hidden, seed)
@@ -90,7 +95,7 @@ def main() -> None:
                         "settled_random": [settled(one, hidden["effect"]) for one in after[1:]]}
             results.append(row)
             print({key: value for key, value in row.items() if key != "proposal"}, proposal and proposal.statement(), flush=True)
-    write_json(HERE / "results.json", {"cases": results, "config": config, "versions": versions()})
+    write_json(HERE / f"results_{config['given']}.json", {"cases": results, "config": config, "versions": versions()})
 
 
 if __name__ == "__main__":

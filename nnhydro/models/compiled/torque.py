@@ -28,7 +28,8 @@ from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel_term import TravelTerm
 
 Array = NDArray[np.float64]
-WORTH: Final = 500_000  # rows of a travelling model from which on compiling it (5 s) costs less than it saves (15 s a million rows)
+# rows from which on compiling pays: it takes 3 s and saves 11 s a million rows with coefficients over the travel, 0.8 s without
+WORTH: Final = {True: 500_000, False: 5_000_000}
 CLOSE: Final = 1e-9  # of the rms torque: far above rounding, far below any difference that would be a fault
 ROWS: Final = 60
 
@@ -77,6 +78,10 @@ class Compiled(TorqueModel):
         return self.model.document()
 
 
+def _travels(model: StripTheory) -> bool:
+    return any(isinstance(term, TravelTerm) for term in model.loads.terms.values())
+
+
 def _checked(made: Compiled) -> Compiled:
     """Return `made` if it gives what the model gives along two runs."""
     for run in trial_runs(made.arm.n_links):
@@ -96,7 +101,7 @@ def compiled(model: TorqueModel, engine: str | None = None) -> Compiled:
     if not isinstance(model, StripTheory):
         raise ModelError("only physics models are compiled: nnhydro export makes a network fast for a controller")
     chosen = engine_called(engine)
-    travelling = any(isinstance(term, TravelTerm) for term in model.loads.terms.values())
+    travelling = _travels(model)
     if travelling:
         require(not model.instruments, "coefficients over the travel together with faults of sensors are not compiled", ModelError)
         require(chosen == "numba", "coefficients over the travel s/D are compiled with numba only: pip install 'nnhydro[fast]'", ModelError)
@@ -105,12 +110,8 @@ def compiled(model: TorqueModel, engine: str | None = None) -> Compiled:
 
 
 def quickest(model: TorqueModel, rows: int) -> TorqueModel:
-    """Return what computes `rows` rows of torque soonest: the model, or the model compiled.
-
-    Worth it for coefficients over the travel, where numba is installed; all else takes less time than reading the file it came from.
-    """
-    travels = isinstance(model, StripTheory) and any(isinstance(term, TravelTerm) for term in model.loads.terms.values())
-    if not travels or rows < WORTH or engine_called(None) != "numba":
+    """Return what computes `rows` rows of torque soonest: the model, or the model compiled where it can be."""
+    if not isinstance(model, StripTheory) or rows < WORTH[_travels(model)]:
         return model
     try:
         return compiled(model)
