@@ -14,15 +14,14 @@ from torch import Tensor
 def relaxed(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
     """Return m (n, ...) of m_k = m_{k-1} exp(-rate_k) + target_k (1 - exp(-rate_k)), m_0 = start; exact for constant rates."""
     decay = np.broadcast_to(torch.exp(-rate).numpy(), target.shape).copy()
-    m = (1 - decay) * target.numpy()
-    if len(m):
-        m[0] = start.numpy()
+    m = (1 - decay) * (target - start).numpy()  # from the start on: what never changes stays exactly what it was
+    m[:1] = 0.0
     step = 1
     while step < len(m):  # the recursions of 1, 2, 4, ... rows joined: n log n instead of n steps in Python
         m[step:] = m[step:] + decay[step:] * m[:-step]
         decay[step:] = decay[step:] * decay[:-step]
         step *= 2
-    return torch.from_numpy(m)
+    return torch.from_numpy(m) + start
 
 
 def overtaking(t: Tensor, w: Tensor, length: Tensor) -> Tensor:
