@@ -33,7 +33,8 @@ CONCEALED_CARD = """# The concealed campaign of the demo
 
 **Synthetic**, no measurement: made by `nnhydro conceal`, whose truth shares no code with the models and the catalogue. Eight recordings of
 a two-link arm, angles and torques alone, in which one effect is hidden. Its name is in answers/campaign_000.sealed, the key in key.txt.
-The effect and the seed were chosen by what is hidden (strong, of plain shape, at one joint): datasets/make_demo.py. BSD-3-Clause.
+A showcase, no evidence: effect and seed were chosen among four that had been diagnosed, for a finding that is easy to read. How often the
+diagnosis is right stands in training/concealed. Made by datasets/make_demo.py. BSD-3-Clause.
 """
 
 
