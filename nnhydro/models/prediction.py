@@ -67,11 +67,9 @@ def _complete(motion: Recording) -> bool:
     return motion.qd is not None and motion.qdd is not None and (motion.u0 is None or motion.du0 is not None)
 
 
-def _how(model: TorqueModel, motion: Recording) -> Preparation:
-    """The model's own preparation; a cut-off chosen from this motion where the model needed none but this motion does."""
-    if _complete(motion):
-        return Preparation(None)
-    return model.preparation if model.preparation.low_pass is not None else plan(iter([motion]))
+def _how(motion: Recording) -> Preparation:
+    """The low-pass that suits this motion, whose noise and pace need not be those of the campaign that the model was made with."""
+    return Preparation(None) if _complete(motion) else plan(iter([motion]))
 
 
 def _whole(motion: Recording, how: Preparation) -> Segment:
@@ -104,7 +102,7 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
     if recording.n_links != model.arm.n_links:
         raise RecordingError(f"{recording.name}: has {recording.n_links} joint(s), the model's arm has {model.arm.n_links}")
     motion = _finite_motion(recording)
-    how = _how(model, motion)
+    how = _how(motion)
     segments = list(prepare(motion, how, with_torque=False))
     if sum(segment.stop_row - segment.start_row for segment in segments) != len(motion):
         segments.insert(0, replace(_whole(motion, how), start_row=0, stop_row=len(motion)))

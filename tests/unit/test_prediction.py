@@ -64,13 +64,19 @@ def test_the_torques_are_the_models_for_the_derivatives_of_the_motion(links):
     assert relative(prediction.tau[50:-50], torques_at(T, a)[50:-50]) < 0.01
 
 
-def test_the_torque_passes_the_filter_with_which_the_model_was_made():
-    model, motion = model_of(arm(2), Preparation(LowPass(2.0))), motion_at(T)
-    (segment,) = prepare(motion, model.preparation, with_torque=False)
-    unfiltered = model.torque(Motion.of(segment)).numpy()
-    want = LowPass(2.0).apply(unfiltered, 0.01)
-    assert relative(predict(model, motion).tau, want) < 1e-9
-    assert relative(unfiltered, want) > 0.01
+def test_the_low_pass_suits_the_motion_and_not_the_campaign_that_the_model_was_made_with():
+    slow, fast = (predict(model_of(arm(2), Preparation(LowPass(f))), motion_at(T)).tau for f in (2.0, 20.0))
+    assert np.array_equal(slow, fast)
+    assert relative(slow[50:-50], torques_at(T, arm(2))[50:-50]) < 0.01
+
+
+def test_noise_of_the_encoders_is_smoothed_before_it_is_differentiated():
+    noisy = replace(motion_at(T), q=motion_at(T).q + 2e-4 * np.random.default_rng(0).standard_normal((len(T), 2)))
+    want, smoothed = torques_at(T, arm(2)), predict(model_of(arm(2)), noisy).tau
+    (segment,) = prepare(noisy, Preparation(LowPass(1e3)), with_torque=False)
+    rough = model_of(arm(2)).torque(Motion.of(segment)).numpy()
+    assert relative(smoothed[50:-50], want[50:-50]) < 0.1
+    assert relative(rough[50:-50], want[50:-50]) > 1.0
 
 
 def test_given_derivatives_are_taken_as_they_are():
