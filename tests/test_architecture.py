@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -31,15 +32,18 @@ def name_of(path):
     return str(path.relative_to(ROOT))
 
 
+@cache
 def imports(path):
     """Every module that the file imports, at its top or inside its functions, with the line; relative imports begin with a dot."""
+    found = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, node.lineno) for alias in node.names)
+            found += [(alias.name, node.lineno) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.level:
-            yield "." * node.level + (node.module or ""), node.lineno
+            found.append(("." * node.level + (node.module or ""), node.lineno))
         elif isinstance(node, ast.ImportFrom):
-            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+            found += [(f"{node.module}.{alias.name}", node.lineno) for alias in node.names]
+    return found
 
 
 def level(module):
@@ -58,20 +62,22 @@ def library(module):
     return module.split(".")[0]
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
-def test_imports_point_upstream_only(path):
-    own = level(module_of(path))
-    for module, line in imports(path):
-        assert not module.startswith("."), f"{name_of(path)}:{line} imports relatively: write the full name"
+def importing(files):
+    """Every import of every file: the file, the module, and where it stands."""
+    assert len(files) > 100
+    return [(path, module, f"{name_of(path)}:{line}") for path in files for module, line in imports(path)]
+
+
+def test_imports_point_upstream_only():
+    for path, module, where in importing(SOURCES):
+        assert not module.startswith("."), f"{where} imports relatively: write the full name"
         if library(module) == "nnhydro" and path != FRONT:
-            assert level(module) <= own, f"{name_of(path)}:{line} imports {module}, which lies downstream of it"
+            assert level(module) <= level(module_of(path)), f"{where} imports {module}, which lies downstream of it"
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
-def test_libraries_stay_in_their_part_of_the_tree(path):
-    place = path.relative_to(PACKAGE).parts
-    for module, line in imports(path):
-        where = f"{name_of(path)}:{line}"
+def test_libraries_stay_in_their_part_of_the_tree():
+    for path, module, where in importing(SOURCES):
+        place = path.relative_to(PACKAGE).parts
         if library(module) == "torch":
             assert level(module_of(path)) >= level("nnhydro.physics"), f"{where}: torch begins at physics"
         if library(module) == "pandas":
@@ -86,10 +92,9 @@ def test_every_folder_of_the_package_has_its_place():
     assert folders <= {*ORDER, *DATA}, f"{folders - {*ORDER, *DATA}} have no place in the order of imports"
 
 
-@pytest.mark.parametrize("path", EVERYTHING, ids=name_of)
-def test_no_file_is_too_long_to_read(path):
-    lines = len(path.read_text().splitlines())
-    assert lines <= LONGEST, f"{name_of(path)} has {lines} lines"
+def test_no_file_is_too_long_to_read():
+    lines = {name_of(path): len(path.read_text().splitlines()) for path in EVERYTHING}
+    assert {name: n for name, n in lines.items() if n > LONGEST} == {}
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "datasets").glob("*/truth.py")), ids=name_of)

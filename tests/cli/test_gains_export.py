@@ -36,15 +36,15 @@ def said(capsys):
 
 @pytest.mark.parametrize("name", ["constant", "hybrid"])
 def test_gains_writes_a_table_a_plot_and_the_matrices(place, said, tmp_path, name):
-    code, out, _ = said("gains", place / name, "--out", tmp_path / "g")
+    code, out, _ = said("gains", place / name, "--out", tmp_path / "g", *(["--json"] if name == "hybrid" else []))
     assert code == 0
-    assert "damping, textbook" in out
     assert sorted(p.name for p in (tmp_path / "g").iterdir()) == ["gains.csv", "gains.json", "gains.png", "gains.svg"]
     written = json.loads((tmp_path / "g" / "gains.json").read_text())
     assert written["schema"] == "nnhydro/gains/1"
-    code, out, _ = said("gains", place / name, "--out", tmp_path / "g", "--json")
-    assert code == 0
-    assert json.loads(out) == written
+    if name == "hybrid":
+        assert json.loads(out) == written
+    else:
+        assert "damping, textbook" in out
 
 
 @pytest.mark.parametrize(("option", "value", "word"), [("--speed", "0", "--speed"), ("--speed", "nan", "--speed"),
@@ -72,9 +72,10 @@ def test_export_writes_the_file_and_what_it_needs_to_be_told(place, said, tmp_pa
     assert sorted(p.name for p in tmp_path.iterdir()) == ["arm.onnx", "arm.onnx.json"]
     told = json.loads((tmp_path / "arm.onnx.json").read_text())
     assert told["model_digest"] == (place / "hybrid" / "digest.txt").read_text().strip()
-    code, out, _ = said("export", place / "hybrid", "--out", tmp_path / "arm.onnx", "--json")
+    code, out, _ = said("export", place / "constant", "--out", tmp_path / "other.onnx", "--json")
     assert code == 0
-    assert json.loads(out) == {"file": str(tmp_path / "arm.onnx"), **told}
+    told = json.loads((tmp_path / "other.onnx.json").read_text())
+    assert json.loads(out) == {"file": str(tmp_path / "other.onnx"), **told}
 
 
 @pytest.mark.parametrize(("options", "word"), [(("--format", "torchscript"), "onnx"), (("--precision", "half"), "single")])

@@ -185,15 +185,24 @@ def test_a_trained_model_predicts_its_uncertainty(place, said, tmp_path):
     assert (tmp_path / "t" / "motion.csv").read_text().startswith("t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm\n")
 
 
-BENCH = ("--models", "constant,textbook,network,hybrid", "--folds", "3")
+@pytest.fixture
+def compared(place, said):
+    """Compare models with a seed; returns the document and the folder. What was compared once is not compared again."""
+
+    def call(again="", models="constant,textbook,network,hybrid", seed=0):
+        out = place / f"compared{again}_{models}_{seed}"
+        if not out.exists():
+            command = ("benchmark", place / "campaign", "--models", models, "--folds", "3", "--config", place / "tiny.toml")
+            code, told, _ = said(*command, "--seed", seed, "--out", out, "--json")
+            assert code == 0
+            assert strict(told) == strict((out / "benchmark.json").read_text())
+        return strict((out / "benchmark.json").read_text()), out
+
+    return call
 
 
-def test_benchmark_compares_all_models_on_recordings_held_out_once(place, said, tmp_path):
-    command = ("benchmark", place / "campaign", *BENCH, "--config", place / "tiny.toml", "--out", tmp_path / "b")
-    code, out, _ = said(*command, "--json")
-    assert code == 0
-    document = strict(out)
-    assert document == strict((tmp_path / "b" / "benchmark.json").read_text())
+def test_benchmark_compares_all_models_on_recordings_held_out_once(compared):
+    document, out = compared()
     assert set(document) >= KEYS
     assert (document["schema"], document["protocol"]) == ("nnhydro/benchmark/1", "leave-recordings-out")
     assert set(document["models"]) == {"constant", "textbook", "network", "hybrid"}
@@ -206,22 +215,21 @@ def test_benchmark_compares_all_models_on_recordings_held_out_once(place, said, 
     assert sorted(held_out) == [f"run{i}" for i in range(6)]
     assert all(set(fold["errors"]) == set(document["models"]) for fold in document["folds"])
     assert document["models"]["constant"]["error"] < document["models"]["textbook"]["error"]
-    assert {p.suffix for p in (tmp_path / "b").iterdir()} == {".json", ".html", ".png", ".svg", ".csv"}
+    assert {p.suffix for p in out.iterdir()} == {".json", ".html", ".png", ".svg", ".csv"}
 
 
-def test_the_same_seed_gives_the_same_benchmark(place, said, tmp_path):
-    def document(seed):
-        options = ("--config", place / "tiny.toml", "--seed", seed, "--out", tmp_path / "b", "--json")
-        result = strict(said("benchmark", place / "campaign", *BENCH, *options)[1])
-        for of_model in result["models"].values():
+def test_the_same_seed_gives_the_same_benchmark(compared):
+    def without_times(found):
+        document, _ = found
+        for of_model in document["models"].values():
             del of_model["fit_s"]
-        return result
+        return document
 
-    assert document(1) == document(1)
-    assert document(1)["folds"] != document(2)["folds"]
+    assert without_times(compared("_again")) == without_times(compared())
+    assert compared(models="textbook", seed=1)[0]["folds"] != compared()[0]["folds"]
 
 
-def test_the_seed_of_the_configuration_counts_unless_another_is_given(place, said, tmp_path):
+def test_the_seed_of_the_configuration_counts_unless_another_is_given(place, compared, said, tmp_path):
     (tmp_path / "seeded.toml").write_text(TINY + "seed = 5\n")
 
     def seed(*options):
@@ -230,7 +238,7 @@ def test_the_seed_of_the_configuration_counts_unless_another_is_given(place, sai
         assert document["seed"] == document["config"]["seed"]
         return document["seed"]
 
-    assert seed() == 0
+    assert compared()[0]["seed"] == 0
     assert seed("--config", tmp_path / "seeded.toml") == 5
     assert seed("--config", tmp_path / "seeded.toml", "--seed", 0) == 0
 

@@ -75,6 +75,7 @@ def test_the_next_command_is_one_of_ours_and_can_be_typed(command, place, capsys
     assert words[2].startswith(str(place)), "it names the same campaign or model"
 
 
+@SLOW  # a fresh interpreter
 def test_a_wide_table_is_not_cut_where_it_is_piped(place):
     text = subprocess.run([sys.executable, "-m", "nnhydro", "identify", str(place / "campaign"), "--out", str(place / "out")],
                           capture_output=True, text=True, check=True).stdout

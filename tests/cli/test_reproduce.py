@@ -5,6 +5,7 @@ import json
 import pytest
 
 from nnhydro.cli.main import run
+from nnhydro.report.mclain_figures import FIGURES
 
 
 def test_it_prints_the_table_says_what_is_missing_and_writes_the_figures(tmp_path, capsys):
@@ -14,11 +15,13 @@ def test_it_prints_the_table_says_what_is_missing_and_writes_the_figures(tmp_pat
     for part in ("43.4 %", "51.5 %", "12.6 %", "4.5 (4 in the abstract)", "Not in the text"):
         assert part in text
     for kind in ("png", "svg", "csv"):
-        assert len(list(out.glob(f"*.{kind}"))) == 6
+        assert {path.stem for path in out.glob(f"*.{kind}")} == set(FIGURES)
+    assert all(path.read_bytes()[:4] == b"\x89PNG" and path.stat().st_size > 10_000 for path in out.glob("*.png"))
     assert json.loads((out / "reproduction.json").read_text())["errors"]["textbook"] == pytest.approx(0.5149, abs=1e-4)
 
 
-def test_json_is_for_programs(tmp_path, capsys):
+def test_json_is_for_programs(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("nnhydro.report.mclain_figures.FIGURES", {})  # they were drawn above
     assert run(["reproduce", "--json", "--out", str(tmp_path / "paper")]) == 0
     assert json.loads(capsys.readouterr().out)["fitted_constants"]["C_D"] == pytest.approx(0.832, abs=1e-3)
 

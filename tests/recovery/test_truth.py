@@ -324,6 +324,7 @@ def test_several_effects_are_each_visible_beside_the_others(effects):
     assert min(entry["over_limit"] for entry in entries) >= 0.7 * FACTORS["strong"][0]
 
 
+@pytest.mark.slow
 def test_dry_friction_is_nearest_to_the_other_frictions_and_the_answer_says_how_near():
     made = draw_campaign(8, 0, Wish("coulomb_friction", "strong", 2, 1, "small"))
     (entry,) = made.answer["effects"]

@@ -143,6 +143,7 @@ def test_a_compiled_model_predicts_and_is_saved_as_the_model_it_was_made_from(tm
     assert load_model(tmp_path / "model").document() == model.document()
 
 
+@pytest.mark.slow
 def test_long_recordings_are_predicted_by_what_is_soonest_done(monkeypatch):
     pytest.importorskip("numba")
     state, constant = model_of(arm(), "state"), model_of(arm())
@@ -190,15 +191,11 @@ def test_what_is_no_sum_of_load_terms_is_refused():
         compiled(Other(arm(), Preparation(None), {}))
 
 
-def test_one_state_does_not_tell_the_travel():
+def test_the_travel_is_compiled_for_runs_and_steady_rows_and_one_state_does_not_tell_it():
     pytest.importorskip("numba")
     made = compiled(model_of(arm(), "state"))
     with pytest.raises(ModelError, match="travel s/D, which one state does not tell"):
         made.step(*[0.1] * 8)
     assert_equal(made, run(2, 400))
-
-
-def test_the_torque_of_the_travel_is_that_of_steady_rows_too():
-    pytest.importorskip("numba")
-    assert_equal(compiled(model_of(arm(1), "state")), states(1, 50))
-    assert Flow(arm(1), states(1, 50)).motion.steady
+    assert Flow(arm(), states(2, 50)).motion.steady
+    assert_equal(made, states(2, 50))

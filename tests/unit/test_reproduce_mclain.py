@@ -1,4 +1,4 @@
-"""The reproduction of McLain & Rock: the golden errors, the plateau at four segments, and pictures that come out whole."""
+"""The reproduction of McLain & Rock: the golden errors, the plateau at four segments, and the table."""
 
 import pytest
 import torch
@@ -8,7 +8,6 @@ from nnhydro.evaluation.mclain import VALIDATION, comparison_models, fitted_cons
 from nnhydro.evaluation.reproduce_mclain import NOT_IN_TEXT, effective_drag, reproduce, table
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.state_loads import state_loads
-from nnhydro.report.mclain_figures import FIGURES, write_figures
 
 ERRORS = golden("errors")
 FLOWS = [slew(*motion) for motion in VALIDATION]
@@ -77,12 +76,9 @@ def test_effective_drag_of_a_steady_rotation_is_the_curves_steady_value_and_rise
     assert rising == sorted(rising)
 
 
-def test_the_table_and_the_figures_come_out(result, tmp_path):
+def test_the_table_comes_out(result):
     text = " ".join(" ".join(row) for row in table(result))
     for number in ("43.4 %", "51.5 %", "12.6 %"):
         assert number in text
     assert len(NOT_IN_TEXT) >= 3
-    paths = write_figures(result, tmp_path)
-    assert [path.name for path in paths] == [f"{name}.{kind}" for name in FIGURES for kind in ("png", "svg", "csv")]
-    assert all(path.read_bytes()[:4] == b"\x89PNG" and path.stat().st_size > 10_000 for path in paths if path.suffix == ".png")
     assert result.document()["errors"]["textbook"] == pytest.approx(0.515, abs=1e-3)

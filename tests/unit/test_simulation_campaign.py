@@ -174,7 +174,8 @@ def test_a_term_may_stand_there_twice_under_names_of_its_own() -> None:
 
 
 def test_a_controlled_campaign_comes_from_the_same_recipe(tmp_path: Path) -> None:
-    made = recipe(controller={"kind": "pd", "kp": 60, "kd": 6, "torque_limit_Nm": 30}, motions=BASE["motions"][:1], unseen=[])
+    short = {"kind": "slew", "name": "reach", "q_rad": [[0, 0], [0.3, -0.15]], "duration_s": 0.3, "rest_s": 0.05}
+    made = recipe(controller={"kind": "pd", "kp": 60, "kd": 6, "torque_limit_Nm": 30}, motions=[short], unseen=[])
     (run,) = runs(made)
     followed = made.references["reach"].at(run.t).q
     assert 1e-3 < np.abs(run.state.q - followed).max() < 0.3
