@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, use_of
 
 if TYPE_CHECKING:
     from nnhydro.models.learned import LearnedTorque
@@ -73,4 +73,4 @@ def train(
         emit({"model": str(out), **model.fit})
         return
     show(parameter_sheet(model))
-    conclude(told(model), [out], f"nnhydro predict {out} {campaign}/unseen/*.csv --out torques")
+    conclude(told(model), [out], use_of(out, campaign))

@@ -3,7 +3,8 @@
 Every feature has a parity under the mirror image of the rig (q_1 -> pi - q_1, all other angles, rates and accelerations negated, carriage
 kept), which changes the sign of every torque: odd features change sign with it, even ones do not. All are functions of the flow along the
 links, which the half turn of the rig leaves as it is. Velocity reversal is no symmetry (wakes, shielding) and is not used.
-Source: physics of a rig symmetric about the plane of tow; verified in tests.
+A set may be dimensional: SI numbers that have no bound of their own and differ from rig to rig (the network holds them within the range of
+training all the same). Source: physics of a rig symmetric about the plane of tow; verified in tests.
 """
 
 import importlib
@@ -33,7 +34,7 @@ class View:
 @final
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Dimensionless, bounded features of n rows: `odd` (n, a) change sign in the mirror, `even` (n, b) do not."""
+    """Features of n rows: `odd` (n, a) change sign in the mirror, `even` (n, b) do not."""
 
     odd: Tensor
     even: Tensor
@@ -49,16 +50,24 @@ class Features:
 
 FeatureSet = Callable[[View], Features]
 _SETS: dict[str, FeatureSet] = {}
+_DIMENSIONAL: set[str] = set()
 
 
-def feature_set(name: str) -> Callable[[FeatureSet], FeatureSet]:
+def feature_set(name: str, dimensional: bool = False) -> Callable[[FeatureSet], FeatureSet]:
     """Declare the decorated function as the feature set `name`."""
 
     def declare(function: FeatureSet) -> FeatureSet:
         _SETS[name] = function
+        if dimensional:
+            _DIMENSIONAL.add(name)
         return function
 
     return declare
+
+
+def dimensional(name: str) -> bool:
+    """Return whether the set `name` holds SI numbers instead of dimensionless ones."""
+    return name in feature_sets() and name in _DIMENSIONAL
 
 
 @cache

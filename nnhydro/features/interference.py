@@ -7,7 +7,8 @@ the place x_p along that link: if 0 < x_p < L_p and a > 0, link p has passed the
 
     f = 1/2 rho D |w| y sigma inside(x_p / h) inside((L_p - x_p) / h) behind(a / D_p),   y in {w, a, b}        [N/m]
 
-with smooth steps for inside and behind. Features are the torques of f over each pair (p, i) of neighbours and others, scaled.
+with smooth steps for inside and behind. Features are the torques of f over each pair (p, i) of neighbours and others, scaled; the variables
+of a strip are its shares inside . behind . sigma, summed over the other links.
 Source: Schlichting, Boundary-Layer Theory (plane wake: width ~ sqrt(C_D D x), deficit ~ 1/sqrt(x)); Rivera (1995), section 2 (tandem
 cylinders); the geometry is ours.
 """
@@ -16,8 +17,9 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
+from nnhydro.features.strip_state import StripView, state_set
 from nnhydro.features.strips import link_columns
-from nnhydro.features.wake import STILL, STRIPS, memories, stations
+from nnhydro.features.wake import STILL, STRIPS, ends, memories, stations
 from nnhydro.physics.flow import Flow
 
 ALONG = 0.1  # sine of the angle below which a strip runs along the other link instead of towards it
@@ -56,7 +58,8 @@ def interference(view: View) -> Features:
     """Return the scaled drag torques of shielded strips, all odd; none where there is one link."""
     flow = view.flow
     x = stations(flow)
-    w, (a, b) = memories(flow, x)
+    w, remembered = memories(flow, x)
+    a, b = ends(remembered)
     pressure = 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
     columns: list[Tensor] = []
     for i in range(flow.arm.n_links):
@@ -68,3 +71,12 @@ def interference(view: View) -> Features:
                     columns += link_columns(view, load, x, i)
     odd = torch.stack(columns, dim=1) if columns else flow.motion.q[:, :0]
     return Features(odd, odd[:, :0])
+
+
+@state_set("shadow")
+def shadow(view: StripView) -> Tensor:
+    """Return how strongly each strip lies in the wakes of the other links, one variable a reach."""
+    links = range(view.flow.arm.n_links)
+    none = torch.zeros(len(view.w), len(REACHES), view.x.shape[1], dtype=torch.float64)
+    return torch.stack([sum((torch.stack(shielded(view.flow, view.x, p, i), dim=1) for p in links if p != i), start=none)
+                        for i in links], dim=1)

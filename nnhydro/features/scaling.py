@@ -17,6 +17,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
+from nnhydro.recordings.arm import Arm
 
 
 def speed_scale(flow: Flow) -> Tensor:
@@ -42,6 +43,12 @@ def _reach(flow: Flow) -> Tensor:
     return flow.outboard * (start[None, :] - start[:, None] + L[None, :] / 2)
 
 
+def gear_ratios(arm: Arm) -> Tensor:
+    """Return torque at the drive over torque at the sensor (joints,), losses aside."""
+    gears = [arm.gear_of(j) for j in range(arm.n_links)]
+    return torch.tensor([gear.ratio if gear.torque_at == "motor" else 1.0 for gear in gears], dtype=torch.float64)
+
+
 def morison_scale(flow: Flow, floor: Tensor) -> Tensor:
     """Return S (n, joints) N m with the floor (joints,) N m; at a belt drive, motor 1 carries what the belt adds."""
     arm = flow.arm
@@ -53,6 +60,4 @@ def morison_scale(flow: Flow, floor: Tensor) -> Tensor:
     if arm.drive.kind == "remote":
         r = arm.drive.pulley_ratio
         S = torch.stack([S[:, 0] + r * S[:, 1], r * S[:, 1]], dim=1)
-    gear = torch.tensor([arm.gear_of(j).ratio if arm.gear_of(j).torque_at == "motor" else 1.0 for j in range(arm.n_links)],
-                        dtype=torch.float64)
-    return S / gear + floor
+    return S / gear_ratios(arm) + floor

@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
-from nnhydro.features.wake import LARGE, STILL, STRIPS, memories, stations
+from nnhydro.features.wake import LARGE, STILL, STRIPS, ends, memories, stations
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
@@ -60,7 +60,8 @@ def strips(view: View) -> Features:
     """Return the scaled torques of every load at every drive, all odd."""
     flow = view.flow
     x = stations(flow)
-    w, (a, b) = memories(flow, x)
+    w, remembered = memories(flow, x)
+    a, b = ends(remembered)
     tip = torch.exp(-(flow.L[:, None] - x) / flow.D[:, None])
     columns: list[Tensor] = []
     for load in drag_loads(flow, [w, a, b, a - b]):

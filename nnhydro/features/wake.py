@@ -1,6 +1,6 @@
 """What the wake remembers: a causal average of the flow past each station of a link over the distance travelled.
 
-    dm/ds = (w - m)/(lambda D),   ds = |w| dt,      lambda = 1 and 5 diameters         [m/s]
+    dm/ds = (w - m)/(lambda D),   ds = |w| dt,      lambda = 1, 2, 3 and 5 diameters         [m/s]
 
 A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the old sign. It is the travel
 s/D of McLain & Rock in a form that needs no rule for reversals: from rest at constant acceleration m/w is a function of s/D alone.
@@ -18,7 +18,7 @@ from nnhydro.physics.transmission import to_drives
 from nnhydro.physics.wake_memory import relaxed
 
 STRIPS = 10  # a link; McLain & Rock found no gain beyond four
-MEMORIES = (1.0, 5.0)  # diameters: the vortex pair's growth and the street's
+MEMORIES = (1.0, 2.0, 3.0, 5.0)  # diameters, from the vortex pair's growth to the street's
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
 
@@ -26,6 +26,11 @@ STILL = 5e-3  # m/s: below it a station counts as at rest
 def stations(flow: Flow, per_link: int = STRIPS) -> Tensor:
     """Return the middles x (links, s) m of equal strips."""
     return flow.L[:, None] * (torch.arange(per_link, dtype=torch.float64) + 0.5) / per_link
+
+
+def under_way(flow: Flow) -> bool:
+    """Return whether the carriage was under way before the recording began."""
+    return bool(flow.motion.u0[0].abs() > STILL)
 
 
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
@@ -36,15 +41,20 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     if flow.motion.steady or len(flow.motion) < 2:
         return w, [w for _ in MEMORIES]
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
-    towed = flow.motion.u0[0].abs() > STILL  # the carriage was under way before the recording began
-    start = w[0] if bool(towed) else torch.zeros_like(w[0])
-    travel = w.abs() * dt[:, None, None] / flow.D[:, None]
-    return w, [relaxed(w, travel / length, start) for length in MEMORIES]
+    every = w[:, None].expand(-1, len(MEMORIES), -1, -1)
+    start = every[0] if under_way(flow) else torch.zeros_like(every[0])
+    travel = (w.abs() * dt[:, None, None] / flow.D[:, None])[:, None] / torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
+    return w, list(relaxed(every, travel, start).unbind(1))
+
+
+def ends(remembered: list[Tensor]) -> tuple[Tensor, Tensor]:
+    """Return the shortest and the longest memory."""
+    return remembered[0], remembered[-1]
 
 
 @feature_set("wake")
 def wake(view: View) -> Features:
-    """Return, for each memory, the scaled drag torques with one or both speeds taken from the wake, and m against w near the tips.
+    """Return, for two memories, the scaled drag torques with one or both speeds taken from the wake, and m against w near the tips.
 
     odd:  x/sqrt(1 + (x/LARGE)^2), x the torques of 1/2 rho D {|m| w, |w| m, |m| m} over the links divided by the Morison scale, which
           knows nothing of the motion before: where a link stops in the wake of a fast motion x alone has no bound
@@ -55,7 +65,7 @@ def wake(view: View) -> Features:
     w, remembered = memories(flow, x)
     pressure = 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
     odd, even = [], []
-    for m in remembered:
+    for m in ends(remembered):
         for product in (m.abs() * w, w.abs() * m, m.abs() * m):
             load = pressure * product
             torque = flow.normal_columns(load.sum(dim=2), (load * x).sum(dim=2)).sum(dim=2)

@@ -1,12 +1,15 @@
 """Every choice of a training, parsed once from TOML into one frozen object."""
 
 import tomllib
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
 from nnhydro.errors import ConfigError
+from nnhydro.features.feature_set import feature_sets
+from nnhydro.features.strip_state import state_sets
 from nnhydro.models.baselines import BASELINES
 from nnhydro.recordings.validation import Settings, validated
 
@@ -19,7 +22,9 @@ class TrainingConfig(Settings):
     model: Literal["network", "hybrid"] = "hybrid"
     baseline: str = "auto"  # of the hybrid: a name, or the folder of any model; auto is constant in water, rigid in air
     features: tuple[str, ...] = ("morison", "groups", "angles", "rates", "wake", "arm", "friction", "strips", "interference")
-    hidden: tuple[int, ...] = Field(default=(32, 32), min_length=1, max_length=6)
+    law: tuple[str, ...] = ("memory", "reynolds", "span", "bend", "shadow")  # what the strips' drag and added mass depend on; () for no law
+    layers: Literal["common", "parallel"] = "common"  # hidden layers for all torques, or a stack for each
+    hidden: tuple[int, ...] = Field(default=(32, 32), min_length=1, max_length=64)  # neurons of each layer
     members: int = Field(default=6, ge=1, le=64)
     bound: float = Field(default=4.0, gt=0, le=100)  # of the residual in units of the Morison scale
     floor: float = Field(default=0.1, gt=0, le=10)  # of the Morison scale in units of the torque's rms
@@ -40,12 +45,33 @@ class TrainingConfig(Settings):
             raise ValueError("each hidden layer has 1 to 4096 neurons")
         return value
 
+    @field_validator("features")
+    @classmethod
+    def _known_features(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not value:
+            raise ValueError(f"no feature set: name some of {', '.join(feature_sets())}")
+        return _of(value, feature_sets(), "feature set")
+
+    @field_validator("law")
+    @classmethod
+    def _known_states(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        return _of(value, state_sets(), "set of strip variables")
+
     @field_validator("baseline")
     @classmethod
     def _known(cls, value: str) -> str:
         if value != "auto" and value not in BASELINES and not Path(value).is_dir():
             raise ValueError(f"unknown baseline: one of auto, {', '.join(BASELINES)}, or the folder of a model")
         return value
+
+
+def _of(names: tuple[str, ...], known: Collection[str], what: str) -> tuple[str, ...]:
+    """The names, if all are known and none stands twice."""
+    for number, name in enumerate(names):
+        if name not in known or name in names[:number]:
+            raise ValueError(f"{'unknown ' if name not in known else ''}{what} {name!r}{'' if name not in known else ' stands twice'}: "
+                             f"known are {', '.join(known)}")
+    return names
 
 
 def read_config(path: Path) -> TrainingConfig:

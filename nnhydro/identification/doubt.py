@@ -63,7 +63,8 @@ def _out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Ten
     for piece in torch.split(index, CHUNK):
         x, scale = rows.x[piece].double(), rows.scale[piece].double()
         phi = model.familiarity(x)
-        members = model.correction(x, scale)
+        assert rows.linear is not None
+        members = model.correction(x, scale, rows.linear[piece].double().transpose(0, 1))
         mine = watched[:, rows.unit[piece]].double()[..., None]
         predicted = (members * mine).sum(dim=0) / mine.sum(dim=0)
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)

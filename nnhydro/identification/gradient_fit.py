@@ -1,9 +1,10 @@
 """Fit an ensemble by AdamW with early stopping on recordings that are neither trained on nor tested on; can be stopped and resumed.
 
-    loss = mean over training rows of sum_j [ (S_j b tanh(y_j / b) - target_j) / s_j ]^2,     s_j = rms target
+    loss = mean over training rows of sum_j [ (S_j r_j y_j - left_j) / s_j ]^2,     left = target - S linear,   s_j = rms target_j
 
-The linear part of each member stays as it was found in closed form (linear_start.py); the hidden layers learn what it leaves. The order of
-rows is drawn anew each epoch from (seed, epoch), so a resumed run takes the very same steps.
+The networks y learn what the linear part (linear_part.py) leaves of the targets, in units r of its own size, so that their steps fit a
+small remainder as well as a large one. The order of rows is drawn anew each epoch from (seed, epoch), so a resumed run takes the very same
+steps.
 """
 
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.training_rows import Rows
-from nnhydro.models.network import Ensemble, bounded, mirrored
+from nnhydro.models.network import Ensemble, mirrored
 
 Progress = Callable[[int, int, float], None]  # epoch, epochs, mean validation error
 
@@ -41,7 +42,7 @@ class TrainingState:
     def fresh(ensemble: Ensemble) -> "TrainingState":
         """Return the state before the first epoch."""
         weights = ensemble.tensors()
-        members = len(ensemble.skip)
+        members = ensemble.members
         return TrainingState([w.clone() for w in weights], [torch.zeros_like(w) for w in weights], [torch.zeros_like(w) for w in weights],
                              [w.clone() for w in weights], torch.full((members,), float("inf")), torch.zeros(members))
 
@@ -75,10 +76,27 @@ class TrainingState:
                              tensors["best_epoch"], int(tensors["epoch"]), int(tensors["steps"]), tensors["history"].tolist())
 
 
-def _errors(ensemble: Ensemble, rows: Rows, index: Tensor | slice, s: Tensor, bound: float) -> Tensor:
-    """Squared scaled error (members, rows) of the rows `index`."""
-    prediction = rows.scale[index] * bounded(mirrored(ensemble, rows.x[index], rows.parity), bound)
-    return (((prediction - rows.target[index]) / s) ** 2).sum(dim=2)
+@final
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """What is to be learned: what the linear part leaves of the targets (E or 1, n, joints) N m, its size r (E or 1, 1, joints), and s."""
+
+    rows: Rows
+    left: Tensor
+    r: Tensor
+    s: Tensor
+
+    @staticmethod
+    def of(rows: Rows) -> "_Task":
+        """Return the task of `rows`."""
+        left = rows.target[None] if rows.linear is None else rows.target - rows.scale * rows.linear.transpose(0, 1)
+        r = (left / rows.scale).pow(2).mean(dim=1, keepdim=True).sqrt() + 1e-9
+        return _Task(rows, left, r, rows.target.pow(2).mean(dim=0).sqrt() + 1e-9)
+
+    def errors(self, ensemble: Ensemble, index: Tensor | slice) -> Tensor:
+        """Squared scaled error (E, rows) of the rows `index`."""
+        y = self.r * mirrored(ensemble, self.rows.x[index], self.rows.parity)
+        return (((self.rows.scale[index] * y - self.left[:, index]) / self.s) ** 2).sum(dim=2)
 
 
 def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, decay: float) -> None:
@@ -86,7 +104,7 @@ def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, dec
     beta1, beta2, tiny = 0.9, 0.99, 1e-8
     state.steps += 1
     root = (1 - beta2**state.steps) ** 0.5
-    for w, g, m, v in zip(state.weights[:-1], gradients, state.first[:-1], state.second[:-1], strict=True):  # the last is the linear part
+    for w, g, m, v in zip(state.weights, gradients, state.first, state.second, strict=True):
         m.lerp_(g, 1 - beta1)
         v.mul_(beta2).addcmul_(g, g, value=1 - beta2)
         w.data.mul_(1 - rate * decay).addcdiv_(m, v.sqrt().div_(root).add_(tiny), value=-rate / (1 - beta1**state.steps))
@@ -101,35 +119,35 @@ def _rate(config: TrainingConfig, progress: float) -> float:
     return config.learning_rate * (0.01 + 0.99 * 0.5 * (1 + float(torch.cos(torch.tensor(torch.pi * fall)))))
 
 
-def _epoch(state: TrainingState, layout: Ensemble, rows: Rows, train: Tensor, s: Tensor, config: TrainingConfig) -> None:
+def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, config: TrainingConfig) -> None:
     """Pass once over the rows; `train` (members, n) says which rows each member may use."""
-    order = torch.randperm(len(rows.x), generator=torch.Generator().manual_seed(config.seed * 1_000_003 + state.epoch))
+    generator = torch.Generator().manual_seed(config.seed * 1_000_003 + state.epoch)
+    order = torch.randperm(len(task.rows.x), generator=generator)
     batches = torch.split(order, config.batch)
     for number, index in enumerate(batches):
-        learned = state.weights[:-1]
-        for w in learned:
+        for w in state.weights:
             w.requires_grad_(True)
-        errors = _errors(layout.replaced(state.weights), rows, index, s, config.bound)
+        errors = task.errors(layout.replaced(state.weights), index)
         mask = train[:, index]
         loss = ((errors * mask).sum(dim=1) / mask.sum(dim=1).clamp(min=1)).sum()
-        gradients = torch.autograd.grad(loss, learned)
-        for w in learned:
+        gradients = torch.autograd.grad(loss, state.weights)
+        for w in state.weights:
             w.requires_grad_(False)
         _adamw(state, gradients, _rate(config, (state.epoch + number / len(batches)) / config.epochs), config.weight_decay)
     state.epoch += 1
 
 
-def _watch(state: TrainingState, layout: Ensemble, rows: Rows, watch: Tensor, s: Tensor, config: TrainingConfig) -> None:
+def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor) -> None:
     """Note each member's error on the rows it watches (members, n) and keep its best weights."""
     ensemble = layout.replaced(state.weights)
-    pieces = [_errors(ensemble, rows, slice(i, i + 65_536), s, config.bound) for i in range(0, len(rows.x), 65_536)]
-    errors = torch.cat(pieces, dim=1)
+    errors = torch.cat([task.errors(ensemble, slice(i, i + 65_536)) for i in range(0, len(task.rows.x), 65_536)], dim=1)
     error = (errors * watch).sum(dim=1) / watch.sum(dim=1).clamp(min=1)
     better = error < state.best_error
     state.best_error = torch.where(better, error, state.best_error)
     state.best_epoch = torch.where(better, torch.tensor(float(state.epoch)), state.best_epoch)
     for kept, w in zip(state.best, state.weights, strict=True):
-        kept[better] = w[better]
+        own = better.repeat_interleave(len(w) // len(better))  # parallel layers: a stack for each output of a member
+        kept[own] = w[own]
     if state.epoch:
         state.history.append(float(error.mean()))
 
@@ -141,16 +159,15 @@ def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: Training
     `checkpoint` is called after every epoch; stopping (Ctrl-C) between two calls loses at most one epoch.
     """
     watch = watched[:, rows.unit]
-    train = ~watch
-    s = rows.target.pow(2).mean(dim=0).sqrt() + 1e-9
-    seen = watch if bool(watch.any()) else train
+    seen = watch if bool(watch.any()) else ~watch
+    task = _Task.of(rows)
     if not state.epoch:
-        _watch(state, layout, rows, seen, s, config)  # the linear part alone is a candidate
+        _watch(state, layout, task, seen)  # the linear part alone is a candidate
     while state.epoch < config.epochs and bool((state.epoch - state.best_epoch < config.patience).any()):
-        _epoch(state, layout, rows, train, s, config)
-        _watch(state, layout, rows, seen, s, config)
+        _epoch(state, layout, task, ~watch, config)
+        _watch(state, layout, task, seen)
         if checkpoint is not None:
             checkpoint(state)
         if progress is not None:
             progress(state.epoch, config.epochs, state.history[-1])
-    return layout.replaced([w.double() for w in state.best])
+    return layout.replaced([w.double() for w in state.best]).scaled(task.r.double().expand(layout.members, 1, -1))

@@ -1,9 +1,6 @@
 """What is known before the recordings: Gaussian priors on the linear parameters.
 
-Inertial parameters of a link, known to a relative standard uncertainty k of mass m, mass centre c and inertia I, linearised:
-
-    d(m, h, J) = G d(m, c, I),   h = m c,  J = I + m c^2,   cov = k^2 G diag(m^2, c^2, I^2) G'
-
+Inertial parameters deviate from arm.yaml along the directions of features/body_columns.py, one standard deviation each.
 Coefficients of the water keep a wide prior (standard deviation 1), which only speaks where the motions do not excite them.
 Fits work on theta = mean + F z with z ~ N(0, 1): what is exactly known has no direction in F.
 """
@@ -14,6 +11,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.features.body_columns import inertial_directions
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LinearTerm
 from nnhydro.physics.loads.rigid_body import RigidBody
@@ -32,19 +30,6 @@ class Prior:
     F: Array  # (p, r)
     lowest: Array  # (r,)
     highest: Array  # (r,)
-
-
-def inertial_directions(arm: Arm) -> Array:
-    """Return F (3 links, r) of (m, h, J), ordered as `RigidBody`'s columns; a column for each of m, c, I that is not exactly known."""
-    links, columns = arm.n_links, []
-    for i, link in enumerate(arm.links):
-        m, c, inertia, k = link.mass_kg, link.com_m, link.inertia_kg_m2, link.known_to
-        for deviation, gradient in ((k * m, (1.0, c, c**2)), (k * abs(c), (0.0, m, 2 * m * c)), (k * inertia, (0.0, 0.0, 1.0))):
-            column = np.zeros(3 * links)
-            column[[i, links + i, 2 * links + i]] = deviation * np.array(gradient)
-            if column.any():
-                columns.append(column)
-    return np.array(columns).T.reshape(3 * links, len(columns))
 
 
 def _of_term(term: LinearTerm, arm: Arm) -> Prior:

@@ -141,8 +141,7 @@ class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # s
         alone = ((rows.target / s) ** 2).sum(dim=1).expand(len(look), -1).mul(look).sum(dim=1) / look.sum(dim=1)
         helps = (state.best_error < alone).double()[:, None, None]
         self.n_iter_ = state.epoch
-        self.ensemble_ = ensemble.replaced([*ensemble.weights[:-1], ensemble.weights[-1] * helps, *ensemble.offsets[:-1],
-                                            ensemble.offsets[-1] * helps, ensemble.skip])
+        self.ensemble_ = ensemble.scaled(helps.expand(-1, 1, left.shape[1]))
 
     def predict(self, X: ArrayLike, return_std: bool = False) -> Any:
         """Return the estimate (n,) or (n, outputs); with `return_std` also the scatter of the members, of the same shape."""

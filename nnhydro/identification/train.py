@@ -5,20 +5,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import torch
 from torch import Tensor
 
+from nnhydro.features.body_columns import inertial_directions
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.doubt import support, with_doubt, with_trust
 from nnhydro.identification.gradient_fit import Progress, TrainingState, gradient_fit
 from nnhydro.identification.identify import versions
-from nnhydro.identification.linear_start import linear_start
+from nnhydro.identification.linear_columns import Linear
+from nnhydro.identification.linear_part import LinearPart, linear_part
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import calibrated_on, on_arm
-from nnhydro.identification.training_rows import Rows, standardised, torque_rms, training_rows, watched_units
+from nnhydro.identification.training_rows import CHUNK, Rows, law_of, rows_and_linear, standardised, torque_rms, watched_units
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.storage import load_model
+from nnhydro.models.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
@@ -38,10 +42,22 @@ def hybrid_baseline(config: TrainingConfig, chosen: Sequence[Unit], arm: Arm, ho
     return calibrated_on(baseline(name), chosen, arm, how)
 
 
-def _layout(rows: Rows, watched: Tensor, config: TrainingConfig) -> Ensemble:
-    """Fresh hidden layers beside the linear part that is solved in closed form."""
-    fresh = Ensemble.fresh((rows.x.shape[1], *config.hidden, rows.target.shape[1]), config.members, config.seed)
-    return replace(fresh, skip=linear_start(rows, watched, config.bound))
+def _with_linear(rows: Rows, part: LinearPart, columns: Tensor) -> Rows:
+    """The rows with what the linear part gives them."""
+    pieces = zip(torch.split(columns, CHUNK), torch.split(rows.scale, CHUNK), strict=True)
+    return replace(rows, linear=torch.cat([part.of(A.double()) / S[:, None].double() for A, S in pieces]).float())
+
+
+def _skip(part: LinearPart, rows: Rows, spread: Tensor) -> Tensor:
+    """K (E, features, joints) of the standardised features, zero for even ones."""
+    odd = rows.parity < 0
+    K = torch.zeros(len(part.odd), len(odd), part.odd.shape[2], dtype=torch.float64)
+    K[:, odd] = part.odd * spread[odd, None]
+    return K
+
+
+def _law(part: LinearPart, linear: Linear, names: tuple[str, ...]) -> StripLaw:
+    return StripLaw(names, linear.seen.lowest, linear.seen.highest, part.shared[:, :linear.law_size], part.shared[:, linear.law_size:])
 
 
 @one_thread()
@@ -56,17 +72,19 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
     floor = config.floor * torque_rms(chosen)
     watched = watched_units(chosen, config)
     with RowStore(int(config.memory_mb * 1e6), None if checkpoint is None else checkpoint.parent) as store:
-        rows = training_rows(chosen, arm, config, floor, base, store)
+        rows, linear = rows_and_linear(chosen, arm, config, floor, base, store)
         centre, spread, lowest, highest = standardised(rows)
+        own, part = linear_part(rows, linear, watched, inertial_directions(arm).shape[1])
+        rows = _with_linear(rows, own, linear.columns)
         resumed = checkpoint is not None and checkpoint.exists()
-        layout = _layout(rows, watched, config)
+        layout = Ensemble.fresh((rows.x.shape[1], *config.hidden, arm.n_links), config.members, config.seed, config.layers == "parallel")
         state = TrainingState.load(checkpoint) if resumed and checkpoint is not None else TrainingState.fresh(layout)
         save = None if checkpoint is None else lambda state: state.save(checkpoint)
         ensemble = gradient_fit(layout, rows, watched, config, state, save, progress)
         record: dict[str, Any] = {"config": config.model_dump(mode="json"), "epochs": state.epoch, "best_epoch": state.best_epoch.tolist(),
                                   "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen]}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
-                             ensemble, base)
+                             linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)))
         return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
 
 

@@ -1,16 +1,18 @@
-"""The rows that a network is trained on: features, scale, target and which member of the ensemble watches which recording."""
+"""The rows that a network is trained on: features, scale, target, columns of the linear part, and who watches which recording."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.errors import CampaignError
 from nnhydro.features.feature_set import features
 from nnhydro.identification.config import TrainingConfig
+from nnhydro.identification.linear_columns import Linear, linear_columns
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.learned import view_of
@@ -28,13 +30,17 @@ ROWS_PER_CUTOFF = 4.0  # rows kept a period of the cut-off: a low-passed signal 
 @final
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """n rows in float32: inputs x (n, k) with their parity (k,), Morison scale S and target (n, joints) N m, unit number (n,)."""
+    """n rows in float32: inputs x (n, k) with their parity (k,), Morison scale S and target (n, joints) N m, unit number (n,).
+
+    `linear` (n, E, joints) is what the linear part gives for each member, in units of the scale; none: zero.
+    """
 
     x: Tensor
     parity: Tensor
     scale: Tensor
     target: Tensor
     unit: Tensor
+    linear: Tensor | None = None
 
 
 def torque_rms(chosen: Sequence[Unit]) -> Tensor:
@@ -50,31 +56,64 @@ def torque_rms(chosen: Sequence[Unit]) -> Tensor:
     return tensor(np.sqrt(np.asarray(squares) / count)) + 1e-9
 
 
-def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None) -> tuple[Tensor, ...]:
+def law_of(config: TrainingConfig, arm: Arm) -> tuple[str, ...]:
+    """Return the sets of variables of the strips' law, none where there is no water."""
+    return () if arm.dry else config.law
+
+
+def _chosen(segment: Segment) -> NDArray[np.int64]:
+    """The rows of a segment that are trained on: a low-passed signal holds no more."""
+    stride = 1 if segment.low_pass is None else max(1, int(1 / (ROWS_PER_CUTOFF * segment.low_pass.cutoff_hz * segment.dt)))
+    return np.flatnonzero(segment.keep)[::stride]
+
+
+def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
+                with_linear: bool) -> tuple[Rows, Linear | None]:
     motion = Motion.of(segment)
     view = view_of(arm, motion, floor)
     target = tensor(segment.tau if segment.tau is not None else 0.0)
     if base is not None:
         target = target - tensor(segment.seen(base.torque(motion).numpy()))
-    stride = 1 if segment.low_pass is None else max(1, int(1 / (ROWS_PER_CUTOFF * segment.low_pass.cutoff_hz * segment.dt)))
-    rows = torch.from_numpy(np.flatnonzero(segment.keep)[::stride].copy())
+    chosen = _chosen(segment)
+    rows = torch.from_numpy(chosen.copy())
     x = features(view, config.features)
-    return x.joined()[rows].float(), view.scale[rows].float(), target[rows].float(), x.parity().float()
+    own = Rows(x.joined()[rows].float(), x.parity().float(), view.scale[rows].float(), target[rows].float(), torch.zeros(len(rows)))
+    return own, linear_columns(view, x, law_of(config, arm), segment, chosen) if with_linear and len(rows) else None
+
+
+def _stored(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None, store: RowStore,
+            with_linear: bool) -> tuple[Tensor, Linear | None]:
+    """Append every unit's rows to `store`; returns the parity and the last segment's linear part, with what all of them span."""
+    parity, last = torch.zeros(0), None
+    for number, unit in enumerate(chosen):
+        own = arm_of(unit, arm)
+        unit_base = None if base is None else on_arm(base, own)
+        for segment in unit.segments():
+            rows, linear = _of_segment(segment, own, config, floor, unit_base, with_linear)
+            if len(rows.x):
+                columns = [] if linear is None else [linear.columns]
+                store.append((rows.x, rows.scale, rows.target, torch.full((len(rows.x),), number), *columns))
+                parity = rows.parity
+                last = linear if linear is None or last is None else replace(linear, seen=linear.seen.and_of(last.seen))
+    return parity, last
 
 
 def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
                   store: RowStore | None = None) -> Rows:
     """Return the rows of the units `chosen`, kept in `store` (in memory by default); a hybrid's target is what its baseline leaves."""
     store = store or RowStore(budget=2**62)
-    parity = torch.zeros(0)
-    for number, unit in enumerate(chosen):
-        own = arm_of(unit, arm)
-        unit_base = None if base is None else on_arm(base, own)
-        for segment in unit.segments():
-            *part, parity = _of_segment(segment, own, config, floor, unit_base)
-            store.append((*part, torch.full((len(part[0]),), number)))
-    x, scale, target, unit_number = store.columns()
-    return Rows(x, parity, scale, target, unit_number)
+    parity, _ = _stored(chosen, arm, config, floor, base, store, False)
+    x, scale, target, unit = store.columns()
+    return Rows(x, parity, scale, target, unit)
+
+
+def rows_and_linear(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
+                    store: RowStore) -> tuple[Rows, Linear]:
+    """Return the rows as `training_rows` does, and the columns of their linear part."""
+    parity, last = _stored(chosen, arm, config, floor, base, store, True)
+    x, scale, target, unit, columns = store.columns()
+    assert last is not None
+    return Rows(x, parity, scale, target, unit), replace(last, columns=columns)
 
 
 def standardised(rows: Rows) -> tuple[Tensor, Tensor, Tensor, Tensor]:

@@ -1,15 +1,16 @@
 """A physics-feature MLP: an ensemble of small tanh networks on dimensionless inputs, scaled back by the Morison scale.
 
-    tau_j = base_j + S_j b tanh( y_j / b ),   y = [g(x) - g(P x)] / 2,   g(x) = W_0 x + W_n tanh( ... tanh(W_1 x + c_1) ... )
+    tau_j = base_j + S_j bounded( l_j + y_j ),   y = [g(x) - g(P x)] / 2,   g(x) = W_n tanh( ... tanh(W_1 x + c_1) ... ) + c_n
 
     x     features, standardised on the training recordings and held within the range seen there
     P     parity: -1 for features that change sign in the mirror image of the rig, so that torques change sign with the mirror exactly
+    l     the linear part, odd as well: a law of the strips and the odd features (models/learned.py)
     S     Morison scale (features/scaling)                                                             [N m]
     base  0 for the network, a calibrated physics model for the hybrid                                 [N m]
-    b     bound of the scaled output: a hybrid can only leave its baseline so far
 
+Common layers: one stack of hidden layers a member feeds all torques. Parallel layers: every torque has a stack of its own.
 All members of the ensemble are evaluated in one batched product; their mean is the prediction, their scatter its uncertainty.
-Source: Rivera (1995), section 2.4 (tanh layer with offsets, linear output); features, scale, bound and ensemble are ours.
+Source: Rivera (1995), section 2.4 (tanh layer with offsets, linear output), figures 4-4 (common) and 4-5 (parallel); the rest is ours.
 """
 
 from collections.abc import Sequence
@@ -24,44 +25,66 @@ from torch import Tensor
 @final
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """Weights of E networks: for each layer (E, inputs, outputs) and offsets (E, 1, outputs); `skip` (E, inputs, outputs)."""
+    """Weights of E networks with `outputs` outputs: for each layer (G, inputs, outputs) and offsets (G, 1, outputs).
+
+    G is E where the outputs share their layers, E times `outputs` where each has a stack of its own (member by member).
+    """
 
     weights: tuple[Tensor, ...]
     offsets: tuple[Tensor, ...]
-    skip: Tensor
+    outputs: int
 
     @staticmethod
-    def fresh(sizes: Sequence[int], members: int, seed: int) -> "Ensemble":
-        """Return new weights for layers of `sizes` (inputs, hidden ..., outputs): Xavier, last layer and skip zero."""
+    def fresh(sizes: Sequence[int], members: int, seed: int, parallel: bool = False) -> "Ensemble":
+        """Return new weights for layers of `sizes` (inputs, hidden ..., outputs): Xavier, the last layer zero."""
         generator = torch.Generator().manual_seed(seed)
+        *inner, outputs = sizes
+        stacks, widths = (members * outputs, (*inner, 1)) if parallel else (members, (*inner, outputs))
         weights, offsets = [], []
-        for k, (a, b) in enumerate(pairwise(sizes)):
-            bound = 0.0 if k == len(sizes) - 2 else (6 / (a + b)) ** 0.5
-            weights.append((2 * torch.rand(members, a, b, generator=generator) - 1) * bound)
-            offsets.append(torch.zeros(members, 1, b))
-        return Ensemble(tuple(weights), tuple(offsets), torch.zeros(members, sizes[0], sizes[-1]))
+        for k, (a, b) in enumerate(pairwise(widths)):
+            bound = 0.0 if k == len(widths) - 2 else (6 / (a + b)) ** 0.5
+            weights.append((2 * torch.rand(stacks, a, b, generator=generator) - 1) * bound)
+            offsets.append(torch.zeros(stacks, 1, b))
+        return Ensemble(tuple(weights), tuple(offsets), outputs)
+
+    @property
+    def members(self) -> int:
+        """E."""
+        return len(self.weights[0]) * self.weights[-1].shape[2] // self.outputs
+
+    @property
+    def hidden(self) -> tuple[int, ...]:
+        """Neurons of each hidden layer."""
+        return tuple(weight.shape[2] for weight in self.weights[:-1])
 
     def tensors(self) -> list[Tensor]:
         """Return all tensors in a fixed order."""
-        return [*self.weights, *self.offsets, self.skip]
+        return [*self.weights, *self.offsets]
 
     def replaced(self, tensors: Sequence[Tensor]) -> "Ensemble":
         """Return an ensemble of the same layout with other tensors, in the order of `tensors()`."""
         layers = len(self.weights)
-        return Ensemble(tuple(tensors[:layers]), tuple(tensors[layers:2 * layers]), tensors[-1])
+        return Ensemble(tuple(tensors[:layers]), tuple(tensors[layers:]), self.outputs)
+
+    def scaled(self, factor: Tensor) -> "Ensemble":
+        """Return the ensemble with its outputs multiplied by `factor` (E, 1, outputs)."""
+        own = factor.reshape(len(self.weights[-1]), 1, -1)
+        return Ensemble((*self.weights[:-1], self.weights[-1] * own), (*self.offsets[:-1], self.offsets[-1] * own), self.outputs)
 
     def __call__(self, x: Tensor) -> Tensor:
         """Return g (E, n, outputs) for the inputs x (n, inputs)."""
-        h = x.expand(len(self.skip), *x.shape)
-        y = torch.bmm(h, self.skip)
+        h = x.expand(len(self.weights[0]), *x.shape)
         for weight, offset in zip(self.weights[:-1], self.offsets[:-1], strict=True):
             h = torch.tanh(torch.baddbmm(offset, h, weight))
-        return y + torch.baddbmm(self.offsets[-1], h, self.weights[-1])
+        y = torch.baddbmm(self.offsets[-1], h, self.weights[-1])
+        return y if y.shape[2] == self.outputs else y.reshape(-1, self.outputs, len(x)).transpose(1, 2)
 
 
 def bounded(y: Tensor, bound: float) -> Tensor:
-    """Return b tanh(y/b)."""
-    return bound * torch.tanh(y / bound)
+    """Return y up to half the `bound` in size, beyond it a smooth way to the bound: h tanh((y - h)/h) + h, h half the bound."""
+    h = bound / 2
+    within = y.clamp(-h, h)
+    return within + h * torch.tanh((y - within) / h)
 
 
 def mirrored(ensemble: Ensemble, x: Tensor, parity: Tensor) -> Tensor:

@@ -5,6 +5,7 @@ Nothing in them is executed: JSON and safetensors only. The digest tells whether
 
 import hashlib
 import json
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,9 @@ from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.files import json_text, whole_folder
 from nnhydro.models.amended import Amended
-from nnhydro.models.learned import BASELINE, LearnedTorque
+from nnhydro.models.learned import BASELINE, LAW, LearnedTorque
 from nnhydro.models.network import Ensemble
+from nnhydro.models.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
@@ -59,14 +61,18 @@ def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm
 
 
 def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:
+    if "law" not in document:
+        raise ModelError("was trained by a version whose networks had no law of the strips: train it again on its recordings")
     layers = int(document["layers"])
-    ordered = [tensors[f"ensemble.{i}"] for i in range(2 * layers + 1)]
-    ensemble = Ensemble(tuple(ordered[:layers]), tuple(ordered[layers:-1]), ordered[-1])
+    ordered = [tensors[f"ensemble.{i}"] for i in range(2 * layers)]
+    ensemble = Ensemble(tuple(ordered[:layers]), tuple(ordered[layers:]), arm.n_links)
     base, inner = document["baseline"], {key.removeprefix(BASELINE): t for key, t in tensors.items() if key.startswith(BASELINE)}
-    scaling = {key: tensors[key] for key in ("floor", "centre", "spread", "parity", "lowest", "highest")}
+    scaling = {key: tensors[key] for key in ("floor", "centre", "spread", "parity", "lowest", "highest", "swiftest", "skip")}
+    names = document["law"]
+    law = None if names is None else StripLaw(tuple(names), *(tensors[f"{LAW}{f.name}"] for f in fields(StripLaw)[1:]))
     made = None if base is None else _KINDS[base["kind"]](base["model"], inner, parse_arm(base["arm"], MODEL), how, {})
     return LearnedTorque(arm, how, fit, tuple(document["features"]), float(document["bound"]), **scaling, ensemble=ensemble,
-                         baseline=made, support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
+                         baseline=made, law=law, support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
 
 
 def _amended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> Amended:

@@ -10,14 +10,16 @@ from hypothesis import strategies as st
 from rigs import arm, assert_close, at_rest, half_turned, hub_at_rest, mirrored_about_Y, run, scaled, states
 
 from nnhydro.errors import ConfigError
-from nnhydro.features.feature_set import feature_sets, features
+from nnhydro.features.feature_set import dimensional, feature_sets, features
+from nnhydro.features.history import since_reversal
 from nnhydro.features.scaling import morison_scale
-from nnhydro.features.wake import memories, relaxed, stations
+from nnhydro.features.wake import MEMORIES, memories, relaxed, stations
 from nnhydro.models.learned import view_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 
 SETS = pytest.mark.parametrize("name", feature_sets())
+DIMENSIONLESS = pytest.mark.parametrize("name", [name for name in feature_sets() if not dimensional(name)])
 LINKS = pytest.mark.parametrize("links", [1, 2, 3])
 ROUNDING = {"rtol": 1e-9, "atol": 1e-9}  # sines of pi - q, divided by small scales
 LARGEST = 1e3  # no feature exceeds this, however wild the motion: light, thin links in heavy water give some tens
@@ -35,7 +37,7 @@ def seen(name, a, motion, size=0.1):
 speeds = st.sampled_from([0.0, 1e-300, -1e-12, 1e-6, 0.05, -0.7, 2.0, -30.0, 1e4, -1e8])
 
 
-@SETS
+@DIMENSIONLESS
 @pytest.mark.parametrize("density", [0.0, 1000.0])
 @given(data=st.data())
 def test_features_are_bounded_for_any_state(name, density, data):
@@ -48,7 +50,7 @@ def test_features_are_bounded_for_any_state(name, density, data):
     assert float(x.abs().max()) < LARGEST if x.numel() else True
 
 
-@SETS
+@DIMENSIONLESS
 @given(data=st.data())
 def test_features_are_bounded_along_any_run(name, data):
     values = np.array(data.draw(st.lists(speeds, min_size=36, max_size=36))).reshape(6, 3, 2)
@@ -120,7 +122,7 @@ def test_a_finer_time_step_gives_the_same_features(name):
     assert float((fine[::10] - coarse)[50:].abs().mean()) < 0.005
 
 
-@SETS
+@DIMENSIONLESS
 @pytest.mark.parametrize("k", [0.5, 3.0])
 def test_a_larger_rig_at_the_same_rates_differs_in_nothing_but_viscosity(name, k):
     motion = run(2, rows=400)
@@ -178,7 +180,7 @@ def remembered(motion, a=None):
 
 def test_a_steady_tow_from_rest_fills_the_wake_after_a_few_diameters():
     w, found = remembered(tow(np.full(400, 1.0) * (np.arange(400) > 0)))
-    for m, length in zip(found, (1.0, 5.0), strict=True):
+    for m, length in zip(found, MEMORIES, strict=True):
         travelled = torch.arange(400, dtype=torch.float64) * 0.01 / arm(1).D[0]
         assert_close(m[:, 0, 0], 1 - torch.exp(-travelled / length), rtol=1e-9, atol=1e-9)
     assert_close(found[0][-1], w[-1], rtol=1e-6, atol=1e-6)
@@ -215,3 +217,34 @@ def test_a_link_at_rest_keeps_its_wake():
     assert all(not m.any() for m in found)
     held = relaxed(tensor(np.zeros(30)), tensor(np.zeros(30)), tensor([0.7])[0])
     assert bool((held == 0.7).all())
+
+
+def turning(u):
+    """Travel and time since the last reversal of the outer end of a locked link under the carriage speeds u, with the time."""
+    motion = tow(u)
+    s, t = since_reversal(Flow(arm(1), motion))
+    return s[:, 0, 1], t[:, 0, 1], motion.t
+
+
+def test_travel_and_time_start_anew_where_a_link_end_turns_back():
+    s, t, clock = turning(np.concatenate([np.zeros(1), np.full(200, 0.5), np.zeros(100), np.full(200, -0.5)]))
+    assert_close(s[200], 0.5 * clock[200])
+    assert float(s[300]) == float(s[200])  # a stop is no reversal
+    assert float(t[300]) == pytest.approx(3.0)
+    assert float(s[301]) == pytest.approx(0.005)
+    assert float(s[-1]) == pytest.approx(0.5 * 2.0)
+    assert float(t[-1]) == pytest.approx(2.0)
+
+
+def test_a_run_that_begins_under_way_has_moved_for_ever_until_it_turns_back():
+    s, t, _ = turning(np.concatenate([np.full(100, 0.5), np.full(100, -0.5)]))
+    assert bool(torch.isinf(s[:100]).all())
+    assert bool(torch.isinf(t[:100]).all())
+    assert float(s[100]) == pytest.approx(0.005)
+    assert bool(torch.isfinite(s[100:]).all())
+
+
+def test_every_input_of_the_documents_can_be_asked_for():
+    asked = {"raw", "dimensional", "groups", "morison", "angles", "arm", "travel", "low-pass", "wake", "friction"}
+    assert asked <= set(feature_sets())
+    assert {name for name in feature_sets() if dimensional(name)} == {"raw", "dimensional"}

@@ -13,8 +13,10 @@ from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.evaluation.protocols.protocol import protocols
 from nnhydro.identification.identify import identify
 from nnhydro.identification.train import train
+from nnhydro.models.amended import Amended
 from nnhydro.models.learned import view_of
 from nnhydro.models.storage import load_model, save_model
+from nnhydro.physics.loads.viscous_friction import ViscousFriction
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.splitting import units
@@ -78,10 +80,20 @@ def test_fading_keeps_the_mirror_symmetry_and_the_rest():
     assert bool(torch.isfinite(model.std(still)).all())
 
 
-@pytest.mark.parametrize("inner", ["physics", "learned"])
+def corrected(whole):
+    """A simulation with friction added to it, as a diagnosis writes it."""
+    before = identify(whole, "constant")
+    after = replace(before, loads=before.loads.plus("friction", ViscousFriction((0.4, 0.1))))
+    return Amended(before.arm, before.preparation, {}, before, before, after)
+
+
+MODELS = {"physics": lambda whole: identify(whole, "constant"), "diagnosed": corrected,
+          "learned": lambda whole: train(whole, FAST.model_copy(update={"model": "network"}))}
+
+
+@pytest.mark.parametrize("inner", MODELS)
 def test_the_baseline_may_be_any_stored_model(inner, tmp_path):
-    other = frictional(4)
-    first = identify(other, "constant") if inner == "physics" else train(other, FAST.model_copy(update={"model": "network"}))
+    first = MODELS[inner](frictional(4))
     folder = save_model(first, tmp_path / "first")
     model = train(frictional(), FAST.model_validate({**FAST.model_dump(), "baseline": str(folder)}))
     again = load_model(save_model(model, tmp_path / "second"))

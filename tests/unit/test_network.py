@@ -10,13 +10,19 @@ from campaigns import GIVEN, planted
 from rigs import arm, at_rest, mirrored_about_Y, run, states
 from torch.func import grad, jacrev
 
-from nnhydro.features.feature_set import features
+from nnhydro.features.body_columns import body_columns
+from nnhydro.features.feature_set import feature_sets, features
+from nnhydro.features.strip_law import size
+from nnhydro.features.strip_state import StripView, state_sets, strip_states
 from nnhydro.identification.config import TrainingConfig
-from nnhydro.models.learned import LearnedTorque, view_of
+from nnhydro.models.learned import LearnedTorque, swiftness, view_of
 from nnhydro.models.network import Ensemble, bounded, mirrored
+from nnhydro.models.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.flow import Flow
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network.json").read_text())
+DEFAULTS = TrainingConfig()
 EXACT = {"rtol": 1e-12, "atol": 1e-12}
 
 
@@ -26,9 +32,16 @@ def t(x):
 
 def of_document(nets):
     """Networks in the document's form (offset weights in the last column) as one ensemble, a member each."""
-    W1, W2 = (torch.stack([t(net[key]).T for net in nets]) for key in ("W1", "W2"))
-    skip = torch.zeros(len(nets), W1.shape[1] - 1, W2.shape[2], dtype=torch.float64)
-    return Ensemble((W1[:, :-1], W2[:, :-1]), (W1[:, -1:], W2[:, -1:]), skip)
+    widest = max(len(net["W1"]) for net in nets)
+
+    def wider(W, rows, columns):  # a neuron without weights changes nothing
+        return torch.nn.functional.pad(W, (0, columns - W.shape[1], 0, rows - W.shape[0]))
+
+    W1 = torch.stack([wider(t(net["W1"]).T, len(net["W1"][0]), widest) for net in nets])
+    hidden = [t(net["W2"]).T[:-1] for net in nets]
+    offsets = torch.stack([t(net["W2"]).T[-1:] for net in nets])
+    W2 = torch.cat([torch.stack([wider(W, widest, W.shape[1]) for W in hidden]), offsets], dim=1)
+    return Ensemble((W1[:, :-1], W2[:, :-1]), (W1[:, -1:], W2[:, -1:]), W2.shape[2])
 
 
 def z_hat(ensemble, V):
@@ -53,7 +66,7 @@ def test_its_gradients_are_the_golden_ones(case):
             return 0.5 * ((z_hat(net.replaced(tensors), t(sample["V"])) - t(sample["z_target"])) ** 2).sum()
 
         torch.testing.assert_close(loss(net.tensors()), t(sample["half_squared_error"]), **EXACT)
-        w1, w2, c1, c2, _ = grad(loss)(net.tensors())
+        w1, w2, c1, c2 = grad(loss)(net.tensors())
         for weight, offset, golden in ((w1, c1, "grad_W1"), (w2, c2, "grad_W2")):
             torch.testing.assert_close(torch.cat([weight[0].T, offset[0].T], dim=1), t(sample[golden]), rtol=1e-11, atol=1e-12)
 
@@ -69,19 +82,41 @@ def test_a_golden_step_down_the_gradient_gives_the_golden_weights():
 
 @pytest.mark.parametrize("case", GOLDEN["parallel_middle_layers"], ids=lambda case: f"{len(case['V'])} inputs")
 def test_parallel_middle_layers_are_nets_side_by_side(case):
-    nets = [of_document([net]) for net in case["nets"]]  # one a torque, each with a hidden layer of its own
+    stacks = of_document(case["nets"])  # one a torque, each with a hidden layer of its own
+    net = Ensemble(stacks.weights, stacks.offsets, len(case["nets"]))
     V = t(case["V"])
-
-    def side_by_side(v):
-        return torch.cat([z_hat(net, v) for net in nets])
-
-    torch.testing.assert_close(side_by_side(V), t(case["z_hat"]), **EXACT)
-    torch.testing.assert_close(jacrev(side_by_side)(V), t(case["gain_matrix_dzhat_dV"]), **EXACT)
+    assert net.members == 1
+    torch.testing.assert_close(z_hat(net, V), t(case["z_hat"]), **EXACT)
+    torch.testing.assert_close(jacrev(lambda v: z_hat(net, v))(V), t(case["gain_matrix_dzhat_dV"]), **EXACT)
 
 
-def random_ensemble(sizes, members=3, seed=1):
+LAYERS = pytest.mark.parametrize("parallel", [False, True], ids=["common", "parallel"])
+
+
+@LAYERS
+@pytest.mark.parametrize("hidden", [(5,), (4, 3), (3,) * 7], ids=len)
+def test_an_ensemble_of_any_depth_knows_its_layout(parallel, hidden):
+    net = random_ensemble((6, *hidden, 2), parallel=parallel)
+    assert (net.members, net.hidden, net.outputs) == (3, hidden, 2)
+    assert net(t(np.ones((4, 6)))).shape == (3, 4, 2)
+    factor = t([[[2.0, 3.0]], [[1.0, 0.0]], [[-1.0, 5.0]]])
+    x = t(np.random.default_rng(2).standard_normal((4, 6)))
+    torch.testing.assert_close(net.scaled(factor)(x), net(x) * factor, **EXACT)
+
+
+def test_with_parallel_layers_one_torques_weights_do_not_touch_the_other():
+    net, x = random_ensemble((4, 5, 5, 2), parallel=True), t(np.random.default_rng(1).standard_normal((10, 4)))
+    first = [w.clone() for w in net.tensors()]
+    for w in first:
+        w[1::2] += 1.0  # the second torque's stacks
+    other = net.replaced(first)
+    assert torch.equal(other(x)[..., 0], net(x)[..., 0])
+    assert float((other(x)[..., 1] - net(x)[..., 1]).abs().min()) > 0
+
+
+def random_ensemble(sizes, members=3, seed=1, parallel=False):
     g = torch.Generator().manual_seed(seed)
-    layout = Ensemble.fresh(sizes, members, seed)
+    layout = Ensemble.fresh(sizes, members, seed, parallel)
     return layout.replaced([torch.randn(w.shape, generator=g, dtype=torch.float64) for w in layout.tensors()])
 
 
@@ -101,10 +136,14 @@ def test_fresh_networks_give_zero_and_differ_inside():
     assert not torch.equal(fresh.weights[0], Ensemble.fresh((4, 8, 2), 2, seed=4).weights[0])
 
 
-def test_the_bound_is_never_passed_and_small_outputs_pass_unchanged():
+def test_the_bound_is_never_passed_and_outputs_up_to_half_of_it_pass_unchanged():
     y = torch.linspace(-1e3, 1e3, 1001, dtype=torch.float64)
     assert float(bounded(y, 2.0).abs().max()) <= 2.0
-    assert float((bounded(y * 1e-6, 2.0) - y * 1e-6).abs().max()) < 1e-9
+    assert torch.equal(bounded(y * 1e-3, 2.0), y * 1e-3)
+    beyond = torch.tensor([0.999, 1.0, 1.001, 1.5, 5.0], dtype=torch.float64)
+    slopes = torch.stack([grad(lambda v: bounded(v, 2.0))(one) for one in beyond])
+    assert bool((slopes[1:] <= slopes[:-1] + 1e-12).all())
+    assert float(slopes[2]) == pytest.approx(1.0, abs=1e-5)
 
 
 def test_the_mirrored_net_is_odd():
@@ -113,18 +152,29 @@ def test_the_mirrored_net_is_odd():
     torch.testing.assert_close(mirrored(net, x * parity, parity), -mirrored(net, x, parity), **EXACT)
 
 
-def learned(a, hybrid, bound=2.0, seed=1):
-    """A model with random weights on all the features; the range of its inputs is that of random states."""
+def random_law(a, shown, names=DEFAULTS.law, members=3, seed=1):
+    """A law of the strips with random coefficients; the range of its variables is that of the motion `shown`."""
+    g = torch.Generator().manual_seed(seed)
+    z, of_three = strip_states(StripView(Flow(a, shown)), names)
+    body = torch.randn(members, body_columns(Flow(a, shown)).shape[2], generator=g, dtype=torch.float64)
+    coefficients = torch.randn(members, 2 * size(z.shape[2], of_three), generator=g, dtype=torch.float64)
+    return StripLaw(tuple(names), z.amin(dim=(0, 1, 3)), z.amax(dim=(0, 1, 3)), coefficients, body)
+
+
+def learned(a, hybrid, bound=2.0, seed=1, names=DEFAULTS.features, law=DEFAULTS.law, hidden=(8,), parallel=False):
+    """A model with random weights; the range of its inputs is that of random states."""
     floor = torch.full((a.n_links,), 0.2, dtype=torch.float64)
-    names = TrainingConfig().features
-    x = features(view_of(a, states(a.n_links, 200, seed=9), floor), names)
+    shown = states(a.n_links, 200, seed=9)
+    x = features(view_of(a, shown, floor), names)
     parity, joined = x.parity(), x.joined()
     centre = torch.where(parity < 0, 0.0, joined.mean(0))
     spread = (joined - centre).pow(2).mean(0).sqrt() + 1e-6
     reach = ((joined - centre) / spread).abs().amax(0)
-    ensemble = random_ensemble((len(parity), 8, a.n_links), seed=seed)
+    ensemble = random_ensemble((len(parity), *hidden, a.n_links), seed=seed, parallel=parallel)
     base = StripTheory(a, GIVEN, {}, "constant", planted(a)) if hybrid else None
-    return LearnedTorque(a, GIVEN, {}, names, bound, floor, centre, spread, parity, -reach, reach, ensemble, base)
+    skip = torch.randn(3, len(parity), a.n_links, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
+    return LearnedTorque(a, GIVEN, {}, names, bound, floor, centre, spread, parity, -reach, reach, swiftness(Flow(a, shown)).amax(0),
+                         skip * (parity < 0)[:, None], ensemble, base, random_law(a, shown, law))
 
 
 KINDS = pytest.mark.parametrize("hybrid", [False, True], ids=["network", "hybrid"])
@@ -140,6 +190,31 @@ def test_the_mirrored_motion_gives_the_mirrored_torque_for_any_weights(hybrid, l
     one, other = model.torque(make(links)), model.torque(mirrored_about_Y(make(links)))
     scale = float(one.abs().max())
     torch.testing.assert_close(other / scale, -one / scale, rtol=0.0, atol=1e-11)  # sin(pi - q) is sin q to the last digit only
+
+
+@LAYERS
+@pytest.mark.parametrize("name", feature_sets())
+@pytest.mark.parametrize("hidden", [(6,), (5, 4, 3)], ids=len)
+def test_the_mirror_is_exact_for_every_architecture_and_feature_set(parallel, name, hidden):
+    a = arm(2)
+    model = learned(a, hybrid=False, names=(name,), law=(), hidden=hidden, parallel=parallel)
+    for motion in (states(2), run(2)):
+        one, other = model.torque(motion), model.torque(mirrored_about_Y(motion))
+        scale = float(one.abs().max()) + 1e-300
+        torch.testing.assert_close(other / scale, -one / scale, rtol=0.0, atol=1e-11)
+    assert not model.torque(still_and_straight(2)).any()
+
+
+@pytest.mark.parametrize("name", state_sets())
+@pytest.mark.parametrize("links", [1, 2, 3])
+def test_the_mirror_is_exact_for_every_law_of_the_strips(name, links):
+    a = arm(links)
+    for motion in (states(links), run(links)):
+        law = random_law(a, motion, (name,))
+        one, other = law.torque(Flow(a, motion)), law.torque(Flow(a, mirrored_about_Y(motion)))
+        scale = float(one.abs().max())
+        torch.testing.assert_close(other / scale, -one / scale, rtol=0.0, atol=1e-11)
+    assert not law.torque(Flow(a, at_rest(links))).any()
 
 
 def still_and_straight(links):

@@ -171,6 +171,15 @@ def test_weights_of_another_layout_are_refused(tmp_path):
     refused(folder, "understood")
 
 
+def test_a_network_of_an_earlier_layout_is_refused_with_what_to_do(tmp_path):
+    folder = save_model(made("network"), tmp_path / "model")
+    document = json.loads((folder / MODEL).read_text())
+    del document["model"]["law"]
+    (folder / MODEL).write_text(json.dumps(document))
+    (folder / DIGEST).write_text(_digest(folder) + "\n")
+    refused(folder, "train it again on its recordings")
+
+
 def test_a_digest_that_is_no_text_is_refused(tmp_path):
     folder = save_model(made("strip theory"), tmp_path / "model")
     (folder / DIGEST).write_bytes(b"\xff\xfe\x00")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 from campaigns import GIVEN, TINY, campaign, planted, same_tensors, steady_table, with_torque
-from rigs import arm
+from rigs import arm, run
 
 from nnhydro.errors import CampaignError, ConfigError, ModelError
 from nnhydro.evaluation.benchmark import misfit_of
@@ -45,9 +45,10 @@ def test_the_same_seed_gives_the_same_model_and_another_seed_another(kind):
 
 
 @KINDS
+@pytest.mark.parametrize("layers", ["common", "parallel"])
 @pytest.mark.parametrize("stop", [1, 3])
-def test_a_training_that_was_stopped_and_resumed_is_the_uninterrupted_one(kind, stop, tmp_path):
-    config, checkpoint = tiny(model=kind, epochs=5), tmp_path / "state.safetensors"
+def test_a_training_that_was_stopped_and_resumed_is_the_uninterrupted_one(kind, stop, layers, tmp_path):
+    config, checkpoint = tiny(model=kind, epochs=5, layers=layers), tmp_path / "state.safetensors"
 
     def interrupt(epoch, epochs, error):
         if epoch == stop:
@@ -104,10 +105,10 @@ def test_members_watch_different_recordings():
 
 
 def test_the_best_weights_are_kept_not_the_last():
-    config = tiny(epochs=30, learning_rate=0.3, members=2)
+    config = tiny(epochs=30, learning_rate=0.1, members=2)
     rows, watched = rows_and_watch(small(), config)
-    best, states = [], []
     layout = Ensemble.fresh((rows.x.shape[1], *config.hidden, 2), 2, 0)
+    best, states = [], [layout.tensors()]  # those before the first epoch are a candidate too
     state = TrainingState.fresh(layout)
 
     def note(state):
@@ -117,8 +118,9 @@ def test_the_best_weights_are_kept_not_the_last():
     model = gradient_fit(layout, rows, watched, config, state, note)
     for member in range(2):
         epoch = int(state.best_epoch[member])
-        assert all(torch.equal(w[member], kept[member].double()) for w, kept in zip(model.tensors(), states[epoch - 1], strict=True))
-    assert (state.best_epoch < 30).any()  # at such a rate the last epoch is not the best of all
+        assert all(torch.equal(w[member], kept[member]) for w, kept in zip(state.best, states[epoch], strict=True))
+    assert all(torch.equal(w, kept.double()) for w, kept in zip(model.weights[:-1], state.best, strict=False))
+    assert bool(((state.best_epoch > 0) & (state.best_epoch < 30)).any())  # at such a rate the last epoch is not the best of all
     assert all(bool((b <= a).all()) for a, b in pairwise(best))
 
 
@@ -196,6 +198,8 @@ def test_a_campaign_without_a_finite_row_cannot_be_trained_on():
 
 @pytest.mark.parametrize(("text", "said"), [
     ("epoch = 3", "unknown key 'epoch': did you mean 'epochs'"), ("epochs = 0", "epochs"), ("hidden = [0]", "1 to 4096"),
+    ("features = ['waves']", "unknown feature set 'waves'"), ("features = []", "name some"), ("law = ['bend', 'bend']", "stands twice"),
+    ("law = ['morison']", "memory"), ("layers = 'both'", "layers"),
     ("baseline = 'nope'", "drag-only"), ("epochs = [", "not valid TOML"), ("learning_rate = nan", "learning_rate"),
 ])
 def test_a_faulty_configuration_is_refused_in_one_line_with_its_key(tmp_path, text, said):
@@ -209,5 +213,17 @@ def test_a_faulty_configuration_is_refused_in_one_line_with_its_key(tmp_path, te
 
 def test_a_configuration_is_read(tmp_path):
     path = tmp_path / "c.toml"
-    path.write_text("model = 'network'\nhidden = [8]\nmembers = 2\n")
-    assert read_config(path) == TrainingConfig(model="network", hidden=(8,), members=2)
+    path.write_text("model = 'network'\nhidden = [8, 4, 2]\nlayers = 'parallel'\nfeatures = ['raw', 'travel']\nlaw = []\nmembers = 2\n")
+    assert read_config(path) == TrainingConfig(model="network", hidden=(8, 4, 2), layers="parallel", features=("raw", "travel"), law=(),
+                                               members=2)
+
+
+@pytest.mark.parametrize("layers", ["common", "parallel"])
+@pytest.mark.parametrize("features", [("raw",), ("dimensional", "travel", "low-pass"), ("groups", "morison")], ids=lambda names: names[0])
+def test_every_architecture_is_trained_on_every_kind_of_input(features, layers):
+    stiffer = with_torque(small(count=3), lambda name, tau: 1.5 * tau)  # something that the baseline leaves
+    model = train(stiffer, tiny(features=features, layers=layers, hidden=(6, 4, 3), law=(), bound=100.0))
+    assert (model.ensemble.hidden, model.ensemble.members) == ((6, 4, 3), 2)
+    assert len(model.ensemble.weights[0]) == (4 if layers == "parallel" else 2)
+    assert bool(torch.isfinite(model.torque(run(2))).all())
+    assert not torch.equal(model.torque(run(2)), model.baseline.torque(run(2)))

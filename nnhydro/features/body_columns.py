@@ -1,0 +1,47 @@
+"""Loads of the whole arm that are linear in their coefficients and shared by all joints: the dry links, and the flow along them.
+
+    rigid body   what a deviation of one link's mass m, mass centre c or inertia I by `known_to` adds:
+                 d(m, h, J) = G d(m, c, I),   h = m c,  J = I + m c^2,   cov = k^2 G diag(m^2, c^2, I^2) G'
+    axial        drag 1/2 rho D L |u_x| u_x and added mass rho pi D^2/4 L du_x, a coefficient a link
+
+A baseline settles its masses while it knows nothing of what is learned beside it; here they are found together with the law of the strips,
+their coefficients in units of one standard deviation. All columns change sign with the mirror and, without weight, vanish at rest.
+Source: physics/loads (Rivera 1995, chapter 3); calibrating physics and residual together: arXiv 2606.19711.
+"""
+
+from math import pi
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.features.scaling import gear_ratios
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.transmission import to_drives
+from nnhydro.recordings.arm import Arm
+
+AXIAL = 2  # columns a link
+
+
+def inertial_directions(arm: Arm) -> NDArray[np.float64]:
+    """Return F (3 links, r) of (m, h, J), ordered as `RigidBody`'s columns; a column for each of m, c, I that is not exactly known."""
+    links, columns = arm.n_links, []
+    for i, link in enumerate(arm.links):
+        m, c, inertia, k = link.mass_kg, link.com_m, link.inertia_kg_m2, link.known_to
+        for deviation, gradient in ((k * m, (1.0, c, c**2)), (k * abs(c), (0.0, m, 2 * m * c)), (k * inertia, (0.0, 0.0, 1.0))):
+            column = np.zeros(3 * links)
+            column[[i, links + i, 2 * links + i]] = deviation * np.array(gradient)
+            if column.any():
+                columns.append(column)
+    return np.array(columns).T.reshape(3 * links, len(columns))
+
+
+def body_columns(flow: Flow) -> Tensor:
+    """Return the sensor torques (n, joints, r + 2 links) N m for coefficients of 1: r inertial directions, axial drag, axial added mass."""
+    directions = torch.from_numpy(inertial_directions(flow.arm))
+    rigid = RigidBody.of_arm(flow.arm).columns(flow) @ directions
+    drag = flow.axial_columns(0.5 * flow.rho * flow.D * flow.L * flow.u_x.abs() * flow.u_x)
+    inertia = flow.axial_columns(flow.rho * pi / 4 * flow.D**2 * flow.L * flow.du_x)
+    return to_drives(torch.cat([rigid, drag, inertia], dim=2), flow.arm) / gear_ratios(flow.arm)[:, None]

@@ -1,0 +1,99 @@
+"""What the drag and the added mass of a strip may depend on: named sets of variables of the strip's own state, bounded and causal.
+
+A function in a file of this folder, marked by `state_set`, is one set. All variables are even: the mirror image of the rig leaves them as
+they are, so that a load 1/2 rho D C(z) |w| w changes sign with w alone. A set of degree 3 enters the law (strip_law.py) with products of up
+to three of its variables, any two variables of all sets are multiplied. Source: Rivera (1995), eq. 3-1-24 (what C_D is a function of).
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.errors import ConfigError
+from nnhydro.features.wake import memories, stations
+from nnhydro.physics.flow import Flow
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class StripView:
+    """Strips of equal length on every link: x (links, s) m, normal velocity w and what the wake remembers, (n, links, s) m/s each."""
+
+    flow: Flow
+
+    @cached_property
+    def x(self) -> Tensor:
+        """Middles of the strips (links, s) m."""
+        return stations(self.flow)
+
+    @cached_property
+    def _speeds(self) -> tuple[Tensor, list[Tensor]]:
+        return memories(self.flow, self.x)
+
+    @property
+    def w(self) -> Tensor:
+        """Normal velocity (n, links, s) m/s."""
+        return self._speeds[0]
+
+    @property
+    def wake(self) -> list[Tensor]:
+        """What the wake remembers (n, links, s) m/s, one for each length of features/wake.py."""
+        return self._speeds[1]
+
+
+StateSet = Callable[[StripView], Tensor]  # (n, links, k, s), even
+
+
+@final
+@dataclass(frozen=True)
+class DeclaredSet:
+    """A set and how many of its variables may be multiplied with each other."""
+
+    variables: StateSet
+    degree: int
+
+
+_SETS: dict[str, DeclaredSet] = {}
+
+
+def state_set(name: str, degree: int = 2) -> Callable[[StateSet], StateSet]:
+    """Declare the decorated function as the set `name` of strip variables."""
+
+    def declare(function: StateSet) -> StateSet:
+        _SETS[name] = DeclaredSet(function, degree)
+        return function
+
+    return declare
+
+
+@cache
+def state_sets() -> dict[str, DeclaredSet]:
+    """Return every declared set by name."""
+    import nnhydro.features as folder
+
+    for module in pkgutil.iter_modules(folder.__path__):
+        importlib.import_module(f"{folder.__name__}.{module.name}")
+    return dict(sorted(_SETS.items()))
+
+
+def known_states(names: Sequence[str]) -> list[DeclaredSet]:
+    """Return the sets `names`; raises ConfigError for an unknown name."""
+    known = state_sets()
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ConfigError(f"unknown set of strip variables {unknown[0]!r}: known are {', '.join(known)}")
+    return [known[name] for name in names]
+
+
+def strip_states(view: StripView, names: Sequence[str]) -> tuple[Tensor, tuple[int, ...]]:
+    """Return the variables (n, links, k, s) of the sets `names` side by side, and which of them (indices) are of degree 3."""
+    parts = [(declared.variables(view), declared.degree) for declared in known_states(names)]
+    of_three = [degree > 2 for part, degree in parts for _ in range(part.shape[2])]
+    z = torch.cat([part for part, _ in parts], dim=2) if parts else view.w[:, :, None][:, :, :0]
+    return z, tuple(i for i, three in enumerate(of_three) if three)
