@@ -1,8 +1,15 @@
 """The `nnhydro` command: finds one command a file in this folder and turns every user's error into one line and exit code 2."""
 
+import errno
 import importlib
+import io
 import pkgutil
 import sys
+from collections.abc import Callable
+from contextlib import nullcontext
+from functools import wraps
+from pathlib import Path
+from typing import Any, TextIO
 
 import typer
 
@@ -11,6 +18,20 @@ import nnhydro.cli as folder
 
 EPILOG = "Start with: nnhydro demo. Then: nnhydro check YOUR_CAMPAIGN, nnhydro benchmark YOUR_CAMPAIGN --out DIR."
 NOT_COMMANDS = ("main",)
+REMEDIES = {"ENOSPC": "make room, or name another place", "EDQUOT": "make room, or name another place",
+            "EFBIG": "raise the limit on the size of files (ulimit -f)", "EMFILE": "raise the limit on open files (ulimit -n)"}
+
+
+def _alone(command: Callable[..., None]) -> Callable[..., None]:
+    """The command, run by one process at a time into the same --out."""
+    from nnhydro.only_run import only_run
+
+    @wraps(command)
+    def run_alone(**given: Any) -> None:
+        out = given.get("out")
+        with only_run(out) if isinstance(out, Path) else nullcontext():
+            command(**given)
+    return run_alone
 
 
 def build() -> typer.Typer:
@@ -27,7 +48,7 @@ def build() -> typer.Typer:
     for module in sorted(pkgutil.iter_modules(folder.__path__), key=lambda m: m.name):
         if module.name not in NOT_COMMANDS:
             command = importlib.import_module(f"{folder.__name__}.{module.name}")
-            app.command(module.name)(getattr(command, module.name))
+            app.command(module.name)(_alone(getattr(command, module.name)))
     return app
 
 
@@ -49,9 +70,12 @@ def run(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         typer.echo("nnhydro: interrupted; nothing half written was left behind", err=True)
         return 130
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
+    except OSError as error:
+        remedy = REMEDIES.get(errno.errorcode.get(error.errno or 0, ""), "check the place and its permissions")
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(f"{where}{error.strerror or error}: {remedy}; nothing half written was left behind")
+    except MemoryError as error:
+        return _fail(f"the memory does not suffice ({error}): split long recordings, or use a machine with more")
     except Exception as error:  # typer's usage errors share no public base class
         if not hasattr(error, "format_message"):
             raise
@@ -59,6 +83,32 @@ def run(arguments: list[str] | None = None) -> int:
     return result if isinstance(result, int) else 0
 
 
+class _Stream(io.FileIO):
+    """A standard stream whose reader may leave (`| head`): what it no longer reads is dropped, and the work goes on."""
+
+    def write(self, data: Any, /) -> int:
+        """Write `data`; a reader that is gone is no error."""
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            return len(data)
+
+
+def _unbreakable(stream: TextIO | None) -> TextIO | None:
+    if stream is None:  # closed by whoever called
+        return None
+    buffer = io.BufferedWriter(_Stream(stream.fileno(), "w", closefd=False))
+    return io.TextIOWrapper(buffer, stream.encoding, stream.errors, line_buffering=True)
+
+
 def main() -> None:
     """Entry point of the `nnhydro` command."""
-    sys.exit(run())
+    sys.stdout, sys.stderr = _unbreakable(sys.stdout), _unbreakable(sys.stderr)
+    code = run()
+    try:
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:
+                stream.flush()
+    except OSError as error:  # the rest of a table did not fit on the disk
+        code, sys.stdout = _fail(f"standard output: {error.strerror}: make room; the results in --out are whole"), None
+    sys.exit(code)

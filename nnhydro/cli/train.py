@@ -51,7 +51,7 @@ def train(
     identity = {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()}
     if resume:
         require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to go on with; leave --resume out")
-        require(beside.exists() and beside.read_text(encoding="utf-8") == text_of(identity), f"--resume: {beside} belongs to another "
+        require(beside.is_file() and beside.read_bytes() == text_of(identity).encode(), f"--resume: {beside} belongs to another "
                 "configuration or to other recordings: start anew without --resume", ConfigError)
     else:
         checkpoint.unlink(missing_ok=True)

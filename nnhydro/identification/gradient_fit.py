@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ModelError
+from nnhydro.files import write_bytes
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.training_rows import Rows
 from nnhydro.models.network import Ensemble, mirrored
@@ -48,15 +49,13 @@ class TrainingState:
 
     def save(self, path: Path) -> None:
         """Write the state to `path` (safetensors), whole or not at all."""
-        from safetensors.torch import save_file
+        from safetensors.torch import save
 
         groups = {"weights": self.weights, "first": self.first, "second": self.second, "best": self.best}
         tensors = {f"{name}.{i}": t.detach().contiguous() for name, group in groups.items() for i, t in enumerate(group)}
         tensors |= {"best_error": self.best_error, "best_epoch": self.best_epoch, "epoch": torch.tensor(self.epoch),
                     "steps": torch.tensor(self.steps), "history": torch.tensor(self.history, dtype=torch.float64)}
-        temporary = path.with_name(f".{path.name}.part")
-        save_file(tensors, temporary)
-        temporary.replace(path)
+        write_bytes(path, save(tensors))
 
     @staticmethod
     def load(path: Path) -> "TrainingState":
@@ -64,16 +63,15 @@ class TrainingState:
         from safetensors import SafetensorError
         from safetensors.torch import load_file
 
-        try:
-            tensors = load_file(path)
-        except (SafetensorError, OSError) as cause:
-            raise ModelError(f"{path}: is damaged ({cause}): start anew without --resume") from cause
-
-        def group(name: str) -> list[Tensor]:
+        def group(tensors: dict[str, Tensor], name: str) -> list[Tensor]:
             return [tensors[f"{name}.{i}"] for i in range(sum(key.startswith(f"{name}.") for key in tensors))]
 
-        return TrainingState(group("weights"), group("first"), group("second"), group("best"), tensors["best_error"],
-                             tensors["best_epoch"], int(tensors["epoch"]), int(tensors["steps"]), tensors["history"].tolist())
+        try:
+            kept = load_file(path)
+            return TrainingState(group(kept, "weights"), group(kept, "first"), group(kept, "second"), group(kept, "best"),
+                                 kept["best_error"], kept["best_epoch"], int(kept["epoch"]), int(kept["steps"]), kept["history"].tolist())
+        except (SafetensorError, OSError, KeyError, ValueError, RuntimeError) as cause:
+            raise ModelError(f"{path}: is damaged ({cause}): start anew without --resume") from cause
 
 
 @final

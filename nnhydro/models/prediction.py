@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from nnhydro.errors import RecordingError
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, even_grid, plan, prepare, time_steps
+from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, time_steps
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 
@@ -47,7 +47,7 @@ def _bridged(motion: Recording) -> Recording:
     from scipy.interpolate import PchipInterpolator
 
     t = np.asarray(motion.t)
-    count = max(len(even_grid(t)), MIN_ROWS)
+    count = max(even_rows(t), MIN_ROWS)
     if count > max(MOST_ROWS, 4 * len(t)):
         longest = int(np.argmax(np.diff(t)))
         raise RecordingError(f"{motion.origin.path or motion.name}: a gap of {t[longest + 1] - t[longest]:g} s after row "

@@ -4,7 +4,7 @@ Nothing in them is executed: JSON and safetensors only. The digest tells whether
 """
 
 import hashlib
-import json
+import re
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 from torch import Tensor
 
+from nnhydro import __version__
 from nnhydro.conventions import SCHEMA_MODEL
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
-from nnhydro.files import json_text, whole_folder
+from nnhydro.files import json_text, read_json, whole_folder
 from nnhydro.models.amended import Amended
 from nnhydro.models.learned import BASELINE, LAW, LearnedTorque
 from nnhydro.models.network import Ensemble
@@ -41,7 +42,7 @@ def _digest(folder: Path) -> str:
 
 def save_model(model: TorqueModel, out: Path) -> Path:
     """Write `model` to the folder `out`, whole or not at all; an existing model folder is replaced. Returns `out`."""
-    from safetensors.torch import save_file
+    from safetensors.torch import save
 
     document = {"schema": SCHEMA_MODEL, "kind": model.kind, "arm": model.arm.document(), "preparation": model.preparation.document(),
                 "conventions": "torques are what the drives supply; C_M is the added-mass coefficient; angles joint-relative",
@@ -49,7 +50,7 @@ def save_model(model: TorqueModel, out: Path) -> Path:
     with whole_folder(out, DIGEST) as work:
         (work / MODEL).write_text(json_text(document), encoding="utf-8")
         if model.arrays():
-            save_file({name: tensor.contiguous() for name, tensor in model.arrays().items()}, work / WEIGHTS)
+            (work / WEIGHTS).write_bytes(save({name: tensor.contiguous() for name, tensor in model.arrays().items()}))
         (work / DIGEST).write_text(_digest(work) + "\n", encoding="utf-8")
     return out
 
@@ -85,8 +86,13 @@ def _amended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
 _KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned, Amended.kind: _amended}
 
 
-def _no_number(constant: str) -> None:
-    raise ValueError(f"{constant} is no number in JSON")
+def _who_reads(schema: Any) -> str:
+    """Which version reads a model of another schema: its number grows with every change that older versions would misread."""
+    parts = re.fullmatch(r"nnhydro/model/(\d{1,6})", schema) if isinstance(schema, str) else None
+    if parts is None:
+        return "was this written by nnhydro?"
+    newer = int(parts[1]) > int(SCHEMA_MODEL.rpartition("/")[2])
+    return "a later version of nnhydro wrote it: update nnhydro" if newer else "make the model again"
 
 
 def _tried(model: TorqueModel) -> TorqueModel:
@@ -105,13 +111,10 @@ def _checked(folder: Path) -> dict[str, Any]:
     stored = (folder / DIGEST).read_bytes().strip() if (folder / DIGEST).is_file() else b""
     if stored != _digest(folder).encode():
         raise ModelError(f"{folder}: its files do not match {DIGEST}: they were changed after the model was written; make it again")
-    try:
-        document = json.loads((folder / MODEL).read_text(encoding="utf-8"), parse_constant=_no_number)
-    except (ValueError, RecursionError) as cause:
-        raise ModelError(f"{folder / MODEL}: is not valid JSON: {cause}") from cause
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA_MODEL:
-        found = document.get("schema") if isinstance(document, dict) else type(document).__name__
-        raise ModelError(f"{folder / MODEL}: schema {found!r}: this version reads {SCHEMA_MODEL!r}")
+    document = read_json(folder / MODEL, ModelError)
+    found = document.get("schema")
+    if found != SCHEMA_MODEL:
+        raise ModelError(f"{folder / MODEL}: schema {found!r:.80}: nnhydro {__version__} reads {SCHEMA_MODEL!r}; {_who_reads(found)}")
     return document
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, final
 
-from nnhydro.errors import CampaignError
+from nnhydro.errors import CampaignError, RecordingError
 from nnhydro.recordings.arm import Arm, read_arm
 from nnhydro.recordings.preprocessing import Preparation, plan, prepare, steady_segment
 from nnhydro.recordings.readers.column_map import FILE, ColumnMap, read_column_map
@@ -33,6 +33,7 @@ class Campaign:
     root: Path | None = None
     map_sha256: str = ""  # of the column mapping that the files were read through, "" where there is none
     _cache: dict[str, Recording] = field(default_factory=dict, repr=False)
+    _seen: dict[str, str] = field(default_factory=dict, repr=False)  # sha256 of each recording when it was first read
 
     def __getstate__(self) -> dict[str, Any]:
         """What goes to another process: recordings that were read are read there again, from their files."""
@@ -56,6 +57,10 @@ class Campaign:
         """Return the recording called `name`; raises RecordingError where its file cannot be used."""
         if name not in self._cache:
             recording = self.read(name)
+            first = self._seen.setdefault(name, recording.origin.sha256)
+            if recording.origin.sha256 != first:
+                raise RecordingError(f"{recording.origin.path or name}: changed since this run first read it: results would come from two "
+                                     "versions of it; run again on files that nobody writes to")
             if sum(len(r) for r in self._cache.values()) + len(recording) > CACHED_SAMPLES:
                 self._cache.clear()
             self._cache[name] = recording

@@ -25,6 +25,7 @@ from nnhydro.recordings.segment import Segment
 Array = NDArray[np.float64]
 GAP = 10.0  # a step of time longer than so many median steps is a gap: recordings are split there
 EVEN = 1e-3  # steps that differ by less than this share of the median count as even
+MOST_FILLED, SMALL = 100, 1_000_000  # even rows for one that was recorded, at the most; rows that are never too many
 MIN_ROWS = 12  # a shorter stretch holds no acceleration worth the name
 STATE_OVER_CUTOFF = 2.0  # angles are low-passed at so many times the cut-off of the comparison
 TRIM_PERIODS = 3.0  # so many periods of the cut-off are not compared at either end
@@ -75,9 +76,22 @@ def stretches(r: Recording, with_torque: bool = True) -> tuple[tuple[int, int], 
     return tuple((a, b) for a, b in pairwise(edges) if good[a] and b - a >= MIN_ROWS)
 
 
-def even_grid(t: Array) -> Array:
-    """Return an even grid from the first to the last time with about the median step, (m,) s."""
-    count = max(round(float((t[-1] - t[0]) / np.median(np.diff(t)))), 1) + 1
+def even_rows(t: Array) -> int:
+    """Return how many even rows with about the median step reach from the first to the last time (at most 10^15)."""
+    with np.errstate(over="ignore"):
+        ratio = (t[-1] - t[0]) / np.median(np.diff(t))
+    return max(round(float(min(ratio, 1e15))), 1) + 1
+
+
+def even_grid(t: Array, name: str) -> Array:
+    """Return an even grid from the first to the last time with about the median step, (m,) s.
+
+    Raises RecordingError naming the recording `name` where a few tiny steps would make far more even rows than were recorded.
+    """
+    count = even_rows(t)
+    if count > max(MOST_FILLED * len(t), SMALL):
+        raise RecordingError(f"{name}: its {len(t)} rows from t_s = {t[0]:g} to {t[-1]:g} are mostly {np.median(np.diff(t)):.3g} s apart, "
+                             f"which would make {count:.3g} even ones: the clock jumps; split the file where it does, or correct t_s")
     grid: Array = np.linspace(t[0], t[-1], count)
     return grid
 
@@ -114,7 +128,7 @@ def resampled(r: Recording, start: int, stop: int) -> Recording:
     t = np.asarray(part.t)
     if _is_even(t):
         return replace(part, t=np.linspace(t[0], t[-1], len(t)))
-    grid = even_grid(t)
+    grid = even_grid(t, r.name)
     return replace(part, t=grid, q=_interpolated(grid, t, part.q, 3), qd=_onto(grid, t, part.qd, 3), qdd=_onto(grid, t, part.qdd, 3),
                    u0=_onto(grid, t, part.u0, 3), du0=_onto(grid, t, part.du0, 3), tau=_onto(grid, t, part.tau, 1),
                    tau_sim=_onto(grid, t, part.tau_sim, 1), clock=None,

@@ -87,6 +87,8 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
     for wish in wishes:
         checked(wish, len(wishes), seed)
     key, made = _key(key_file), []
+    if key_file is not None and not key_file.is_file():
+        write_key(key_file, key)  # before the answers: a key that was lost with a run that was ended could never open them
     wishes = [wishes[k] for k in np.random.default_rng([seed, len(wishes)]).permutation(len(wishes))]
     with whole_folder(out, MARKER) as work:
         for index, wish in enumerate(wishes):
@@ -106,6 +108,4 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
         write_json(work / MARKER, {"schema": SCHEMA, "campaigns": public})
         if key_file is None:
             write_key(work / KEY_FILE, key)
-    if key_file is not None and not key_file.is_file():
-        write_key(key_file, key)
     return tuple(made)

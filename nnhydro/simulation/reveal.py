@@ -8,7 +8,7 @@ The error of unseen motions is McLain and Rock's, sum|tau - prediction| / sum|ta
 noise-free truth (the mean over its phases where a hidden cause acts by chance).
 """
 
-import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -18,31 +18,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import ConfigError, NnhydroError, require
+from nnhydro.files import read_json
 from nnhydro.simulation.conceal import MARKER
 from nnhydro.simulation.conceal import SCHEMA as SUITE
 from nnhydro.simulation.scoring import Verdict, score
 from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
 from nnhydro.simulation.summary import summary
 
+NAME = re.compile(r"campaign_\d{3}")  # becomes part of paths: nothing else may lead out of the suite
 Array = NDArray[np.float64]
 Torques = Callable[[str], Array]
-
-
-def _json(path: Path, what: str) -> dict[str, Any]:
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as cause:
-        raise ConfigError(f"{path}: cannot be read as {what} ({cause})") from cause
-    require(isinstance(document, dict), f"{path}: is no {what}: expected a JSON object")
-    return dict(document)
 
 
 def read_suite(suite: Path) -> dict[str, Any]:
     """Return the campaigns of the suite in the folder `suite`: name -> baseline and commitment."""
     require((suite / MARKER).is_file(), f"{suite}: is no suite of concealed campaigns (no {MARKER}): make one with nnhydro conceal")
-    document = _json(suite / MARKER, "suite of concealed campaigns")
-    require(document.get("schema") == SUITE, f"{suite / MARKER}: schema is {document.get('schema')!r}, expected {SUITE!r}")
-    return dict(document["campaigns"])
+    document = read_json(suite / MARKER, ConfigError)
+    require(document.get("schema") == SUITE, f"{suite / MARKER}: schema is {document.get('schema')!r:.80}, expected {SUITE!r}")
+    campaigns = document.get("campaigns")
+    whole = isinstance(campaigns, dict) and all(NAME.fullmatch(name) and isinstance(public, dict) and "commitment" in public
+                                                for name, public in campaigns.items())
+    require(whole, f"{suite / MARKER}: its list of campaigns is damaged: make the suite again with nnhydro conceal")
+    return dict(campaigns or {})
 
 
 def _predicted_files(folder: Path) -> Torques:
@@ -112,7 +109,7 @@ def reveal(suite: Path, diagnoses: Path, key_file: Path | None = None) -> dict[s
         if not path.is_file():
             missing.append(name)
             continue
-        verdict = score(name, answer, _json(path, "diagnosis"), str(path))
+        verdict = score(name, answer, read_json(path, ConfigError), str(path))
         verdicts.append(_errors(verdict, answer, path.parent, suite / name))
     first = min(campaigns, default="campaign_000")
     require(bool(verdicts), f"--diagnoses {diagnoses}: holds no diagnosis of {suite}: expected {first}/diagnosis.json")

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, final
 
 from nnhydro.errors import ConfigError, require
-from nnhydro.files import json_text, write_text
+from nnhydro.files import json_text, read_json, write_text
 
 SCHEMA = "nnhydro/sealed/1"
 KEY_FILE = "key.txt"
@@ -53,8 +53,7 @@ def new_key() -> bytes:
 
 def write_key(path: Path, key: bytes) -> None:
     """Write `key` to `path`, readable by its owner alone."""
-    write_text(path, key.hex() + "\n")
-    path.chmod(0o600)
+    write_text(path, key.hex() + "\n", mode=0o600)
 
 
 def read_key(path: Path) -> bytes:
@@ -97,18 +96,18 @@ def write_sealed(path: Path, sealed: Sealed) -> None:
 
 def _parsed(path: Path) -> Sealed:
     try:
-        raw = json.loads(path.read_text(encoding="utf-8"))
+        raw = read_json(path, ConfigError)
         require(raw["schema"] == SCHEMA, f"{path}: schema is {raw['schema']!r}, expected {SCHEMA!r}: made by another version?")
         iv, text, tag = (bytes.fromhex(raw[k]) for k in ("iv", "text", "tag"))
         return Sealed(str(raw["name"]), iv, text, tag, str(raw["commitment"]))
-    except (OSError, ValueError, KeyError, TypeError) as cause:
+    except (ValueError, KeyError, TypeError) as cause:
         raise ConfigError(f"{path}: is no sealed answer ({type(cause).__name__}): make the suite again with nnhydro conceal") from cause
 
 
 def open_sealed(path: Path, key: bytes, commitment: str | None = None) -> dict[str, Any]:
     """Return the answer in `path`; raise ConfigError where the key is wrong or the file was changed since it was sealed."""
     sealed = _parsed(path)
-    require(hmac.compare_digest(sealed.tag, _mac(key, "tag", sealed.name.encode(), sealed.iv, sealed.text)),
+    require(hmac.compare_digest(sealed.tag, _mac(key, "tag", sealed.name.encode("utf-8", "replace"), sealed.iv, sealed.text)),
             f"{path}: cannot be opened: this is not its key, or the file was changed since it was sealed")
     require(sealed.name == path.stem, f"{path}: was sealed for {sealed.name}: the answers have been exchanged")
     unpacked = zlib.decompressobj()

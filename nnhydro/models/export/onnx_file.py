@@ -4,8 +4,6 @@ The graph is one step in time (step.py): belt, gears, baseline, features, every 
 is written it is held against the model: at random states, and step by step along runs from rest and under tow.
 """
 
-import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -16,7 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.errors import ConfigError, ModelError, missing_extra, require
-from nnhydro.files import json_text, write_json
+from nnhydro.files import json_text, write_bytes, write_json
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.step import NAMES, Step
 from nnhydro.models.export.tracing import Objects, traced
@@ -144,18 +142,9 @@ def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str
 def _write(path: Path, content: bytes) -> None:
     """Write `content` to `path`, whole or not at all."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        write_bytes(path, content)
     except OSError as cause:
         raise ConfigError(f"--out {path}: cannot be written ({cause.strerror or cause}): name a file where you may write") from cause
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
 
 
 def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "") -> dict[str, Any]:

@@ -16,6 +16,7 @@ from nnhydro.recordings.readers.table import (
     Request,
     Table,
     not_a_number,
+    require_plausible,
     require_shape,
     require_size,
     require_unique,
@@ -61,6 +62,12 @@ def _head(path: Path) -> _Head:
     raise RecordingError(f"{path}: has no header line: is it a CSV file? The first line names the columns, e.g. t_s,q1_rad,tau1_Nm")
 
 
+def _lines(path: Path) -> int:
+    """Number of line ends: rows that are shorter than the header still take a cell a column."""
+    with path.open("rb") as file:
+        return sum(piece.count(b"\n") for piece in iter(lambda: file.read(1 << 20), b"")) + 1
+
+
 def _frame(path: Path, head: _Head, text: frozenset[str]) -> "pd.DataFrame":
     import pandas as pd
 
@@ -104,6 +111,8 @@ def read_csv(path: Path, request: Request) -> Table:
     except csv.Error as cause:
         raise RecordingError(f"{path}: the header cannot be read ({cause}): save the file as plain CSV") from cause
     require_unique(path, head.names, request.numbers | request.text)
+    require_shape(path, 1, len(head.names))
+    require_plausible(path, 8 * len(head.names) * _lines(path))
     try:
         frame = _frame(path, head, request.text)
     except UnicodeDecodeError as cause:

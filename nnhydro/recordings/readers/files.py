@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from nnhydro.conventions import CHANNELS, CLOCK, TIME
-from nnhydro.errors import RecordingError
+from nnhydro.errors import RecordingError, require
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.column_map import ColumnMap, map_beside, mapped
 from nnhydro.recordings.readers.csv_file import read_csv
@@ -48,6 +48,14 @@ def _reader(path: Path) -> Callable[[Path, Request], Table]:
     return FORMATS[path.suffix.lower()]
 
 
+def _state(path: Path) -> list[tuple[str, int, int, int]]:
+    """What a change of the file (or file in the folder) `path` would change: inode, size, time of writing; empty where it is gone."""
+    if not path.exists():
+        return []
+    parts = [(part.name, part.stat()) for part in (sorted(path.iterdir()) if path.is_dir() else [path])]
+    return [(name, stat.st_ino, stat.st_size, stat.st_mtime_ns) for name, stat in parts]
+
+
 def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, steady: bool) -> tuple[Named, Origin]:
     """Columns under our names and in SI, and where they came from."""
     read = _reader(path)
@@ -61,8 +69,11 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
     text = frozenset({"run"}) if steady else frozenset[str]()
     joints, topic = ((), None) if column_map is None else (column_map.settings.joints, column_map.settings.topic)
     try:
+        before = _state(path)
         table = read(path, Request(frozenset(wanted) - text, text, arm.n_links, joints, topic))
         origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2")
+        require(_state(path) == before, f"{path}: changed while it was read, so that its rows and its sha256 may not belong together: wait "
+                "until the logger has closed it, then run again", RecordingError)
     except OSError as cause:
         raise RecordingError(f"{path}: cannot be read ({cause.strerror or cause}): check the path and its permissions") from cause
     steps = table.steps if not sources or column_map is None else (*table.steps, f"columns mapped by {column_map.path}")

@@ -7,13 +7,26 @@ one file. Needs h5py (`pip install 'nnhydro[hdf5]'`).
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nnhydro.errors import RecordingError, missing_extra
-from nnhydro.recordings.readers.table import MAX_COLUMNS, Array, Columns, Request, Table, require_shape, require_size, wrong_kind
+from nnhydro.recordings.readers.table import (
+    MAX_COLUMNS,
+    MAX_TEXT,
+    Array,
+    Columns,
+    Request,
+    Table,
+    require_plausible,
+    require_shape,
+    require_size,
+    too_much_text,
+    wrong_kind,
+)
 
 DEPTH = 4  # groups within groups
 
@@ -39,16 +52,22 @@ def _datasets(group: Any, path: Path, prefix: str = "", depth: int = DEPTH) -> I
             yield prefix + name, item
 
 
-def _columns_of(name: str, dataset: Any) -> Iterator[tuple[str, int, Any, Read]]:
-    """(name, rows, dtype, how to read it) of every column that one dataset holds."""
+def _columns_of(name: str, dataset: Any) -> Iterator[tuple[str, Any, Any, Read]]:
+    """(name, dataset, dtype, how to read it) of every column that one dataset holds."""
     if dataset.dtype.names and dataset.ndim == 1:
         for part in dataset.dtype.names:
-            yield part, dataset.shape[0], dataset.dtype[part], partial(dataset.__getitem__, part)
+            yield part, dataset, dataset.dtype[part], partial(dataset.__getitem__, part)
     elif dataset.ndim == 1:
-        yield name, dataset.shape[0], dataset.dtype, partial(dataset.__getitem__, slice(None))
+        yield name, dataset, dataset.dtype, partial(dataset.__getitem__, slice(None))
     elif dataset.ndim == 2 and dataset.shape[1] <= MAX_COLUMNS:
         for k in range(dataset.shape[1]):
-            yield f"{name}[{k + 1}]", dataset.shape[0], dataset.dtype, partial(dataset.__getitem__, (slice(None), k))
+            yield f"{name}[{k + 1}]", dataset, dataset.dtype, partial(dataset.__getitem__, (slice(None), k))
+
+
+def _bytes(dataset: Any, kind: Any) -> int:
+    """What reading one column takes: its rows as float64, and a whole chunk (compressed) or record (compound) at a time."""
+    chunk = int(prod(dataset.chunks)) * int(dataset.dtype.itemsize) if dataset.chunks else 0
+    return int(dataset.shape[0]) * max(8, int(kind.itemsize)) + chunk
 
 
 def _without_common_group(names: list[str]) -> dict[str, str]:
@@ -57,9 +76,20 @@ def _without_common_group(names: list[str]) -> dict[str, str]:
     return {name: name.rpartition("/")[2] if len(groups) == 1 else name for name in names}
 
 
-def _value(path: Path, name: str, kind: Any, read: Read, text: bool) -> Array | tuple[str, ...]:
+def _words(path: Path, name: str, dataset: Any, of: tuple[str, ...]) -> Iterator[str]:
+    """A column of names, row by row: all rows may point to one long text, which only its copies show."""
+    length = 0
+    for row in range(dataset.shape[0]):
+        value = dataset[(*of, row)]
+        length += len(value) if isinstance(value, (bytes, str)) else 0
+        if length > MAX_TEXT:
+            raise too_much_text(path, name)
+        yield value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _value(path: Path, name: str, dataset: Any, kind: Any, read: Read, text: bool) -> Array | tuple[str, ...]:
     if text:
-        return tuple(v.decode("utf-8", "replace") if isinstance(v, bytes) else str(v) for v in read())
+        return tuple(_words(path, name, dataset, (name,) if dataset.dtype.names else ()))
     if kind.kind not in "iuf":
         raise wrong_kind(path, name, {"b": "true/false values", "c": "complex numbers"}.get(kind.kind, "text or objects"))
     return np.asarray(read(), dtype=float)
@@ -74,15 +104,16 @@ def _table(file: Any, path: Path, request: Request) -> Table:
     if not wanted:
         seen = ", ".join(map(repr, header[:6])) or "no datasets"
         raise RecordingError(f"{path}: holds none of the columns that are needed (it has {seen}): rename them or give --map FILE")
-    rows = Counter(n for _, n, *_ in wanted).most_common(1)[0][0]
+    rows = Counter(dataset.shape[0] for _, dataset, *_ in wanted).most_common(1)[0][0]
     require_shape(path, rows, len(header))
+    require_plausible(path, sum(_bytes(dataset, kind) for _, dataset, kind, _ in wanted))
     columns: Columns = {}
-    for name, n, kind, read in wanted:
-        if n != rows:
+    for name, dataset, kind, read in wanted:
+        if (n := dataset.shape[0]) != rows:
             raise RecordingError(f"{path}: dataset {name!r} has {n} rows, the others {rows}: columns of one run must be equally long")
         if name in columns:
             raise RecordingError(f"{path}: column {name!r} appears twice: rename or remove one")
-        columns[name] = _value(path, name, kind, read, name in request.text)
+        columns[name] = _value(path, name, dataset, kind, read, name in request.text)
     return Table(columns, header)
 
 

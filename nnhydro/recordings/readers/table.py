@@ -18,6 +18,9 @@ Columns = dict[str, Array | tuple[str, ...]]
 MAX_BYTES = 4_000_000_000
 MAX_COLUMNS = 2_000
 MAX_ROWS = 50_000_000
+HARMLESS = 150_000_000  # bytes of numbers that any file may hold
+MAX_RATIO = 50  # bytes of numbers a byte of file: measured numbers are noisy and compress ten times at the best
+MAX_TEXT = 50_000_000  # characters of a column of names
 FIRST_ROW = 2  # rows are counted as in a spreadsheet: the header is row 1
 _TIME_OF_DAY = re.compile(r"\s*(\d{4}-\d\d-\d\d|\d{1,2}:\d\d)")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*$")
@@ -80,6 +83,17 @@ def require_shape(path: Path, rows: int, columns: int) -> None:
         raise RecordingError(f"{path}: holds a header but no rows: the log was cut off; remove the file or record again")
 
 
+def require_plausible(path: Path, unpacked: int) -> None:
+    """Raise RecordingError where a file would become `unpacked` bytes of numbers, far more than measurements of its size can hold.
+
+    A few kilobytes of a compressed or sparse format can fill any memory.
+    """
+    size = path.stat().st_size
+    if unpacked > max(HARMLESS, MAX_RATIO * size):
+        raise RecordingError(f"{path}: its {size} bytes would become {unpacked:.3g} bytes of numbers: damaged, or made to fill the memory; "
+                             "write it again without empty rows and columns")
+
+
 def require_unique(path: Path, header: Sequence[str], wanted: frozenset[str]) -> None:
     """Raise RecordingError where a wanted column stands twice in the header: nobody knows which one is meant."""
     twice = [name for name, count in Counter(header).items() if count > 1 and name in wanted]
@@ -95,6 +109,11 @@ def not_a_number(path: Path, name: str, row: int, value: Any) -> RecordingError:
     if isinstance(value, str) and _TIME_OF_DAY.match(value):
         return RecordingError(f"{path}: column {name!r}, row {row}: {text} is a date or time of day: write seconds since the start")
     return RecordingError(f"{path}: column {name!r}, row {row}: {text} is not a number: correct it or leave it empty")
+
+
+def too_much_text(path: Path, name: str) -> RecordingError:
+    """Return the error for a column of names that holds more than MAX_TEXT characters."""
+    return RecordingError(f"{path}: column {name!r} holds more than {MAX_TEXT} characters: is it a column of short names?")
 
 
 def wrong_kind(path: Path, name: str, kind: str) -> RecordingError:

@@ -1,0 +1,135 @@
+"""Full disks, closed pipes, folders that may not be written to, recordings that change: one line, and nothing half written."""
+
+import json
+import os
+import resource
+import shlex
+import signal
+import subprocess
+import sys
+
+import pytest
+from planted import healthy, write_campaign, write_csv
+
+from nnhydro.cli.main import run
+from nnhydro.errors import RecordingError
+from nnhydro.recordings.arm import read_arm
+from nnhydro.recordings.campaign import open_campaign
+from nnhydro.recordings.readers import files as readers
+from nnhydro.recordings.readers.files import read_recording
+
+NNHYDRO = f"{shlex.quote(sys.executable)} -m nnhydro"
+
+
+def names(folder):
+    return sorted(p.name for p in folder.iterdir())
+
+
+def limited(arguments, largest, capfd):
+    """Run a command in a child in which no file may grow beyond `largest` bytes; return exit code and what it said."""
+    capfd.readouterr()
+    pid = os.fork()
+    if not pid:
+        code = 70
+        try:
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+            code = run(arguments)
+        finally:
+            sys.stderr.flush()
+            os._exit(code)
+    code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    return code, capfd.readouterr().err
+
+
+RECIPE = """schema: nnhydro/recipe/1
+arm: {fluid: {density_kg_m3: 1000.0}, links: [{length_m: 0.5, diameter_m: 0.07, mass_kg: 1.0, com_m: 0.2, inertia_kg_m2: 0.02}]}
+terms: {rigid_body: arm}
+motions: [{kind: fourier, name: swim, q_rad: [0.0], duration_s: 3.0, reach_rad: [1.2], rate_rad_s: 2.0}]
+"""
+
+
+@pytest.mark.parametrize("largest", [300, 5000])  # bytes; the line of the error itself must fit
+def test_a_disk_that_is_full_gets_one_line_and_keeps_what_was_there(largest, tmp_path, capfd):
+    (tmp_path / "recipe.yaml").write_text(RECIPE)
+    simulate = ["simulate", str(tmp_path / "recipe.yaml"), "--out", str(tmp_path / "out")]
+    for before in ([], ["out"]):
+        code, said = limited(simulate, largest, capfd)
+        assert code == 2, said
+        assert said.count("\n") == 1
+        assert said.startswith("nnhydro: error: ")
+        assert "nothing half written was left behind" in said
+        assert names(tmp_path) == [*before, "recipe.yaml"]
+        if not before:
+            assert run([*simulate, "--quiet"]) == 0
+    assert (tmp_path / "out" / "recordings" / "swim.csv").stat().st_size > 5000
+
+
+@pytest.mark.slow
+def test_a_full_disk_during_training_keeps_the_checkpoint_of_before(tmp_path, capfd):
+    root = write_campaign(tmp_path / "c", runs=3)
+    (tmp_path / "t.toml").write_text('model = "network"\nhidden = [4]\nmembers = 1\nepochs = 2\n')
+    train = ["train", str(root), "--config", str(tmp_path / "t.toml"), "--out", str(tmp_path / "model"), "--quiet"]
+    code, said = limited(train, 2000, capfd)
+    assert code == 2, said
+    assert "ulimit -f" in said
+    assert names(tmp_path) == ["c", "model.checkpoint.json", "t.toml"]
+    assert run(train) == 0
+    assert names(tmp_path) == ["c", "model", "t.toml"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_may_not_be_written_to_gets_one_line(tmp_path, capsys):
+    root = write_campaign(tmp_path / "c")
+    (tmp_path / "locked").mkdir(mode=0o500)
+    assert run(["identify", str(root), "--out", str(tmp_path / "locked" / "model")]) == 2
+    assert "may not be written to" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("line", "code"), [
+    ("{n} check {c} | head -n 1", 0), ("{n} check {c} | true", 0), ("{n} check {c} --json | head -c 10", 0),
+    ("{n} identify {c} --model textbook --out {o} 2>&1 | true", 0), ("{n} check {c} > /dev/full", 2), ("{n} check {c} >&-", 0),
+])
+def test_whoever_stops_reading_does_not_stop_the_work(line, code, tmp_path):
+    root = write_campaign(tmp_path / "c")
+    line = line.format(n=NNHYDRO, c=root, o=tmp_path / "model")
+    done = subprocess.run(["bash", "-c", f"set -o pipefail; {line}"], capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+    assert ("--out" not in line) or (tmp_path / "model" / "model.json").is_file(), "the results are written whether or not anybody reads"
+
+
+def changing(monkeypatch, change):
+    """Let `change` happen between the reading of a file and the reckoning of its sha256."""
+    real = readers.sha256_of
+    monkeypatch.setattr(readers, "sha256_of", lambda path: (change(path), real(path))[1])
+
+
+@pytest.mark.parametrize("change", [lambda path: path.write_bytes(path.read_bytes() + b"9,0,0,0,0,0,0\n"), lambda path: path.unlink(),
+                                    lambda path: (path.rename(path.with_suffix(".old")), write_csv(path, healthy(9, 300)))],
+                         ids=["grows", "vanishes", "is replaced"])
+def test_a_recording_that_changes_while_it_is_read_is_refused(change, tmp_path, monkeypatch):
+    root = write_campaign(tmp_path / "c")
+    changing(monkeypatch, change)
+    with pytest.raises(RecordingError, match=r"run1\.csv: (changed while it was read|cannot be read|.*does not exist)"):
+        read_recording(root / "recordings" / "run1.csv", read_arm(root / "arm.yaml"))
+
+
+def test_a_recording_that_changes_between_two_readings_is_refused(tmp_path):
+    campaign = open_campaign(write_campaign(tmp_path / "c"))
+    campaign.load("run1")
+    campaign._cache.clear()  # as happens in a campaign larger than the memory, and in every worker
+    campaign.load("run1")
+    campaign._cache.clear()
+    write_csv(tmp_path / "c" / "recordings" / "run1.csv", healthy(7, 300))
+    with pytest.raises(RecordingError, match=r"run1\.csv: changed since this run first read it"):
+        campaign.load("run1")
+
+
+@pytest.mark.slow
+def test_json_on_a_pipe_is_whole(tmp_path):
+    root = write_campaign(tmp_path / "c")
+    done = subprocess.run(["bash", "-c", f"{NNHYDRO} check {root} --json | cat"], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)
