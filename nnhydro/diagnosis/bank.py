@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.blocks import PARTS, Blocks, block_grams
+from nnhydro.diagnosis.blocks import PARTS, Blocks, block_grams, parts_of
 from nnhydro.diagnosis.instances import Instance, Key
 from nnhydro.diagnosis.table import Beside, Table
 from nnhydro.models.strip_theory import StripTheory
@@ -38,10 +38,9 @@ class Candidate:
 @final
 @dataclass(frozen=True, eq=False)
 class Bank:
-    """Candidates, the Gram matrices of their columns, the bounds of their values, and the energy of the measured torque."""
+    """Candidates, the bounds of their columns' values, and the energy of the measured torque."""
 
     candidates: tuple[Candidate, ...]
-    blocks: Blocks
     low: Array  # (K,)
     high: Array  # (K,)
     torque: Array  # (joints,) (N m)^2
@@ -57,21 +56,26 @@ def listed(instances: Sequence[Instance]) -> tuple[Candidate, ...]:
     return tuple(made)
 
 
-def build(table: Table, instances: Sequence[Instance], believed: StripTheory, beside: Beside | None = None) -> Bank:
-    """Return the bank of `instances`; instruments that are not settled are taken at the reading of the model `believed`.
+def build(table: Table, instances: Sequence[Instance], believed: StripTheory, beside: Beside | None = None) -> tuple[Bank, Blocks]:
+    """Return the bank of `instances` and the Gram matrices of their columns.
 
+    Instruments that are not settled are taken at the reading of the model `believed`.
     `beside` gives further columns (n, joints, m) of each piece that stand with the baseline's.
     """
-    grams, rows, numbers, torque = [], [], [], np.zeros(table.case.model.arm.n_links)
-    for piece, full in table.rows(instances, believed, beside):
-        G, n = block_grams(full, PARTS if piece.dt else 1)
+    rows, numbers, torque = [], [], np.zeros(table.case.model.arm.n_links)
+    grams, place = np.zeros((0, 0, 0, 0)), 0
+    blocks_of = [len(parts_of(len(piece.y), PARTS if piece.dt else 1)) for piece in table.pieces]
+    for (piece, full), count in zip(table.rows(instances, believed, beside), blocks_of, strict=True):
+        G, n = block_grams(full, count)
+        grams = grams if grams.size else np.zeros((sum(blocks_of), *G.shape[1:]))  # filled in place: a list and its sum are twice as much
+        grams[place:place + count] = G
+        place += count
         torque += (piece.tau**2).sum(axis=0)
-        grams.append(G)
         rows.append(n)
-        numbers.append(np.full(len(n), piece.number))
+        numbers.append(np.full(count, piece.number))
     unit_number = np.unique(np.concatenate(numbers), return_inverse=True)[1]
     K = sum(one.width for one in instances)
     bounds = [bound for one in instances for bound in one.bounds()]
     low, high = (np.array([bound[i] for bound in bounds], dtype=float) for i in (0, 1))
-    blocks = Blocks(np.concatenate(grams), np.concatenate(rows), unit_number, grams[0].shape[2] - K - 1)
-    return Bank(listed(instances), blocks, low, high, torque)
+    blocks = Blocks(grams, np.concatenate(rows), unit_number, grams.shape[2] - K - 1)
+    return Bank(listed(instances), low, high, torque), blocks

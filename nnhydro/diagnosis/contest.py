@@ -17,11 +17,12 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.feasible import Proposed
 from nnhydro.diagnosis.locks import SOFT
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.score import RIDGE, Bench
-from nnhydro.diagnosis.table import Case, Table
+from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.verdict import HARDLY, NEAR, rivals_of
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.preprocessing import prepare
@@ -101,13 +102,16 @@ class Judge:
     def planned(self, motions: Sequence[Proposed]) -> list[Planned]:
         """Return the motions that hold rows to compare."""
         made = tuple(unit_of(motion, f"next_{number}", self.case) for number, motion in enumerate(motions))
-        last = {(u.name, k): torch.ones(len(s), dtype=torch.float64) for u in made for k, s in enumerate(u.segments())}
+
+        def last(unit: Unit, number: int) -> torch.Tensor:
+            return torch.ones(len(unit.segments()[number]), dtype=torch.float64)
+
         table = Table(replace(self.case, all_units=made, places=last))
         numbers = sorted({piece.number for piece in table.pieces})
         if not numbers:
             return []
-        bank = build(table, [c.instance for c in self.candidates], self.believed)
-        G, rows = Bench.of(bank.blocks, self.race.noise, self.race.bench.prior).by_unit
+        _, blocks = build(table, [c.instance for c in self.candidates], self.believed)
+        G, rows = Bench.of(blocks, self.race.noise, self.race.bench.prior).by_unit
         joints = G.shape[1]
         return [Planned(motions[k], one[:-1, :-1], float(n) * joints) for k, one, n in zip(numbers, G.sum(axis=1), rows, strict=True)]
 

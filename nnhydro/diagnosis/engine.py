@@ -1,21 +1,21 @@
 """`diagnose`: is there a mismatch, where, what physics was left out, the model with it, the proof."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
+from nnhydro.diagnosis.case import AT_ONCE, MOST_STUDIED, Case, Opened, opened
 from nnhydro.diagnosis.experiment import next_experiment
 from nnhydro.diagnosis.locate import locate
 from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
 from nnhydro.diagnosis.naming import explained, named
 from nnhydro.diagnosis.placebo import placebo, whiteness
-from nnhydro.diagnosis.proof import Proof
+from nnhydro.diagnosis.proof import Proof, prove_fresh
 from nnhydro.diagnosis.race import Race
-from nnhydro.diagnosis.reference import Reference, reference
+from nnhydro.diagnosis.reference import Reference
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search import Found
-from nnhydro.diagnosis.table import Case, clock_places
 from nnhydro.diagnosis.unknown import learned
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
@@ -25,8 +25,6 @@ from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.repeats import group_names, noise_floor
-from nnhydro.recordings.splitting import units
 
 
 def corrected(reference: Reference, race: Race, found: Sequence[Finding]) -> TorqueModel:
@@ -55,21 +53,20 @@ def _recalibrated(loads: Loads) -> dict[str, list[float]]:
 
 @one_thread()
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
-             without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None) -> Diagnosis:
+             without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.
+
+    Of more than `most` recordings the others take no part in the search and are the proof.
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """
     start = time.perf_counter()
-    arm = campaign.arm
-    how = campaign.plan(cutoff_hz)
-    all_units = units(campaign, how, seed, group_names(campaign))
-    against = reference(baseline, arm, all_units, how)
-    case = Case(all_units, against, clock_places(campaign, all_units))
-    floor = noise_floor(campaign, how)
-    told = named(case, None if floor is None else floor.std, seed, without, progress)
-    found, proof, said, race = told.found, told.proof, told.findings, told.found.race
-    left = family_wise_p([race], seed + 1)
+    ready = opened(campaign, baseline, seed, cutoff_hz, most)
+    case, floor, against = ready.case, ready.floor, ready.case.reference
+    told = named(case, ready.repeats, seed, without, progress)
+    found, said, race = told.found, told.findings, told.found.race
+    proof = prove_fresh(race, found.believed, _told(ready, progress), told.proof)
+    left = family_wise_p(race, seed + 1)
     rest = learned(proof.remains, seed) if max(left, found.p_value) <= P_BLOCK else []
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
     unexplained = {"detected": max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after,
@@ -82,6 +79,13 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
                      versions() | {"campaign_sha256": campaign.sha256()}, race.log)
 
 
+def _told(ready: Opened, progress: Callable[[str], None]) -> Iterator[Case]:
+    """The recordings that took no part, with progress."""
+    for number, case in enumerate(ready.fresh()):
+        progress(f"proof: {number * AT_ONCE} of {len(ready.later)} recordings that took no part")
+        yield case
+
+
 def _checks(race: Race, found: Found, proof: Proof) -> dict[str, Any]:
     """What speaks against chance: the same terms on the wrong recordings, and how white the remaining residual is."""
     placebos = []
@@ -89,5 +93,6 @@ def _checks(race: Race, found: Found, proof: Proof) -> dict[str, Any]:
         gain, largest = placebo(race, found.table, found.believed, chosen)
         placebos.append({"effect": chosen.key[0], "joint": chosen.key[1] or None, "gain": gain, "largest_placebo": largest})
     lags = [whiteness(proof.remains, joint) for joint in range(len(race.noise))]
-    return {"error_before": proof.before, "error_after": proof.after, "explained": explained(race) if race.chosen else 0.0,
+    return {"error_before": proof.before, "error_after": proof.after, "recordings": proof.recordings,
+            "explained": explained(race) if race.chosen else 0.0,
             "placebo": placebos, "correlated_lags": lags}

@@ -9,10 +9,10 @@ from typing import Any, final
 
 import numpy as np
 
+from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.contest import Array, Contest, Judge, Planned, contest_of, least_pair
 from nnhydro.diagnosis.feasible import HARDER, Proposed, Rig, draw, varied
 from nnhydro.diagnosis.race import Race
-from nnhydro.diagnosis.table import Case
 from nnhydro.files import write_text
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion

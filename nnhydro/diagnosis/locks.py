@@ -6,7 +6,8 @@ Lock 2  recordings left out of the fit must be predicted better: a sign-flip tes
 Besides, a finding must be material: at least 1 % of the residual energy of a joint on left-out recordings.
 """
 
-from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,19 +47,22 @@ def _standardised(x: Array) -> Array:
     return result
 
 
+def _ranks(x: Array) -> Array:
+    """Ranks 1, 2, ... of `x` (n, k) along its first axis; equal ones in their order."""
+    return np.asarray(np.argsort(np.argsort(x, axis=0, kind="stable"), axis=0) + 1.0, np.float64)
+
+
 def statistics(race: Race, seed: int) -> tuple[Array, Array]:
     """Return the statistic of every column (K,), and of every column under random signs of the blocks (999, K), both about N(0, 1) in size.
 
     Each column enters by its block scores and by their signed ranks, which a few violent blocks cannot drown; columns with values of each
     recording's own do not enter, see `own_p`.
     """
-    from scipy.stats import rankdata
-
     U, energy = block_scores(race)
     alive = (energy > ALIVE * np.maximum(np.diag(race.bench.total)[race.bench.p:-1], 1e-300)) & ((U**2).sum(axis=0) > 0)
     U = np.where(alive, U, 0.0)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SIGNS, len(U)))
-    parts = [_standardised(U), _standardised(np.sign(U) * rankdata(np.abs(U), axis=0) * alive)]
+    parts = [_standardised(U), _standardised(np.sign(U) * _ranks(np.abs(U)) * alive)]
     seen = np.maximum(*(np.abs(x.sum(axis=0)) for x in parts))
     null = np.maximum(*(np.abs(signs @ x) for x in parts))
     own = [k for c in race.bank.candidates for k in c.own]
@@ -76,14 +80,28 @@ def own_p(gain: float, tried: int) -> float:
     return float(np.clip(tried * np.exp(-max(gain, 0.0) / SOFT), 1 / (SIGNS + 1), 1.0))  # no smaller than the other test can give
 
 
-def family_wise_p(races: Sequence[Race], seed: int) -> float:
-    """Return the p of "nothing is missing" over all columns of `races`, which share recordings and chosen candidates."""
-    seen, null = 0.0, np.zeros(SIGNS)
-    for race in races:
+@final
+@dataclass(frozen=True, eq=False)
+class Extremes:
+    """The largest statistic over the columns tried so far, and the largest under each draw of random signs (999,)."""
+
+    seen: float = 0.0
+    null: Array = field(default_factory=lambda: np.zeros(SIGNS))
+
+    def beside(self, race: Race, seed: int) -> "Extremes":
+        """Return the extremes over the columns of `race`, too, which shares recordings and chosen candidates with the others."""
         one, many = statistics(race, seed)
-        if one.size:
-            seen, null = max(seen, float(one.max())), np.maximum(null, many.max(axis=1))
-    return float((1 + (null >= seen - 1e-12).sum()) / (SIGNS + 1)) if seen > 0 else 1.0
+        return Extremes(max(self.seen, float(one.max())), np.maximum(self.null, many.max(axis=1))) if one.size else self
+
+    @property
+    def p_value(self) -> float:
+        """The p of "nothing is missing" over all these columns."""
+        return float((1 + (self.null >= self.seen - 1e-12).sum()) / (SIGNS + 1)) if self.seen > 0 else 1.0
+
+
+def family_wise_p(race: Race, seed: int) -> float:
+    """Return the p of "nothing is missing" over all columns of `race`."""
+    return Extremes().beside(race, seed).p_value
 
 
 def sign_flip_p(gains: Array) -> float:
@@ -118,7 +136,7 @@ def material(before: Scored, after: Scored) -> float:
 def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
     """Return whether `candidate` passes both locks and is material, and write it down."""
     before, after = race.scored(), race.scored([candidate])
-    p_block = own_p(gain, OWN_TRIED) if candidate.own else family_wise_p([race], seed)
+    p_block = own_p(gain, OWN_TRIED) if candidate.own else family_wise_p(race, seed)
     p_left_out, share = left_out_p(before, after), material(before, after)
     race.log.append(f"{candidate.key[0]} joint {candidate.key[1]}: gain {gain:.1f}, p_block {p_block:.3f}, p_left_out {p_left_out:.4f}, "
                     f"energy {share:.3f}")

@@ -7,12 +7,13 @@ from typing import final
 import numpy as np
 
 from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.proof import Proof, prove
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.search import Found, search
-from nnhydro.diagnosis.table import Case
+from nnhydro.diagnosis.steadfast import drop_made_by_filter
 from nnhydro.diagnosis.verdict import Finding, findings, simplest
 from nnhydro.recordings.splitting import Unit
 
@@ -45,6 +46,7 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     found = search(case, instances(case.model.arm, torque_peaks(case.all_units), without), repeats, seed, progress)
     race = found.race
     prune(race, found.table, found.believed)
+    drop_made_by_filter(case, race, found.believed)
     race.chosen = simplest(race)
     trust = min(1.0, explained(race) / MOSTLY)
     race.chosen = [f.candidate for f in findings(race) if trust * f.confidence >= CONFIDENT]

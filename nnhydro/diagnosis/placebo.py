@@ -44,9 +44,9 @@ def placebo(race: Race, table: Table, believed: StripTheory, asked: Candidate) -
 
         scores = []
         for extra in (None, beside):
-            bank = build(table, others, believed, extra)
-            prior = np.concatenate([race.bench.prior, np.zeros(bank.blocks.p - plain)])
-            scores.append(Race(bank, Bench.of(bank.blocks, race.noise, prior), race.noise, list(bank.candidates)).total())
+            bank, blocks = build(table, others, believed, extra)
+            prior = np.concatenate([race.bench.prior, np.zeros(blocks.p - plain)])
+            scores.append(Race(bank, Bench.of(blocks, race.noise, prior), race.noise, list(bank.candidates)).total())
         best = max(best, scores[0] - scores[1])
     return gain, float(best)
 

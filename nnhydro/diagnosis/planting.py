@@ -10,8 +10,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance
-from nnhydro.diagnosis.table import Case, columns_of
+from nnhydro.diagnosis.table import columns_of
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
@@ -52,7 +53,7 @@ def planted(case: Case, effects: Sequence[tuple[Instance, Array]], noise: Array,
     """
     def segments(number: int) -> tuple[Segment, ...]:
         unit = case.all_units[number]
-        return tuple(_planted(segment, case, effects, noise, case.places.get((unit.name, k)), np.random.default_rng([seed, number, k]))
+        return tuple(_planted(segment, case, effects, noise, case.places(unit, k), np.random.default_rng([seed, number, k]))
                      for k, segment in enumerate(unit.segments()))
 
     def unit_of(number: int, unit: Unit) -> Unit:

@@ -16,19 +16,17 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.case import Case, opened
 from nnhydro.diagnosis.instances import Instance, instances
 from nnhydro.diagnosis.locks import P_BLOCK, statistics
 from nnhydro.diagnosis.naming import torque_peaks
 from nnhydro.diagnosis.race import Race, price
-from nnhydro.diagnosis.reference import reference
 from nnhydro.diagnosis.scout import AT_ONCE, MANY
 from nnhydro.diagnosis.search import race_of
 from nnhydro.diagnosis.strength import Price, Where, smallest_own_strength, smallest_strength
-from nnhydro.diagnosis.table import Case, Table, clock_places
+from nnhydro.diagnosis.table import Table
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.repeats import group_names, noise_floor
-from nnhydro.recordings.splitting import units
 
 Array = NDArray[np.float64]
 
@@ -188,14 +186,12 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """
-    how = campaign.plan(cutoff_hz)
-    all_units = units(campaign, how, seed, group_names(campaign))
-    case = Case(all_units, reference(baseline, campaign.arm, all_units, how), clock_places(campaign, all_units))
-    floor = noise_floor(campaign, how)
-    known = instances(campaign.arm, torque_peaks(all_units), without)
+    ready = opened(campaign, baseline, seed, cutoff_hz)
+    case = ready.case
+    known = instances(campaign.arm, torque_peaks(case.all_units), without)
     table, believed = Table(case), case.model
     few, many = [i for i in known if i.grid <= MANY], [i for i in known if i.grid > MANY]
-    races = [race_of(table, few, believed, None if floor is None else floor.std)]
+    races = [race_of(table, few, believed, ready.repeats)]
     noise = races[0].noise
     for start in range(0, len(many), AT_ONCE):
         progress(f"effects with many shapes: {start} of {len(many)}")

@@ -1,25 +1,29 @@
 """The proof on recordings that took no part: errors before and after, and the residuals that remain.
 
 Every unit is predicted by parameters fitted to all other units, baseline and findings alike; error = sum |tau - model| / sum |tau|. Values
-that are each recording's own (a phase, an offset) are taken, block by block, from the other blocks of that recording.
+that are each recording's own (a phase, an offset) are taken, block by block, from the other blocks of that recording. Where a campaign
+holds more recordings than were studied, the errors are those of all the others, which no step of the search has seen.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.bank import Candidate, build
 from nnhydro.diagnosis.blocks import PARTS, parts_of
+from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Key
 from nnhydro.diagnosis.locate import Residual
 from nnhydro.diagnosis.race import Race, columns_of, own_of
+from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.table import Table
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
+Name = Key | str
 
 
 @final
@@ -33,6 +37,7 @@ class Proof:
     residuals: list[Residual]
     remains: list[Residual]
     torque: float  # mean |tau| over joints and rows, N m
+    recordings: int  # on which the errors were counted
 
 
 @final
@@ -46,13 +51,13 @@ class LeftOut:
     own_columns: list[int]
 
     @staticmethod
-    def of(race: Race, chosen: Sequence[Candidate]) -> "LeftOut":
-        """Return the parameters of baseline and `chosen`."""
+    def of(bench: Bench, chosen: Sequence[Candidate], theta: Array | None = None) -> "LeftOut":
+        """Return the parameters of baseline and `chosen`; `theta` (q,) where they are given, as for units that no fit has seen."""
         columns, own = columns_of(chosen), own_of(chosen)
-        take, beside = race.bench.index(columns), race.bench.p + own
-        theta = race.bench.left_out(take, beside)[1]
-        values = race.bench.own_values(take, beside, theta) if len(own) else np.zeros((len(race.bench.blocks.n), 0))
-        return LeftOut(theta, values, columns.tolist(), own.tolist())
+        take, beside = bench.index(columns), bench.p + own
+        by_unit = bench.left_out(take, beside)[1] if theta is None else np.tile(theta, (len(bench.by_unit[1]), 1))
+        values = bench.own_values(take, beside, by_unit) if len(own) else np.zeros((len(bench.blocks.n), 0))
+        return LeftOut(by_unit, values, columns.tolist(), own.tolist())
 
     def predicted(self, Y: Array, X: Array, where: dict[int, int], unit: int, blocks: range) -> Array:
         """Return the torque (n, joints) of one piece whose blocks are `blocks`; `where` tells which of X (n, joints, K) a column is."""
@@ -65,25 +70,68 @@ class LeftOut:
         return tau
 
 
+@final
+@dataclass(eq=False)
+class Errors:
+    """Sums over rows and joints: |tau - model| by set, |tau|, their number; residuals of the sets called "before" and "after"."""
+
+    wrong: dict[Name, float] = field(default_factory=dict)
+    torque: float = 0.0
+    rows: int = 0
+    units: set[str] = field(default_factory=set)
+    left: dict[str, list[Residual]] = field(default_factory=lambda: {"before": [], "after": []})
+
+    def add(self, table: Table, believed: StripTheory, chosen: Sequence[Candidate], bench: Bench, sets: Mapping[Name, LeftOut]) -> None:
+        """Add all pieces of a table."""
+        where: dict[int, int] = {}
+        for c in chosen:
+            for k in sorted((*c.columns, *c.own)):
+                where[k] = len(where)
+        block = 0
+        for piece, full in table.rows([c.instance for c in chosen], believed):
+            p, count = piece.Y.shape[2], len(parts_of(len(piece.y), PARTS if piece.dt else 1))
+            name, unit = table.case.all_units[piece.number].name, int(bench.blocks.unit[block])
+            for key, one in sets.items():
+                r = piece.y - one.predicted(piece.Y, full[..., p:-1], where, unit, range(block, block + count))
+                self.wrong[key] = self.wrong.get(key, 0.0) + float(np.abs(r).sum())
+                if isinstance(key, str):
+                    self.left[key].append(Residual(name, r, piece.state, piece.dt))
+            self.units.add(name)
+            block, self.torque, self.rows = block + count, self.torque + float(np.abs(piece.tau).sum()), self.rows + piece.y.size
+
+    def proof(self) -> Proof:
+        """Return the errors as a proof."""
+        errors = {name: total / max(self.torque, 1e-300) for name, total in self.wrong.items()}
+        return Proof(errors["before"], errors["after"], {name: e for name, e in errors.items() if isinstance(name, tuple)},
+                     self.left["before"], self.left["after"], self.torque / max(self.rows, 1), len(self.units))
+
+
+def _sets(chosen: Sequence[Candidate]) -> dict[Name, list[Candidate]]:
+    """The sets whose errors are told: the baseline, all findings, and all but one."""
+    return {"before": [], "after": list(chosen)} | {c.key: [d for d in chosen if d is not c] for c in chosen}
+
+
 def prove(race: Race, table: Table, believed: StripTheory) -> Proof:
     """Return errors on left-out units of the baseline, of the corrected model, and of it without each finding."""
-    chosen = list(race.chosen)
-    sets: dict[Key | str, LeftOut] = {"before": LeftOut.of(race, []), "after": LeftOut.of(race, chosen)}
-    sets |= {c.key: LeftOut.of(race, [d for d in chosen if d is not c]) for c in chosen}
-    where: dict[int, int] = {}
-    for c in chosen:
-        for k in sorted((*c.columns, *c.own)):
-            where[k] = len(where)
-    wrong, torque, rows, block, unit = dict.fromkeys(sets, 0.0), 0.0, 0, 0, race.bench.blocks.unit
-    left: dict[str, list[Residual]] = {"before": [], "after": []}
-    for piece, full in table.rows([c.instance for c in chosen], believed):
-        p, count = piece.Y.shape[2], len(parts_of(len(piece.y), PARTS if piece.dt else 1))
-        for name, one in sets.items():
-            r = piece.y - one.predicted(piece.Y, full[..., p:-1], where, int(unit[block]), range(block, block + count))
-            wrong[name] += float(np.abs(r).sum())
-            if isinstance(name, str):
-                left[name].append(Residual(table.case.all_units[piece.number].name, r, piece.state, piece.dt))
-        block, torque, rows = block + count, torque + float(np.abs(piece.tau).sum()), rows + piece.y.size
-    errors = {name: total / max(torque, 1e-300) for name, total in wrong.items()}
-    return Proof(errors["before"], errors["after"], {name: e for name, e in errors.items() if isinstance(name, tuple)},
-                 left["before"], left["after"], torque / max(rows, 1))
+    errors = Errors()
+    errors.add(table, believed, race.chosen, race.bench, {name: LeftOut.of(race.bench, kept) for name, kept in _sets(race.chosen).items()})
+    return errors.proof()
+
+
+def prove_fresh(race: Race, believed: StripTheory, fresh: Iterable[Case], proof: Proof) -> Proof:
+    """Return `proof` with the errors on the `fresh` recordings, of which the search has seen none; as it is where there are none."""
+    chosen, errors = sorted(race.chosen, key=lambda c: min((*c.columns, *c.own))), Errors()  # columns of both banks in one order
+    fits = {name: race.bench.scored(columns_of(kept), own_of(kept)).theta for name, kept in _sets(chosen).items()}
+    for case in fresh:
+        table = Table(case)
+        if not table.pieces:
+            continue
+        bank, blocks = build(table, [c.instance for c in chosen], believed)
+        bench, here = Bench.of(blocks, race.noise, race.bench.prior), dict(zip((c.key for c in chosen), bank.candidates, strict=True))
+        sets = {name: LeftOut.of(bench, [here[c.key] for c in kept], fits[name]) for name, kept in _sets(chosen).items()}
+        errors.add(table, believed, bank.candidates, bench, sets)
+        errors.left = {"before": [], "after": []}
+    if not errors.rows:
+        return proof
+    seen = errors.proof()
+    return replace(proof, before=seen.before, after=seen.after, without=seen.without, recordings=seen.recordings)

@@ -69,8 +69,8 @@ def retained(race: Race, table: Table, believed: StripTheory, asked: Candidate) 
         made = [shapes(one[k], piece, scale, rates) for one, scale in zip(torques, scales, strict=True)]
         return np.concatenate(made, axis=2) if made else np.zeros((*piece.y.shape, 0))
 
-    bank = build(table, [c.instance for c in (*others, asked)], believed, beside)
-    loose = Race(bank, Bench.of(bank.blocks, race.noise, np.ones(bank.blocks.p)), race.noise, list(bank.candidates))
+    bank, blocks = build(table, [c.instance for c in (*others, asked)], believed, beside)
+    loose = Race(bank, Bench.of(blocks, race.noise, np.ones(blocks.p)), race.noise, list(bank.candidates))
     plain = race.scored(without=[asked]).total - race.scored().total
     kept = loose.scored(without=[bank.candidates[-1]]).total - loose.scored().total
     return kept / max(plain, 1e-12)

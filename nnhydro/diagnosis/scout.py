@@ -1,6 +1,6 @@
 """Hypotheses with many values of their nonlinear parameters are tried alone first; only their best values enter the bank."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from nnhydro.diagnosis.bank import build
 from nnhydro.diagnosis.instances import Instance, Key
@@ -14,19 +14,19 @@ BEST = 4  # values of each that go on
 AT_ONCE = 24  # instances a pass: their Gram matrix stays small
 
 
-def scouted(table: Table, many: Sequence[Instance], race: Race, believed: StripTheory) -> tuple[tuple[Instance, ...], list[Race]]:
-    """Return the best values of each key of `many` beside what `race` has chosen, and the races in which they were tried."""
+def scouted(table: Table, many: Sequence[Instance], race: Race, believed: StripTheory,
+            count: Callable[[Race], None] = lambda tried: None) -> tuple[Instance, ...]:
+    """Return the best values of each key of `many` beside what `race` has chosen; `count` is shown every race in which some were tried."""
     scores: dict[Key, list[tuple[float, int, Instance]]] = {}
-    races: list[Race] = []
     beside = [c.instance for c in race.chosen]
     for piece in table.pieces:
         table.compute(piece, many, believed)
     for start in range(0, len(many), AT_ONCE):
         chunk = many[start:start + AT_ONCE]
-        bank = build(table, [*beside, *chunk], believed)
-        alone = Race(bank, Bench.of(bank.blocks, race.noise, race.bench.prior), race.noise, list(bank.candidates[: len(beside)]))
+        bank, blocks = build(table, [*beside, *chunk], believed)
+        alone = Race(bank, Bench.of(blocks, race.noise, race.bench.prior), race.noise, list(bank.candidates[: len(beside)]))
         for gain, candidate in gains(alone, bank.candidates[len(beside):]):
             scores.setdefault(candidate.key, []).append((gain, len(scores.get(candidate.key, [])), candidate.instance))
-        races.append(alone)
+        count(alone)
     order = [sorted(found, key=lambda s: (-s[0], s[1]))[:BEST] for found in scores.values()]
-    return tuple(one for found in order for gain, _, one in found if gain > -UNPHYSICAL / 2), races
+    return tuple(one for found in order for gain, _, one in found if gain > -UNPHYSICAL / 2)

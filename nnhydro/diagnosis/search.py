@@ -12,13 +12,14 @@ import numpy as np
 import torch
 
 from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance, Key, finer, settled
-from nnhydro.diagnosis.locks import OWN_TRIED, P_BLOCK, family_wise_p, own_p
+from nnhydro.diagnosis.locks import OWN_TRIED, P_BLOCK, Extremes, own_p
 from nnhydro.diagnosis.noise import noise_of
 from nnhydro.diagnosis.race import Race, gains, ranked
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.scout import MANY, scouted
-from nnhydro.diagnosis.table import Case, Table
+from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.tournament import run
 from nnhydro.effects.effect import LoadEffect
 from nnhydro.identification.identify import with_parameters
@@ -45,10 +46,10 @@ class Found:
 def race_of(table: Table, instances: Sequence[Instance], believed: StripTheory, repeats: tuple[float, ...] | None,
             noise: np.ndarray | None = None) -> Race:
     """Return a race over `instances` with nothing chosen; `noise` (joints,) N m is estimated where it is not given."""
-    bank = build(table, instances, believed)
-    ones = np.ones(bank.blocks.p)
-    noise = noise_of(bank.blocks, ones, repeats) if noise is None else noise
-    return Race(bank, Bench.of(bank.blocks, noise, ones), noise)
+    bank, blocks = build(table, instances, believed)
+    ones = np.ones(blocks.p)
+    noise = noise_of(blocks, ones, repeats) if noise is None else noise
+    return Race(bank, Bench.of(blocks, noise, ones), noise)
 
 
 def with_loads(case: Case, race: Race, kept: Sequence[Candidate]) -> StripTheory:
@@ -97,8 +98,14 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
     table, believed = Table(case), case.model
     few, many = [i for i in known if i.grid <= MANY], [i for i in known if i.grid > MANY]
     race = race_of(table, few, believed, repeats)
-    best, tried = scouted(table, many, race, believed)
-    p_value = family_wise_p([race, *tried], seed)
+    extremes = Extremes().beside(race, seed)
+
+    def count(tried: Race) -> None:
+        nonlocal extremes
+        extremes = extremes.beside(tried, seed)
+
+    best = scouted(table, many, race, believed, count)
+    p_value = extremes.p_value
     race = race_of(table, [*few, *best], believed, repeats)
     own = [gain for gain, c in gains(race, [c for c in race.bank.candidates if c.own])]
     p_value = min(1.0, 2 * min(p_value, own_p(max(own, default=0.0), OWN_TRIED)))  # two tests were made
@@ -113,8 +120,9 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
         believed = loads if keys else believed
         instances = _refined(case, race)
         refined = {one.key for one in instances}
-        best, _ = scouted(table, [one for one in many if one.key not in refined], race, believed)
+        best = scouted(table, [one for one in many if one.key not in refined], race, believed)
         race = run(race_of(table, [*instances, *best], believed, repeats), seed)
+        table.forget([*many, *instances, *best], believed)
         if {c.key for c in race.chosen} == keys and abs(race.total() - score) < max(SETTLED, STEADY * race.first_gain) and number:
             break
     race.log = [*log, "last round", *race.log]

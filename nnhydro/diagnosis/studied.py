@@ -4,17 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
+from nnhydro.diagnosis.case import Case, opened
 from nnhydro.diagnosis.experiment import Proposal, next_experiment
 from nnhydro.diagnosis.feasible import Rig
 from nnhydro.diagnosis.naming import named as named_in
-from nnhydro.diagnosis.reference import reference
 from nnhydro.diagnosis.search import Found
-from nnhydro.diagnosis.table import Case, clock_places
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.repeats import group_names, noise_floor
-from nnhydro.recordings.splitting import units
 
 
 @final
@@ -40,8 +37,5 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
 
 def studied(campaign: Campaign, baseline: str | None = None, seed: int = 0) -> Studied:
     """Return what is named in a campaign."""
-    how = campaign.plan()
-    all_units = units(campaign, how, seed, group_names(campaign))
-    case = Case(all_units, reference(baseline, campaign.arm, all_units, how), clock_places(campaign, all_units))
-    floor = noise_floor(campaign, how)
-    return named(case, None if floor is None else floor.std, seed)
+    ready = opened(campaign, baseline, seed)
+    return named(ready.case, ready.repeats, seed)

@@ -7,6 +7,7 @@ the model that is believed. Rows are thinned to about two a period of the cut-of
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import final
@@ -17,42 +18,19 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.diagnosis.blocks import kept_rows
+from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance
-from nnhydro.diagnosis.reference import Reference
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect, at_joint
-from nnhydro.effects.sensor_view import SensorView, campaign_places
-from nnhydro.identification.prior import Prior
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.identification.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import gear_factor, sensed, to_drives
-from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.segment import Segment
-from nnhydro.recordings.splitting import Unit
 
 Array = NDArray[np.float64]
-KEPT_BYTES = 400_000_000  # of columns in memory; what comes after goes to a temporary file
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Case:
-    """What is diagnosed: the recordings, what they are compared with, and the place in the campaign of every row."""
-
-    all_units: tuple[Unit, ...]
-    reference: Reference
-    places: dict[tuple[str, int], Tensor]
-
-    @property
-    def model(self) -> StripTheory:
-        """The calibrated physics."""
-        return self.reference.physics
-
-    @property
-    def before(self) -> Prior:
-        """What is known of its parameters."""
-        return self.reference.before
+KEPT_BYTES = 200_000_000  # of columns in memory; what comes after goes to a temporary file
 
 
 @final
@@ -80,21 +58,6 @@ def _states(segment: Segment) -> dict[str, Array]:
     if segment.u0.any():
         named["u0_m_s"] = segment.u0
     return named
-
-
-def clock_places(campaign: Campaign, all_units: Sequence[Unit]) -> dict[tuple[str, int], Tensor]:
-    """Return the place in the campaign, -1 to 1, of every row of every moving segment: by the clock, else by the order of recordings."""
-    keys, times, offset = [], [], 0.0
-    for unit in all_units:
-        if unit.steady:
-            continue
-        clock = campaign.load(unit.name).clock
-        for number, segment in enumerate(unit.segments()):
-            keys.append((unit.name, number))
-            start = offset if clock is None else float(clock[segment.start_row])
-            times.append(start + segment.t - segment.t[0])
-        offset += campaign.load(unit.name).duration + 1.0
-    return dict(zip(keys, campaign_places(times), strict=True)) if times else {}
 
 
 def columns_of(instances: Sequence[Instance], model: StripTheory, segment: Segment, place: Tensor | None) -> Array:
@@ -129,10 +92,11 @@ class Table:
     """Pieces of all recordings and the columns of the instances asked for so far."""
 
     case: Case
-    _columns: dict[tuple[int, int, int, int], tuple[Array, slice]] = field(default_factory=dict)
+    _columns: dict[tuple[int, int, int, int], tuple[Array | Path, slice]] = field(default_factory=dict)
     _alive: dict[int, object] = field(default_factory=dict)  # instances and models whose id is a key: kept from being reused
     _bytes: int = 0
     _folder: TemporaryDirectory[str] | None = None
+    _numbers: Iterator[int] = field(default_factory=count)
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
@@ -150,15 +114,16 @@ class Table:
                 made.append(Piece(number, k, np.nan_to_num(Y @ before.F)[rows], np.nan_to_num(y)[rows], segment.tau[rows], states, dt))
         return tuple(made)
 
-    def _kept(self, X: Array) -> Array:
+    def _kept(self, X: Array) -> Array | Path:
         self._bytes += X.nbytes
         if self._bytes <= KEPT_BYTES:
             return X
         if self._folder is None:
             self._folder = TemporaryDirectory(prefix="nnhydro_columns_")
-        path = Path(self._folder.name) / f"{self._bytes}.npy"
+        self._bytes -= X.nbytes
+        path = Path(self._folder.name) / f"{next(self._numbers)}.npy"
         np.save(path, X)
-        return np.load(path, mmap_mode="r")  # type: ignore[no-any-return]
+        return path
 
     def _key(self, piece: Piece, one: Instance, believed: StripTheory) -> tuple[int, int, int, int]:
         return piece.number, piece.k, id(one), id(self._read(one, believed))
@@ -178,17 +143,28 @@ class Table:
             if not new:
                 continue
             segment = unit.segments()[piece.k]
-            X = columns_of(new, model, segment, self.case.places.get((unit.name, piece.k)))
+            X = columns_of(new, model, segment, self.case.places(unit, piece.k))
             kept = self._kept(np.ascontiguousarray(np.nan_to_num(X)[kept_rows(segment)]))
             ends = np.cumsum([one.width for one in new])
             for one, end in zip(new, ends.tolist(), strict=True):
                 self._columns[self._key(piece, one, believed)] = (kept, slice(end - one.width, end))
                 self._alive |= {id(one): one, id(model): model}
 
+    def forget(self, instances: Sequence[Instance], believed: StripTheory) -> None:
+        """Drop the columns of all but `instances`, and those of readings other than the baseline's and that of `believed`."""
+        keep, models = {id(one) for one in instances}, {id(None), id(self.case.model), id(believed)}
+        self._columns = {key: X for key, X in self._columns.items() if key[2] in keep and key[3] in models}
+        held = {id(X): X for X, _ in self._columns.values()}.values()
+        for path in [] if self._folder is None else set(Path(self._folder.name).iterdir()) - {X for X in held if isinstance(X, Path)}:
+            path.unlink()
+        self._bytes = sum(X.nbytes for X in held if not isinstance(X, Path))
+
     def columns(self, piece: Piece, instances: Sequence[Instance], believed: StripTheory) -> Array:
         """Return the columns (n, joints, K) of `instances` on the rows of a piece; `believed` is what unsettled instruments read."""
         self.compute(piece, instances, believed)
-        parts = [kept[..., where] for kept, where in (self._columns[self._key(piece, one, believed)] for one in instances)]
+        found = [self._columns[self._key(piece, one, believed)] for one in instances]
+        files = {kept: np.load(kept, mmap_mode="r") for kept, _ in found if isinstance(kept, Path)}  # mapped while they are read only
+        parts = [(files[kept] if isinstance(kept, Path) else kept)[..., where] for kept, where in found]
         return np.concatenate(parts, axis=2) if parts else np.zeros((*piece.y.shape, 0))
 
     def rows(self, instances: Sequence[Instance], believed: StripTheory, beside: Beside | None = None) -> Iterator[tuple[Piece, Array]]:

@@ -28,6 +28,15 @@ def in_cells(speed: Tensor, cell: Tensor) -> Tensor:
     return torch.stack(made, dim=1)
 
 
+def _phase_and_drag(flow: Flow, cell: float) -> tuple[Tensor, Tensor, Tensor]:
+    """Phase psi / St (n, links, s) of each strip, its unit drag's force N and moment N m; in single precision, which is 1e-4 rad in psi."""
+    strips = Strips.of(flow, STRIPS)
+    speed = in_cells(strips.w.abs(), cell * flow.D / flow.L)
+    path = torch.cat([torch.zeros_like(speed[:1]), torch.cumulative_trapezoid(speed, flow.motion.t, dim=0)])
+    force = unit_drag(strips) * strips.ds[:, None]
+    return (4 * pi * path / flow.D[:, None]).float(), force.float(), (force * strips.x).float()
+
+
 @effect
 @final
 @dataclass(frozen=True)
@@ -59,15 +68,14 @@ class VortexShedding(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (cosine, sine), (n, joints, 2 links); 0 in steady rows, which are means over many cycles."""
-        strips = Strips.of(flow, STRIPS)
-        w = strips.w
-        if flow.motion.steady or len(w) < 2:
-            return torch.zeros(len(w), flow.arm.n_links, 2 * flow.arm.n_links, dtype=torch.float64)
-        speed = in_cells(w.abs(), self.cell[0] * flow.D / flow.L)
-        path = torch.cat([torch.zeros_like(w[:1]), torch.cumulative_trapezoid(speed, flow.motion.t, dim=0)])
-        psi = 4 * pi * self.strouhal[0] * path / flow.D[:, None]
-        drag = unit_drag(strips)
-        return torch.cat([strips.to_joints(drag * wave) for wave in (torch.cos(psi), torch.sin(psi))], dim=-1)
+        n, links = flow.motion.q.shape
+        if flow.motion.steady or n < 2:
+            return torch.zeros(n, links, 2 * links, dtype=torch.float64)
+        phase, force, moment = flow.kept.of((type(self), self.cell[0]), lambda: _phase_and_drag(flow, self.cell[0]))
+        psi = self.strouhal[0] * phase
+        made = [flow.normal_columns(*((wave * part).sum(dim=-1).to(torch.float64) for part in (force, moment)))
+                for wave in (torch.cos(psi), torch.sin(psi))]
+        return torch.cat(made, dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude and Strouhal number."""

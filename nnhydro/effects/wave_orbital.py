@@ -48,16 +48,25 @@ class WaveOrbital(InstrumentEffect):
     direction: Values = parameter("rad", 0.0, (-2 * pi, 2 * pi), "direction in which the wave runs, from +X", per="arm", linear=False,
                                   grid=TRAVELS)
 
-    def _water(self, seen: SensorView) -> tuple[Tensor, Tensor]:
-        """Velocity and acceleration (n, 2, 2) of the water along X and Y for cosine 1 and sine 1."""
+    @property
+    def _d(self) -> Tensor:  # (2,)
+        """The direction as a unit vector."""
+        return torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
+
+    def _waves(self, seen: SensorView) -> tuple[Tensor, Tensor]:
+        """Velocity and acceleration (n, 2) of the water along the direction for cosine 1 and sine 1."""
         motion, omega = seen.motion, 2 * pi * self.frequency[0]
-        d = torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
-        along_Y = torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(motion.u0, motion.t)])
-        psi = omega * motion.t - omega**2 / GRAVITY * d[1] * along_Y
-        rate = omega - omega**2 / GRAVITY * d[1] * motion.u0
-        waves = torch.stack([torch.cos(psi), torch.sin(psi)], dim=-1)
-        slopes = rate[:, None] * torch.stack([-torch.sin(psi), torch.cos(psi)], dim=-1)
-        return d[:, None] * waves[:, None, :], d[:, None] * slopes[:, None, :]
+        along_Y = seen.kept.of("carriage's path", lambda: torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(motion.u0, motion.t)]))
+        psi = omega * motion.t - omega**2 / GRAVITY * self._d[1] * along_Y
+        rate = omega - omega**2 / GRAVITY * self._d[1] * motion.u0
+        c, s = torch.cos(psi), torch.sin(psi)
+        return torch.stack([c, s], dim=-1), rate[:, None] * torch.stack([-s, c], dim=-1)
+
+    def _answers(self, seen: SensorView) -> tuple[Tensor, Tensor]:
+        """What a velocity and an acceleration of the water along the direction change in the reading, (n, joints) N m s/m, N m s^2/m."""
+        by_velocity, by_acceleration = seen.by_water
+        pressure = seen.as_read(self._displaced(seen, self._d.expand(len(seen.motion), 2))[..., None])[..., 0]
+        return by_velocity @ self._d, by_acceleration @ self._d + pressure
 
     def _displaced(self, seen: SensorView, acceleration: Tensor) -> Tensor:
         """What the drives hold against the pressure that accelerates the water itself, (n, joints) N m."""
@@ -71,16 +80,14 @@ class WaveOrbital(InstrumentEffect):
         """Return d tau / d (cosine, sine), (n, joints, 2); 0 in steady rows."""
         if seen.motion.steady or len(seen.motion) < 2:
             return torch.zeros(*seen.motion.q.shape, 2, dtype=torch.float64)
-        velocity, acceleration = self._water(seen)
-        by_velocity, by_acceleration = seen.by_water
-        pressure = torch.stack([self._displaced(seen, acceleration[..., k]) for k in range(2)], dim=-1)
-        return by_velocity @ velocity + by_acceleration @ acceleration + seen.as_read(pressure)
+        (across, slope), (wave, rate) = seen.kept.of((type(self), self.direction), lambda: self._answers(seen)), self._waves(seen)
+        return across[..., None] * wave[:, None, :] + slope[..., None] * rate[:, None, :]
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading in the wave."""
         if seen.motion.steady or len(seen.motion) < 2:
             return seen.tau
-        velocity, acceleration = (x @ self.linear_values() for x in self._water(seen))
+        velocity, acceleration = ((x @ self.linear_values())[:, None] * self._d for x in self._waves(seen))
         return seen.torque_of(seen.in_water(velocity, acceleration)) + seen.as_read(self._displaced(seen, acceleration)[..., None])[..., 0]
 
     def quantities(self) -> dict[str, Quantity]:

@@ -15,7 +15,8 @@ from nnhydro.recordings.preprocessing import Preparation
 class TorqueModel(ABC):
     """A model of what the arm's torque sensors read. Subclasses are final; `kind` is their name in model files.
 
-    `preparation` is the filter with which the model was made; predictions choose the one that suits the motion. `fit` says how the model came about.
+    `preparation` is the filter with which the model was made; predictions choose the one that suits the motion.
+    `fit` says how the model came about.
     """
 
     kind: ClassVar[str] = ""

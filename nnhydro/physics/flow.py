@@ -24,6 +24,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from nnhydro.physics.kept import Kept
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.arm import Arm
 
@@ -45,6 +46,11 @@ class Flow:
     arm: Arm
     motion: Motion
     water: Water | None = None
+
+    @cached_property
+    def kept(self) -> Kept:
+        """What terms and hypotheses about this flow share."""
+        return Kept()
 
     @property
     def rho(self) -> float:

@@ -13,7 +13,7 @@ from nnhydro.effects.effect import REGISTER
 from nnhydro.effects.link_interference import shadowed
 from nnhydro.effects.quantity import Quantity, intervals, told
 from nnhydro.effects.reading import with_effects
-from nnhydro.effects.sensor_view import SensorView, campaign_places
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.effects.time_shift import delayed, lagged
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow, Water
@@ -257,12 +257,6 @@ def test_crosstalk_gain_and_drift_in_closed_form():
     assert_close(drift.apply(seen)[:, 1] - tau[:, 1], 0.05 * seen.place)
     assert drift.quantities()["change"].value == pytest.approx(0.1)
     assert_close(drift.apply(replace(seen, place=None)), tau)
-
-
-def test_places_in_the_campaign_run_from_minus_one_to_one():
-    first, last = campaign_places([np.array([10.0, 20.0]), np.array([90.0, 110.0])])
-    assert first.tolist() == [-1.0, -0.8]
-    assert last.tolist() == pytest.approx([0.6, 1.0])
 
 
 def test_effects_of_the_sensor_come_after_those_of_the_angle_whatever_the_order_given():

@@ -19,18 +19,17 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.diagnosis.bank import build
+from nnhydro.diagnosis.case import opened
 from nnhydro.diagnosis.instances import Instance, instances
 from nnhydro.diagnosis.naming import torque_peaks
 from nnhydro.diagnosis.noise import noise_of
-from nnhydro.diagnosis.reference import Reference, reference
-from nnhydro.diagnosis.table import Case, Table, clock_places, columns_of
+from nnhydro.diagnosis.reference import Reference
+from nnhydro.diagnosis.table import Table, columns_of
 from nnhydro.identification.statistics import columns_and_offset
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.segment import Segment
-from nnhydro.recordings.splitting import units
 
 Array = NDArray[np.float64]
 MATERIAL = 0.01  # of the residual's energy: what a claim must explain
@@ -88,11 +87,10 @@ def _best(known: tuple[Instance, ...], Y: Array, X: Array, y: Array) -> list[int
 
 def prepared(campaign: Campaign, baseline: str) -> Data:
     """Return the rows of `campaign`, the baseline calibrated, every hypothesis at its best values."""
-    how = campaign.plan(None)
-    all_units = units(campaign, how, SEED, group_names(campaign))
-    against = reference(baseline, campaign.arm, all_units, how)
-    known = tuple(one for one in instances(campaign.arm, torque_peaks(all_units)) if not one.own)
-    table = Table(Case(all_units, against, clock_places(campaign, all_units)))
+    ready = opened(campaign, baseline, SEED)
+    against = ready.case.reference
+    known = tuple(one for one in instances(campaign.arm, torque_peaks(ready.case.all_units)) if not one.own)
+    table = Table(ready.case)
     pieces = list(table.rows(known, against.physics))
     p = pieces[0][0].Y.shape[2]
     full = np.concatenate([rows for _, rows in pieces])
@@ -100,8 +98,8 @@ def prepared(campaign: Campaign, baseline: str) -> Data:
     chosen = _best(known, Y, X, y)
     starts = np.cumsum([0, *(one.width for one in known)])
     columns = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in chosen])
-    kept, floor = tuple(known[k] for k in chosen), noise_floor(campaign, how)
-    noise = noise_of(build(table, kept, against.physics).blocks, np.ones(p), None if floor is None else floor.std)
+    kept = tuple(known[k] for k in chosen)
+    noise = noise_of(build(table, kept, against.physics)[1], np.ones(p), ready.repeats)
     recording = np.concatenate([np.full(len(rows), piece.number) for piece, rows in pieces])
     names = [f"{x}{j + 1}{unit}" for x, unit in (("q", "_rad"), ("dq", "_rad_s"), ("ddq", "_rad_s2")) for j in range(campaign.arm.n_links)]
     state = np.concatenate([np.column_stack([*(piece.state[name] for name in names), piece.state.get("u0_m_s", np.zeros(len(piece.y)))])

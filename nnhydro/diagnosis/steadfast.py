@@ -1,0 +1,45 @@
+"""A verdict must survive the cut-off moved by 30 % to either side: what appears at one filter alone is made by the filter.
+
+The chosen effects are fitted again at the moved cut-offs, columns and torque through the same filter, and each is asked what it gains.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.case import Case
+from nnhydro.diagnosis.race import Race
+from nnhydro.diagnosis.score import Bench
+from nnhydro.diagnosis.table import Table
+from nnhydro.models.strip_theory import StripTheory
+
+
+def kept_shares(case: Case, race: Race, believed: StripTheory, chosen: Sequence[Candidate]) -> list[list[float]]:
+    """Return for each of `chosen` the share of its gain in left-out score that it keeps at each moved cut-off."""
+    here = {c.key: race.total(without=[c]) - race.total() for c in chosen}
+    shares: list[list[float]] = [[] for _ in chosen]
+    for moved in case.moved if chosen else ():
+        bank, blocks = build(Table(moved), [c.instance for c in chosen], believed)
+        noise = race.noise * float(np.sqrt(_passed(moved) / _passed(case)))
+        there = Race(bank, Bench.of(blocks, noise, race.bench.prior), noise, list(bank.candidates))
+        for share, c, one in zip(shares, chosen, bank.candidates, strict=True):
+            share.append((there.total(without=[one]) - there.total()) / max(here[c.key], 1e-12))
+    return shares
+
+
+def _passed(case: Case) -> float:
+    """The cut-off in Hz: white noise passes in proportion to it."""
+    return next((s.low_pass.cutoff_hz for unit in case.all_units for s in unit.segments() if s.low_pass is not None), 1.0)
+
+
+def drop_made_by_filter(case: Case, race: Race, believed: StripTheory) -> None:
+    """Take the chosen candidates away, the weakest first, that gain nothing at a moved cut-off."""
+    while race.chosen:
+        shares = [min(kept, default=1.0) for kept in kept_shares(case, race, believed, race.chosen)]
+        race.log += [f"{c.key[0]} joint {c.key[1]}: keeps {share:.2f} of its gain with the cut-off moved"
+                     for c, share in zip(race.chosen, shares, strict=True)]
+        weakest = int(np.argmin(shares))
+        if shares[weakest] > 0:
+            return
+        race.chosen.pop(weakest)

@@ -1,0 +1,21 @@
+"""Values that are computed once, when first asked for, and kept by a key: what many hypotheses about one motion share."""
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar, final
+
+T = TypeVar("T")
+
+
+@final
+class Kept:
+    """A store by key."""
+
+    def __init__(self) -> None:
+        self._known: dict[Hashable, Any] = {}
+
+    def of(self, key: Hashable, compute: Callable[[], T]) -> T:
+        """Return what `compute` gives, which is called the first time only that `key` is asked for."""
+        if key not in self._known:
+            self._known[key] = compute()
+        found: T = self._known[key]
+        return found

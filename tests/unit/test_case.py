@@ -1,0 +1,73 @@
+"""What is studied of a campaign, and where in it every row lies."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import campaign, planted
+from rigs import arm
+
+from nnhydro.diagnosis.case import drawn, opened, places_in
+from nnhydro.effects.sensor_view import time_derivative
+from nnhydro.physics.motion import tensor
+from nnhydro.recordings.campaign import Campaign
+
+ARM = arm(2)
+MANY = campaign(ARM, planted(ARM), count=6, noise=0.01, seconds=2.0)
+
+
+def clocked(starts):
+    """The campaign's recordings, begun at these times of the day."""
+    return Campaign.of(ARM, [replace(r, clock=start + np.asarray(r.t)) for r, start in zip(MANY.recordings(), starts, strict=False)])
+
+
+def place(case, name):
+    unit = next(u for u in case.all_units if u.name == name)
+    return case.places(unit, 0)
+
+
+def test_places_run_from_minus_one_at_the_first_row_to_one_at_the_last_by_the_clock():
+    case = opened(clocked([100.0, 400.0, 300.0, 700.0])).case
+    assert float(place(case, "run0")[0]) == pytest.approx(-1)
+    assert float(place(case, "run3")[-1]) == pytest.approx(1)
+    assert float(place(case, "run2")[0]) < float(place(case, "run1")[0])  # the clock counts, not the name
+
+
+def test_without_a_clock_places_follow_the_order_of_the_recordings():
+    case = opened(MANY).case
+    first = [float(place(case, name)[0]) for name in MANY.names]
+    assert first == pytest.approx(np.linspace(-1, 1, 7)[:-1])
+
+
+def test_places_of_recordings_that_are_not_studied_are_on_the_same_scale():
+    whole, part = opened(MANY), opened(MANY, most=3)
+    fresh = {u.name: case.places(u, 0) for case in part.fresh() for u in case.all_units}
+    assert set(fresh) == set(part.later)
+    for name, where in fresh.items():
+        assert where.tolist() == place(whole.case, name).tolist()
+
+
+def test_of_a_large_campaign_recordings_are_drawn_from_every_stretch_of_it():
+    names = tuple(f"{k:04d}" for k in range(1000))
+    large = replace(MANY, names=names)
+    numbers = [int(name) for name in drawn(large, 50, 0)]
+    assert [n // 20 for n in numbers] == list(range(50))
+    assert drawn(large, 50, 0) == drawn(large, 50, 0) != drawn(large, 50, 1)
+    assert drawn(large, 2000, 0) == names
+
+
+def test_places_need_no_recording_that_is_not_studied():
+    def read(name):
+        assert name in MANY.names, f"{name} was read"
+        return MANY.load(name)
+
+    large = Campaign(ARM, (*MANY.names, "never"), read)
+    places_in(large, MANY.names)
+
+
+@pytest.mark.parametrize("n", [4, 5, 50])
+def test_the_time_derivative_is_that_of_a_cubic_spline(n):
+    from scipy.interpolate import CubicSpline
+
+    t, x = np.linspace(1, 3, n), np.random.default_rng(0).standard_normal((n, 2))
+    assert np.allclose(time_derivative(tensor(t), tensor(x)).numpy(), CubicSpline(t, x)(t, 1), atol=1e-9)

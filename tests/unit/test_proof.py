@@ -1,0 +1,111 @@
+"""The proof: recordings that no step has seen, and verdicts that do not hang on the filter."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import angles_only, planted, recording
+from rigs import arm
+
+from nnhydro.diagnosis.case import opened
+from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.naming import named, torque_peaks
+from nnhydro.diagnosis.proof import prove, prove_fresh
+from nnhydro.diagnosis.search import race_of
+from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
+from nnhydro.diagnosis.table import Table
+from nnhydro.recordings.campaign import Campaign
+
+ARM = arm(2)
+FRICTION = 1.0  # N m, joint 1
+
+
+def rubbing(count, seconds=4.0, given=True):
+    """A campaign with dry friction at joint 1."""
+    made = []
+    for k in range(count):
+        r = recording(ARM, planted(ARM), f"run{k:02d}", seed=k + 1, noise=0.003, seconds=seconds)
+        assert r.qd is not None
+        tau = np.array(r.tau)
+        tau[:, 0] += FRICTION * np.tanh(r.qd[:, 0] / 0.01)
+        made.append(replace(r, tau=tau) if given else angles_only(replace(r, tau=tau)))
+    return Campaign.of(ARM, made)
+
+
+def raced(campaign, keys, most=60):
+    """The race over few effects with those of `keys` chosen, its table, and what is ready."""
+    ready = opened(campaign, most=most)
+    known = [i for i in instances(ARM, torque_peaks(ready.case.all_units)) if i.key[0] in ("coulomb_friction", "torque_ripple")]
+    table = Table(ready.case)
+    race = race_of(table, known, ready.case.model, None)
+    race.chosen = [next(c for c in race.bank.candidates if c.key == key) for key in keys]
+    return race, table, ready
+
+
+@pytest.fixture(scope="module")
+def many():
+    return rubbing(14)
+
+
+def test_the_recordings_that_are_not_studied_are_the_proof(many):
+    race, table, ready = raced(many, [("coulomb_friction", 1)], most=8)
+    seen = prove(race, table, ready.case.model)
+    fresh = prove_fresh(race, ready.case.model, ready.fresh(), seen)
+    assert (seen.recordings, fresh.recordings) == (8, 6)
+    assert fresh.before > 3 * fresh.after
+    assert fresh.after == pytest.approx(seen.after, rel=0.2)  # as good as recordings left out one by one said
+    assert fresh.residuals is seen.residuals
+
+
+def test_the_error_on_fresh_recordings_is_that_of_the_fitted_torque_row_by_row(many):
+    race, _, ready = raced(many, [("coulomb_friction", 1)], most=8)
+    fresh = prove_fresh(race, ready.case.model, ready.fresh(), prove(race, Table(ready.case), ready.case.model))
+    z, by_column = race.values(race.chosen)
+    wrong = torque = 0.0
+    for case in ready.fresh():
+        table = Table(case)
+        for piece, rows in table.rows([race.chosen[0].instance], ready.case.model):
+            said = rows[..., : len(z)] @ z + rows[..., len(z):-1] @ np.array(list(by_column.values()))
+            wrong, torque = wrong + np.abs(piece.y - said).sum(), torque + np.abs(piece.tau).sum()
+    assert fresh.after == pytest.approx(wrong / torque, rel=1e-9)
+
+
+def test_where_all_recordings_are_studied_the_proof_stays_as_it_is(many):
+    race, table, ready = raced(many, [("coulomb_friction", 1)])
+    seen = prove(race, table, ready.case.model)
+    assert prove_fresh(race, ready.case.model, ready.fresh(), seen) is seen
+
+
+def test_the_order_in_which_effects_were_found_does_not_change_their_errors(many):
+    keys = [("torque_ripple", 2), ("coulomb_friction", 1)]
+    errors = []
+    for order in (keys, keys[::-1]):
+        race, table, ready = raced(many, order, most=8)
+        errors.append(prove_fresh(race, ready.case.model, ready.fresh(), prove(race, table, ready.case.model)))
+    assert errors[0].after == pytest.approx(errors[1].after, rel=1e-9)
+    for key in keys:
+        assert errors[0].without[key] == pytest.approx(errors[1].without[key], rel=1e-9)
+
+
+def test_an_effect_that_is_there_survives_the_cut_off_moved_and_one_that_is_not_is_dropped():
+    campaign = rubbing(8, given=False)
+    race, _, ready = raced(campaign, [("coulomb_friction", 1), ("torque_ripple", 2)])
+    true, false = kept_shares(ready.case, race, ready.case.model, race.chosen)
+    assert len(true) == 2
+    assert 0.3 < min(true) <= max(true) < 3
+    drop_made_by_filter(ready.case, race, ready.case.model)
+    assert [c.key for c in race.chosen] == [("coulomb_friction", 1)]
+    assert any("cut-off moved" in line for line in race.log)
+    assert false
+
+
+def test_where_nothing_is_filtered_there_is_no_cut_off_to_move(many):
+    race, _, ready = raced(many, [("coulomb_friction", 1)])
+    assert ready.case.moved == ()
+    assert kept_shares(ready.case, race, ready.case.model, race.chosen) == [[]]
+
+
+@pytest.mark.slow
+def test_the_name_found_on_few_of_many_recordings_is_the_one_found_on_all(many):
+    told = [{f.effect.id: f.effect.joint for f in named(opened(many, most=most).case).findings} for most in (8, 60)]
+    assert told == [{"coulomb_friction": 1}] * 2
