@@ -35,7 +35,7 @@ def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
 
 def diagnose(
     campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, which are diagnosed one by one."),
-    out: Path = typer.Option(..., "--out", help="Folder for diagnosis.json, report.html, model/ and baseline/."),
+    out: Path = typer.Option(..., "--out", help="Folder for diagnosis.json, report.html, figures, model/ and baseline/."),
     baseline: str = typer.Option("", "--baseline", help="A physics model by name, a model folder, or column (the recordings' "
                                  "tau*_sim_Nm); constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
@@ -54,7 +54,7 @@ def diagnose(
     from nnhydro.files import check_folder
     from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import inner_campaigns, verified
-    from nnhydro.report.diagnosis_folder import RESULT, write_diagnosis
+    from nnhydro.report.diagnosis_folder import RESULT, SHOWN, write_diagnosis
     from nnhydro.report.diagnosis_sheets import findings_sheet, location_sheet, parameters_sheet
     from nnhydro.report.progress import steps_on_screen
 
@@ -83,4 +83,4 @@ def diagnose(
     for sheet in (findings_sheet(document), parameters_sheet(document), location_sheet(document)):
         if len(sheet):
             show(sheet)
-    conclude(result.verdict(), paths, use_of(out / "model", campaign))
+    conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], use_of(out / "model", campaign))

@@ -54,7 +54,8 @@ class Diagnosis:
         """Return the finding of the diagnosis in plain words."""
         if self.findings:
             following = "" if self.following is None else f" {self.following.statement()}"
-            gained = (f"With it, the error on recordings that took no part falls from {100 * self.proof.before:.1f} % to "
+            with_them = "With it" if len(self.findings) == 1 else "With them"
+            gained = (f"{with_them}, the error on recordings that took no part falls from {100 * self.proof.before:.1f} % to "
                       f"{100 * self.proof.after:.1f} %.{following}")
             return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:

@@ -58,6 +58,7 @@ class Finding:
     parameters: dict[str, dict[str, Any]]
     rivals: list[dict[str, Any]]
     candidate: Candidate
+    covariance: Array  # (p, p) of the effect's linear values
 
     def document(self, before: float, after: float) -> dict[str, Any]:
         """Return the finding for diagnosis.json."""
@@ -100,6 +101,7 @@ def _parameters(fit: Fit, candidate: Candidate, effect: Hypothesis) -> tuple[dic
 def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
     effect = _effect(fit, candidate)
     parameters, spans = _parameters(fit, candidate, effect)
+    linear = len(effect.linear_names())
     rivals = rivals_of(race, candidate)
     weights = np.exp(-np.maximum([0.0, *(r.behind for r in rivals)], 0.0) / SOFT)
     inside = [r.candidate for r in rivals if r.in_class]
@@ -109,7 +111,8 @@ def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
                 "behind": round(r.behind, 2), "likeness": round(r.likeness, 3)} for r, w in zip(rivals, weights[1:], strict=True)]
     same = sum(w for r, w in zip(rivals, weights[1:], strict=True) if r.candidate.key[0] in members)
     return Finding(effect, families.pop() if len(families) == 1 else None, (effect.id, *sorted(members - {effect.id})),
-                   float(min((weights[0] + same) / weights.sum(), 0.99)), effect.statement(spans), parameters, support, candidate)
+                   float(min((weights[0] + same) / weights.sum(), 0.99)), effect.statement(spans), parameters, support, candidate,
+                   fit.of(candidate)[1][:linear, :linear])
 
 
 def _size(candidate: Candidate) -> int:

@@ -1,4 +1,4 @@
-"""What a diagnosis leaves on disk: diagnosis.json, report.html, the corrected model and the calibrated baseline, whole or not at all."""
+"""What a diagnosis leaves on disk: diagnosis.json, report.html, figures, the corrected model and the baseline, whole or not at all."""
 
 from pathlib import Path
 
@@ -6,9 +6,12 @@ from nnhydro.diagnosis.result import NEXT, Diagnosis
 from nnhydro.files import json_text, whole_folder
 from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.report.diagnosis_figures import diagnosis_figures, laws_of
 from nnhydro.report.page.diagnosis import diagnosis_page
+from nnhydro.report.page.trace import diagnosis_traces
 
 RESULT = "diagnosis.json"
+SHOWN = ("", ".json", ".html", ".png")  # what is worth a line: folders, and of each figure the picture
 
 
 def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Path]:
@@ -20,6 +23,10 @@ def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Pa
         save_model(result.baseline, work / "baseline")
         if result.following is not None:
             result.following.write(work / NEXT)
-        page = diagnosis_page(document, result.verdict(), result.baseline, result.corrected, campaign)
+        traces = diagnosis_traces(campaign, result.baseline, result.corrected)
+        laws = laws_of(result, traces)
+        page = diagnosis_page(document, result.verdict(), campaign, traces, laws)
         (work / "report.html").write_text(page, encoding="utf-8")
-    return [out / name for name in (RESULT, "report.html", "model", "baseline", *([NEXT] if result.following is not None else []))]
+        figures = [path.name for path in diagnosis_figures(result, traces, laws, work)]
+    following = [NEXT] if result.following is not None else []
+    return [out / name for name in (RESULT, "report.html", "model", "baseline", *figures, *following)]

@@ -35,12 +35,16 @@ def parameters_sheet(document: Document) -> Sheet:
         Column("unit", [p["unit"] for *_, p in rows], words=True)))
 
 
+def _weight(share: float) -> str:
+    return "< 0.001" if share < 0.0005 else f"{share:.3f}"
+
+
 def rivals_sheet(finding: Document) -> Sheet:
     """Return what could take the finding's place, and how much speaks for it."""
     rivals = finding["rivals"]
     return Sheet(f"What could take the place of {finding['effect']}", (
         Column("rival", [r["effect"] for r in rivals], words=True), Column("joint", [place(r.get("joint")) for r in rivals]),
-        Column("weight", [r["support"] for r in rivals], "{:.3f}", "support")))
+        Column("weight", [r["support"] for r in rivals], _weight, "support")))
 
 
 def location_sheet(document: Document) -> Sheet:

@@ -11,10 +11,11 @@ from nnhydro.files import write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
     from matplotlib.figure import Figure
 
 KINDS = (".png", ".svg")
-HEAD = ("panel", "x_label", "y_label", "series", "x", "y")
+HEAD = ("panel", "x_label", "y_label", "series", "x", "y", "value")
 
 
 def new_figure(width: float, height: float) -> "Figure":
@@ -28,7 +29,8 @@ def new_figure(width: float, height: float) -> "Figure":
 
 
 def _rows(number: int, axes: "Axes") -> list[tuple[object, ...]]:
-    """Every line and bar of one panel, a row a point."""
+    """Every line, bar and filled cell of one panel, a row a point."""
+    from matplotlib.collections import QuadMesh
     from matplotlib.container import BarContainer
 
     place = (number, axes.get_xlabel(), axes.get_ylabel())
@@ -36,12 +38,23 @@ def _rows(number: int, axes: "Axes") -> list[tuple[object, ...]]:
               for line in axes.lines]
     series += [(str(bars.get_label()), np.array([bar.get_x() + bar.get_width() / 2 for bar in bars]),
                 np.array([bar.get_height() for bar in bars])) for bars in axes.containers if isinstance(bars, BarContainer)]
-    return [(*place, "" if name.startswith("_") else name, f"{a:.9g}", f"{b:.9g}") for name, x, y in series
-            for a, b in zip(x, y, strict=True)]
+    rows: list[tuple[object, ...]] = [(*place, "" if name.startswith("_") else name, f"{a:.9g}", f"{b:.9g}", "") for name, x, y in series
+                                      for a, b in zip(x, y, strict=True)]
+    for mesh in (one for one in axes.collections if isinstance(one, QuadMesh) and place[1]):  # a colour bar is no panel of its own
+        rows += [(*place, str(mesh.get_label()), f"{a:.9g}", f"{b:.9g}", f"{c:.9g}") for a, b, c in _cells(mesh)]
+    return rows
+
+
+def _cells(mesh: "QuadMesh") -> list[tuple[float, float, float]]:
+    """Middle and value of every cell that is filled."""
+    corners = np.asarray(mesh.get_coordinates())
+    middle = (corners[1:, 1:] + corners[:-1, :-1]) / 2
+    values = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan).reshape(middle.shape[:2])
+    return [(float(middle[k][0]), float(middle[k][1]), float(values[k])) for k in np.ndindex(values.shape) if np.isfinite(values[k])]
 
 
 def drawn(figure: "Figure") -> str:
-    """Return what the figure draws as CSV: panel (from 1), labels of its axes, series, x, y."""
+    """Return what the figure draws as CSV: panel (from 1), labels of its axes, series, x, y; of a map's cells the value too."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEAD)

@@ -6,13 +6,10 @@ Lines differ in dash and width as well as in colour, so that they can be told ap
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from nnhydro.evaluation.benchmark import Benchmark, modelled
 from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.page.history import varied
 from nnhydro.report.page.trace import benchmark_traces, with_whole_tables
-from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels
+from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
 
 
 def told_recordings(result: Benchmark, by: str) -> dict[str, str]:
@@ -95,20 +92,7 @@ def learning_curves(result: Benchmark, stem: Path) -> list[Path]:
 def steady_figure(result: Benchmark, models: Sequence[str], stem: Path) -> list[Path]:
     """Draw the torque of steady runs against towing speed and joint angles, measured and held-out modelled, a row a joint."""
     tables = with_whole_tables(benchmark_traces(result, [unit.name for unit in result.units if unit.steady]))
-    segment, taus = tables[0].segment, {name: tables[0].models[name] for name in models}
-    over = varied(segment)
-    figure = new_figure(3.6 * len(over) + 0.6, 2.7 * segment.n_links + 0.5)
-    axes = figure.subplots(segment.n_links, len(over), squeeze=False, sharey="row")
-    for (joint, column), ax in np.ndenumerate(axes):
-        name, x = list(over.items())[column]
-        ax.plot(x, tables[0].tau[:, joint], "o", color=INK, fillstyle="none", markersize=7, label="measured")
-        for (model, tau), style, marker in zip(taus.items(), STYLES, "x+1", strict=False):
-            ax.plot(x, tau[:, joint], marker, color=style["color"], markersize=6, label=model)
-        ax.set_xlabel(name)
-        ax.set_ylabel(f"torque {joint + 1} [N m]" if column == 0 else "")
-        ax.spines[["top", "right"]].set_visible(False)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False)
-    return save_figure(figure, stem)
+    return draw_steady(tables[0].segment, {name: tables[0].models[name] for name in models}, stem)
 
 
 def benchmark_figures(result: Benchmark, out: Path) -> list[Path]:

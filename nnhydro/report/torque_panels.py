@@ -3,12 +3,16 @@
 Lines differ in dash and width as well as in colour, so that they can be told apart in grey and by colour-blind readers.
 """
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.recordings.segment import Segment
+from nnhydro.report.figure_file import new_figure, save_figure
+from nnhydro.report.page.history import varied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,10 +42,36 @@ def draw_joint_panels(figure: "Figure", segment: Segment, lines: dict[str, Array
         above.set_ylabel(f"torque {joint + 1} [N m]")
         below.set_ylabel("residual\n[N m]")
         below.axhline(0, color=INK, linewidth=0.6)
+        _fit_residuals(below, np.concatenate([(segment.tau - tau)[segment.keep, joint] for tau in lines.values()]))
         _shade_ends(above, segment)
         _shade_ends(below, segment)
     axes[0].legend(ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), frameon=False)
     axes[-1].set_xlabel("time [s]" if not segment.steady else "run")
+
+
+def draw_steady(segment: Segment, models: Mapping[str, Array], stem: Path) -> list[Path]:
+    """Draw the torque of steady runs against everything that they vary, measured and modelled, a row a joint."""
+    assert segment.tau is not None
+    over = varied(segment)
+    figure = new_figure(3.6 * len(over) + 0.6, 2.7 * segment.n_links + 0.5)
+    axes = figure.subplots(segment.n_links, len(over), squeeze=False, sharey="row")
+    for (joint, column), ax in np.ndenumerate(axes):
+        name, x = list(over.items())[column]
+        ax.plot(x, segment.tau[:, joint], "o", color=INK, fillstyle="none", markersize=7, label="measured")
+        for (model, tau), style, marker in zip(models.items(), STYLES, "x+1", strict=False):
+            ax.plot(x, tau[:, joint], marker, color=style["color"], markersize=6, label=model)
+        ax.set_xlabel(name)
+        ax.set_ylabel(f"torque {joint + 1} [N m]" if column == 0 else "")
+        ax.spines[["top", "right"]].set_visible(False)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False)
+    return save_figure(figure, stem)
+
+
+def _fit_residuals(axes: "Axes", compared: Array) -> None:
+    """Scale a residual's axis by the rows that are compared: at the ends the filter leaves more than any model does."""
+    low, high = min(float(compared.min(initial=0.0)), 0.0), max(float(compared.max(initial=0.0)), 0.0)
+    if high > low:
+        axes.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
 
 
 def _shade_ends(axes: "Axes", segment: Segment) -> None:

@@ -76,7 +76,7 @@ KINDS = st.sampled_from(["from rest", "under way", "pauses", "still", "steady"])
 
 
 @pytest.mark.slow  # the same claim as below, for many arms, curves and motions
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(seed=st.integers(0, 10**6), rows=st.integers(1, 300), kind=KINDS, rule=st.sampled_from(["reset", "keep"]),
        per_link=st.integers(1, 12))
 def test_the_kernel_equals_the_strips_in_torch(seed, rows, kind, rule, per_link):

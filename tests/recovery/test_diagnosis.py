@@ -23,7 +23,8 @@ pytestmark = pytest.mark.slow
 
 
 def diagnosed(tmp_path, effect, seed):
-    assert run(["conceal", "--out", str(tmp_path / "suite"), "--effect", effect, "--links", "2", "--seed", str(seed)]) == 0
+    conceal = ["conceal", "--out", str(tmp_path / "suite"), "--effect", effect, "--links", "2", "--size", "small", "--seed", str(seed)]
+    assert run(conceal) == 0
     assert run(["diagnose", str(tmp_path / "suite" / "campaign_000"), "--out", str(tmp_path / "out")]) == 0
     return json.loads((tmp_path / "out" / "diagnosis.json").read_text())
 
@@ -34,6 +35,7 @@ def test_a_planted_effect_is_named_and_the_corrected_model_predicts_better(tmp_p
     assert told["mismatch"]["detected"]
     assert effect in {name for f in told["findings"] for name in f["class"]}
     assert told["findings"][0]["heldout"]["error_after"] < told["mismatch"]["error"]
+    assert {path.stem for path in (tmp_path / "out").glob("*.svg")} == {"torque_history", "residual_map", "laws"}
 
 
 def test_a_healthy_arm_is_left_alone(tmp_path):

@@ -164,7 +164,7 @@ def test_the_catalogue_explains_each_effect():
 @pytest.mark.slow
 def test_a_diagnosis_says_the_same_in_python_as_in_its_file(tmp_path):
     a = arm()
-    c = campaign(a, planted(a), count=8, noise=0.01)
+    c = campaign(a, planted(a), count=6, noise=0.01, rate=50.0)
     found = nnhydro.diagnose(c)
     document = json.loads((found.save(tmp_path / "d")[0]).read_text())
     assert [f.effect for f in found.findings] == [f["effect"] for f in document["findings"]]

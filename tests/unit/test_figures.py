@@ -2,19 +2,27 @@
 
 import csv
 import xml.etree.ElementTree as ET
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 from campaigns import GIVEN, campaign, planted, steady_table
 from rigs import arm
 
 import nnhydro
+from nnhydro.diagnosis.verdict import Finding
+from nnhydro.effects.catalogue import candidates, catalogue
+from nnhydro.effects.effect import LoadEffect
 from nnhydro.models.strip_theory import StripTheory
+from nnhydro.report.diagnosis_figures import diagnosis_figures, laws_of, map_figure
 from nnhydro.report.figure_file import new_figure, save_figure
+from nnhydro.report.law import law_of
 from nnhydro.report.page.history import history
 from nnhydro.report.page.residual_map import residual_maps, shade
 from nnhydro.report.page.svg import FINE, Scale, path, round_step, thinned
-from nnhydro.report.page.trace import spread, traces_of
+from nnhydro.report.page.trace import diagnosis_traces, spread, traces_of
 
 
 def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):
@@ -98,6 +106,85 @@ def test_a_cell_of_the_map_names_the_recordings_that_fill_it_in_order():
             assert shares == sorted(shares, reverse=True)
             assert sum(shares) <= 1 + 1e-9
             assert cell.text.lstrip("+\N{MINUS SIGN}") == f"{cell.rms:.2g}"
+
+
+def test_the_map_on_disk_holds_every_cell_of_the_map(tmp_path):
+    c, whole, poor = poor_and_whole()
+    maps = residual_maps(all_traces(c, whole=whole, poor=poor), ["poor", "whole"])
+    paths = map_figure(maps, tmp_path / "map")
+    assert [p.name for p in paths] == ["map.png", "map.svg", "map.csv"]
+    rows = list(csv.DictReader(paths[2].read_text().splitlines()))
+    shown = [m for m in maps if m.over == "angle and rate"]
+    assert len(rows) == sum(cell is not None for m in shown for row in m.cells for cell in row)
+    for m in shown:
+        drawn = [float(r["value"]) for r in rows if (r["series"], r["x_label"]) == (m.model, m.across)]
+        np.testing.assert_allclose(sorted(drawn), sorted(cell.rms for row in m.cells for cell in row if cell is not None), rtol=1e-8)
+
+
+def rubbing(level=0.3, std=0.01):
+    """A campaign whose second joint rubs, the model with that, the model without, and the finding."""
+    a = arm()
+    without = StripTheory(a, GIVEN, {}, "constant", planted(a))
+    effect = candidates(catalogue()["coulomb_friction"], a)[1].with_linear(torch.tensor([level], dtype=torch.float64))
+    true = replace(without, loads=without.loads.plus("coulomb_friction_2", effect))
+    c = campaign(a, true.loads, count=3)
+    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals", "candidate"))
+    return c, without, true, Finding(effect=effect, statement="Joint 2 rubs.", covariance=np.array([[std**2]]), **rest)
+
+
+def test_the_law_of_a_finding_is_its_torque_with_the_interval_of_its_value():
+    c, without, true, finding = rubbing()
+    law = law_of(finding, true, diagnosis_traces(c, without, true), "corrected")
+    assert (law.joint, law.driver) == (2, "rate of joint 2 [rad/s]")
+    fast = np.abs(law.x) > 0.5
+    np.testing.assert_allclose(law.law[fast], 0.3 * np.sign(law.x[fast]), atol=0.001)
+    np.testing.assert_allclose(law.half[fast], 1.96 * 0.01, rtol=0.01)
+    np.testing.assert_allclose(law.rest, law.law, atol=1e-9)
+
+
+def test_what_the_law_leaves_is_seen_beside_it():
+    c, without, _, finding = rubbing()
+    weak = finding.effect.with_linear(torch.tensor([0.2], dtype=torch.float64))
+    model = replace(without, loads=without.loads.plus("coulomb_friction_2", weak))
+    law = law_of(replace(finding, effect=weak), model, diagnosis_traces(c, without, model), "corrected")
+    fast = np.abs(law.x) > 0.5
+    np.testing.assert_allclose(np.abs(law.law[fast]), 0.2, atol=0.001)
+    np.testing.assert_allclose(np.abs(law.rest[fast]), 0.3, atol=0.001)
+
+
+@pytest.mark.parametrize("id_", catalogue())
+def test_every_effect_has_a_law_but_one_with_a_phase_or_a_time_of_its_own(id_):
+    a = arm()
+    base = StripTheory(a, GIVEN, {}, "constant", planted(a))
+    (made, *_) = candidates(catalogue()[id_], a, (5.0, 2.0))
+    effect = made.with_linear(torch.full_like(made.linear_values(), 0.01))
+    if isinstance(effect, LoadEffect):
+        model = replace(base, loads=base.loads.plus("found", effect))
+    else:
+        model = replace(base, instruments=(effect,))
+    p = len(effect.linear_values())
+    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals", "candidate"))
+    finding = Finding(effect=effect, statement="", covariance=1e-6 * np.eye(p), **rest)
+    law = law_of(finding, model, diagnosis_traces(campaign(a, base.loads, count=2, seconds=2.0), base, model), "corrected")
+    assert (law is None) == (effect.own_in_every_recording or effect.signature.depends_on == ("clock",))
+    if law is not None:
+        assert len(law.x) > 3
+        assert np.isfinite([law.law, law.rest, law.half]).all()
+        assert law.half.max() > 0
+
+
+def test_a_diagnosis_leaves_its_history_its_map_and_its_laws(tmp_path):
+    c, without, true, finding = rubbing()
+    a = c.arm
+    c = nnhydro.Campaign.of(a, list(c.recordings()), (steady_table(a, planted(a)),))
+    told = SimpleNamespace(findings=[finding], corrected=true, baseline=without)
+    traces = diagnosis_traces(c, without, true)
+    paths = diagnosis_figures(told, traces, laws_of(told, traces), tmp_path)
+    stems = ("torque_history", "torque_steady", "residual_map", "laws")
+    assert sorted(p.name for p in paths) == sorted(f"{stem}.{kind}" for stem in stems for kind in ("png", "svg", "csv"))
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in paths)
+    rows = list(csv.DictReader((tmp_path / "torque_history.csv").read_text().splitlines()))
+    assert {"measured", "corrected (0.0 %)"} <= {r["series"] for r in rows}
 
 
 def test_text_on_the_map_stays_readable_on_every_shade():

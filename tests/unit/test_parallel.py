@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from nnhydro.recordings.survey import survey
 
 DEMO = Path(__file__).parents[2] / "nnhydro" / "demo" / "campaign"
 TWO = Workers(jobs=2)
+MODELS = ["constant", "textbook", "rigid"]
 
 
 def squared(x, seconds=0.0):
@@ -42,8 +44,9 @@ def without_times(document):
     return {**document, "models": {name: {k: v for k, v in entry.items() if k != "fit_s"} for name, entry in document["models"].items()}}
 
 
+@cache
 def compared(workers):
-    result = benchmark(open_campaign(DEMO), ["constant", "textbook", "state"], 3, workers=workers)
+    result = benchmark(open_campaign(DEMO), MODELS, 3, workers=workers)
     return without_times(result.document())
 
 
@@ -143,7 +146,7 @@ def test_a_benchmark_whose_worker_is_killed_gives_the_same_numbers(cluster):
         if len(told) == 2:
             kill_one(cluster)
 
-    result = benchmark(open_campaign(DEMO), ["constant", "textbook", "state"], 3, report=report, workers=there)
+    result = benchmark(open_campaign(DEMO), MODELS, 3, report=report, workers=there)
     assert without_times(result.document()) == compared(Workers())
     assert len(told) == 9
 

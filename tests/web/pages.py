@@ -9,6 +9,7 @@ import nnhydro
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.report.page.benchmark import benchmark_page
 from nnhydro.report.page.diagnosis import diagnosis_page
+from nnhydro.report.page.trace import diagnosis_traces
 
 HOSTILE = "<script>alert('arm')</script> & 'arm'"
 
@@ -48,7 +49,8 @@ def write_diagnosis_page(path, findings=None, detected=True):
     drag = whole.loads.terms["normal_drag"]
     poor = replace(whole, loads=type(whole.loads)({**whole.loads.terms, "normal_drag": replace(drag, C_D=(drag.C_D[0], drag.C_D[1] / 2))}))
     told = [finding("umbilical_stiffness", 2, 0.97, ("torque_drift",))] if findings is None else findings
-    path.write_text(diagnosis_page(diagnosis_document(told, detected), "Joint 2 is pulled back.", poor, whole, c), encoding="utf-8")
+    page = diagnosis_page(diagnosis_document(told, detected), "Joint 2 is pulled back.", c, diagnosis_traces(c, poor, whole))
+    path.write_text(page, encoding="utf-8")
     return path
 
 

@@ -171,6 +171,9 @@ def test_on_paper_controls_are_gone_and_numbers_are_there(page_file, visit, tmp_
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     assert not page.locator("#theme, .controls, .detail").locator("visible=true").count()
     assert page.locator("details table").first.is_visible(), "what is folded on the screen is open on paper"
+    printed = [key.split("|") for key in page.locator(".map").locator("visible=true").evaluate_all("all => all.map(e => e.dataset.key)")]
+    assert {joint for joint, _, _ in printed} == {"1", "2"}, "no selector works on paper: the first map of every joint and model is there"
+    assert {m for _, _, m in printed} == set(page.locator("#map-model option").all_text_contents())
     page.pdf(path=tmp_path / "page.pdf", format="A4")
     assert (tmp_path / "page.pdf").stat().st_size > 10_000
 

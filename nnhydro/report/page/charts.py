@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
+from nnhydro.report.law import Law
 from nnhydro.report.page.svg import Scale, drawing, rule, tag, upright, words, x_axis, y_axis
 
 WIDTH, LEFT, RIGHT, ROW = 760.0, 150.0, 70.0, 30.0
@@ -14,7 +16,9 @@ NAMES = 220.0  # where names end in charts of numbers and weights
 SIZE, SQUARE = 330.0, 370.0  # bottom and right end of a square chart
 MOST = 2.0  # an error beyond 200 % is drawn at the edge
 DECADES = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200)
+DOTS = 600  # single rows behind a law
 Ends = tuple[float, float]
+Array = NDArray[np.float64]
 
 
 def _dot(style: int, x: float, y: float, radius: float = 5) -> Markup:
@@ -56,6 +60,27 @@ def intervals(title: str, rows: Sequence[tuple[str, float, Ends, str]]) -> Marku
                   rule("m0 bar", scale(low), y, scale(high), y), _dot(0, scale(value), y),
                   words(f"{value:.4g} ({low:.4g} to {high:.4g}) {unit}", WIDTH - 270, y + 4, "value")]
     return drawing(WIDTH, 30 * len(rows) + 8, title, parts, "intervals")
+
+
+def law_chart(law: Law) -> Markup:
+    """Return the law of a finding against what drives it, with its 95 % interval, and what the rest of the model leaves for it."""
+    bottom, right = 250.0, WIDTH - 20
+    low, high = law.law - law.half, law.law + law.half
+    across = Scale.around(law.x, 62, right)
+    up = Scale.around(np.concatenate([np.quantile(law.rows[:, 1], [0.01, 0.99]), law.rest, low, high]), bottom, 10)
+    few = law.rows[np.unique(np.linspace(0, len(law.rows) - 1, DOTS).astype(int))]
+    inside = few[(np.abs(few - [(s.low + s.high) / 2 for s in (across, up)]) < [(s.high - s.low) / 2 for s in (across, up)]).all(axis=1)]
+    dots = " ".join(f"M{a:.0f} {b:.0f}h1.5" for a, b in zip(across.pixels(inside[:, 0]), up.pixels(inside[:, 1]), strict=True))
+
+    def line(y: Array) -> str:
+        return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across.pixels(law.x), up.pixels(y), strict=True))
+
+    frame = x_axis(across, 10, bottom, law.driver) + y_axis(up, 62, right, f"torque {law.joint} [N m]")
+    parts = [frame, tag("path", class_="cloud", d=dots),
+             tag("polygon", class_="band", points=f"{line(high)} {' '.join(line(low).split()[::-1])}"),
+             tag("polyline", class_="m0", points=line(law.law)),
+             *(tag("circle", class_="mean", cx=across(x), cy=up(y), r=3.5) for x, y in zip(law.x, law.rest, strict=True))]
+    return drawing(WIDTH, bottom + 40, f"Torque of the finding against {law.driver}, and what the recordings leave for it", parts, "law")
 
 
 def _curves(lines: Mapping[str, Sequence[Ends]], across: Scale, up: Scale, styles: Mapping[str, int]) -> list[Markup]:

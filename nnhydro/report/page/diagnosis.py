@@ -1,48 +1,33 @@
 """The page of a diagnosis: the verdict first, then what, why this and not its rivals, where, the curves, what remains."""
 
+from collections.abc import Sequence
+from itertools import zip_longest
 from typing import Any
 
 from markupsafe import Markup
 
-from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis_sheets import errors_sheet, location_sheet, place, recalibrated_sheet, rivals_sheet
-from nnhydro.report.page.charts import bars, intervals
+from nnhydro.report.law import Law
+from nnhydro.report.page.charts import bars, intervals, law_chart
 from nnhydro.report.page.history import histories
 from nnhydro.report.page.render import rendered
 from nnhydro.report.page.residual_map import largest, residual_maps
-from nnhydro.report.page.trace import Trace, spread, traces_of, with_whole_tables
+from nnhydro.report.page.trace import BASELINE, CORRECTED, Trace, by_change
 from nnhydro.report.sheet import Sheet
 
 Document = dict[str, Any]
 TELLING = 0.005  # weight of a rival that is drawn; the table has all
-BASELINE, CORRECTED = "baseline", "corrected"
 
 
-def campaign_traces(campaign: Campaign, models: dict[str, TorqueModel]) -> list[Trace]:
-    """Return the traces of at most as many recordings as a page holds, and of the steady tables."""
-    how = next(iter(models.values())).preparation
-    found: list[Trace] = []
-    for name in spread(campaign.names):
-        found += traces_of(name, campaign.segments(name, how), models)
-    for table, segment in zip(campaign.steady, campaign.steady_segments(), strict=True):
-        found += traces_of(table.name, [segment], models)
-    return found
-
-
-def _by_change(traces: list[Trace]) -> list[Trace]:
-    """The recordings on which the correction helps most come first, steady tables last."""
-    return sorted(with_whole_tables(traces), key=lambda t: (t.segment.steady, t.error(CORRECTED) - t.error(BASELINE)))
-
-
-def _finding(f: Document) -> tuple[Document, Markup | None, Markup | None, Sheet]:
-    """The finding, the chart of its numbers, of its rivals, and the rivals as a sheet."""
+def _finding(f: Document, law: Law | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
+    """The finding, the chart of its law, of its numbers, of its rivals, and the rivals as a sheet."""
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
     rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= TELLING]
     own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
     chart = intervals(f"Numbers of {f['effect']} with 95 % intervals", numbers) if numbers else None
     rivals = bars(f"Weight of {f['effect']} and of its rivals", [(f["effect"], own), *rows]) if rows else None
-    return f, chart, rivals, rivals_sheet(f)
+    return f, None if law is None else law_chart(law), chart, rivals, rivals_sheet(f)
 
 
 def _rest(document: Document) -> str:
@@ -58,20 +43,18 @@ def _next(experiment: Any) -> str:
     return "" if experiment is None else f"{experiment['statement']} The motion lies in {experiment['file']}, ready to run."
 
 
-def diagnosis_page(document: Document, verdict: str, baseline: TorqueModel, corrected: TorqueModel, campaign: Campaign) -> str:
-    """Return the page as HTML text; `document` is what diagnosis.json holds."""
-    models = {CORRECTED: corrected, BASELINE: baseline}
+def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[Law | None] = ()) -> str:
+    """Return the page as HTML text; `document` is what diagnosis.json holds, `traces` are the campaign's, `laws` those of the findings."""
     styles = {CORRECTED: 0, BASELINE: 1}
-    traces = campaign_traces(campaign, models)
     maps = residual_maps(traces, [BASELINE, CORRECTED])
     errors = errors_sheet(document)
     return rendered(
         "diagnosis.html", arm=campaign.arm.name, verdict=verdict, d=document, styles=styles,
         ladder=list(zip(errors.columns[0].values, errors.columns[1].values, strict=True)),
-        findings=[_finding(f) for f in document["findings"]], location=location_sheet(document), maps=maps,
+        findings=[_finding(f, law) for f, law in zip_longest(document["findings"], laws)], location=location_sheet(document), maps=maps,
         heat=largest(maps),
         shown=len({t.recording for t in traces if not t.segment.steady}), of=len(campaign.names),
         first=document["location"][0]["joint"] if document["location"] else 1,
-        histories=histories(_by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
+        histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
         recalibrated=recalibrated_sheet(document),
         next=_next(document.get("next_experiment")))

@@ -72,8 +72,9 @@ class _Frame:
         trace, bottom, steady = self.trace, top + (LOW if residual else TALL), self.trace.segment.steady
         curves = {} if residual else {"measured": trace.tau[:, joint]}
         curves |= {name: (trace.residual(name) if residual else trace.models[name])[:, joint] for name in reversed(list(self.styles))}
-        telling = [y for name, y in curves.items() if name == "measured" or name in self.first]
-        up = Scale.around(np.concatenate(telling or list(curves.values())), bottom, top, zero=residual)
+        telling = [y for name, y in curves.items() if name == "measured" or name in self.first] or list(curves.values())
+        compared = [y[trace.segment.keep] for y in telling]  # at the ends the filter makes curves leave the panel
+        up = Scale.around(np.concatenate(compared), bottom, top, zero=residual)
         kind = {name: f"m{number}" for name, number in self.styles.items()} | {"measured": "measured"}
         lines = [tag("path", class_=f"{kind[name]} marks" if steady else kind[name], data_series=name,
                      d=self.runs(name, y, up) if steady else _line(self.x, y, self.across, up, self.most)) for name, y in curves.items()]

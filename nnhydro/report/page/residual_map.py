@@ -52,6 +52,8 @@ class ResidualMap:
     columns: list[str]
     rows: list[str]
     cells: list[list[Cell | None]]
+    across_edges: Array  # of the columns
+    down_edges: Array  # of the rows, which begin at the largest; empty where a row is a recording
 
     @property
     def key(self) -> str:
@@ -139,8 +141,9 @@ def residual_maps(traces: Sequence[Trace], models: Sequence[str]) -> list[Residu
             across, down = _edges(states[x]), _edges(states[y])
             column, row = _placed(states[x], across), BINS - 1 - _placed(states[y], down)
             maps += [ResidualMap(joint + 1, model, over, x, y, _ranges(across), _ranges(down)[::-1],
-                                 _grid(r, of, names, column, row, (BINS, BINS))) for model, r in left.items()]
+                                 _grid(r, of, names, column, row, (BINS, BINS)), across, down) for model, r in left.items()]
         column = (progress * BINS).astype(np.int64)
         maps += [ResidualMap(joint + 1, model, ORDER, "tenth of the recording", "recording", [str(k + 1) for k in range(BINS)], names,
-                             _grid(r, of, names, column, of, (len(names), BINS))) for model, r in left.items()]
+                             _grid(r, of, names, column, of, (len(names), BINS)), np.linspace(0, 1, BINS + 1), np.empty(0))
+                 for model, r in left.items()]
     return maps

@@ -12,10 +12,12 @@ from nnhydro.evaluation.metrics import Misfit
 from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.amended import Amended
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
 MOST = 60  # recordings on a page
+BASELINE, CORRECTED = "baseline", "corrected"  # the models of a diagnosis
 
 
 @final
@@ -86,6 +88,22 @@ def spread(names: Sequence[str], most: int = MOST) -> list[str]:
     if len(names) <= most:
         return list(names)
     return [names[i] for i in np.unique(np.linspace(0, len(names) - 1, most).round().astype(int))]
+
+
+def diagnosis_traces(campaign: Campaign, baseline: TorqueModel, corrected: TorqueModel) -> list[Trace]:
+    """Return the traces of at most as many recordings as a page holds, and of the steady tables, of both models of a diagnosis."""
+    models = {CORRECTED: corrected, BASELINE: baseline}
+    found: list[Trace] = []
+    for name in spread(campaign.names):
+        found += traces_of(name, campaign.segments(name, corrected.preparation), models)
+    for table, segment in zip(campaign.steady, campaign.steady_segments(), strict=True):
+        found += traces_of(table.name, [segment], models)
+    return found
+
+
+def by_change(traces: Sequence[Trace]) -> list[Trace]:
+    """Return the traces of a diagnosis, those on which the correction helps most first, steady tables last."""
+    return sorted(with_whole_tables(traces), key=lambda t: (t.segment.steady, t.error(CORRECTED) - t.error(BASELINE)))
 
 
 def benchmark_traces(result: Benchmark, names: Sequence[str]) -> list[Trace]:
