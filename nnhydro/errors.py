@@ -31,6 +31,11 @@ class MissingExtraError(NnhydroError):
     """An optional library is not installed."""
 
 
+def counted(number: int, thing: str) -> str:
+    """Return "1 row", "2 rows": `number` and `thing` in the plural where it has one."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
 def require(condition: bool, message: str, error: type[NnhydroError] = ConfigError) -> None:
     """Raise `error` with `message` unless `condition` holds."""
     if not condition:

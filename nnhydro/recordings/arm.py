@@ -49,7 +49,7 @@ class Drive(Settings):
     @model_validator(mode="after")
     def _belt_only_where_remote(self) -> "Drive":
         if self.kind == "direct" and (self.angle2 == "absolute" or self.pulley_ratio != 1.0):
-            raise ValueError("pulley_ratio and angle2: absolute belong to 'kind: remote'; a direct drive has neither")
+            raise ValueError("pulley_ratio and angle2: absolute belong to a belt: write 'kind: remote', or remove them")
         return self
 
 

@@ -16,7 +16,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.errors import RecordingError
+from nnhydro.errors import RecordingError, counted
 from nnhydro.recordings.cutoff import choose_cutoff
 from nnhydro.recordings.low_pass import LowPass
 from nnhydro.recordings.recording import Recording, SteadyTable
@@ -58,8 +58,9 @@ def time_steps(r: Recording) -> Array:
     if len(wrong):
         row = int(wrong[0])
         kind = "repeats" if steps[row] == 0 else "runs backward"
-        raise RecordingError(f"{r.name}: time {kind} at row {row + 2} (t_s = {r.t[row]:g}, then {r.t[row + 1]:g}; {len(wrong)} such rows): "
-                             "two logs in one file, or a clock that was set? Split the file there or drop the rows")
+        raise RecordingError(f"{r.name}: time {kind} at row {row + 2} (t_s = {r.t[row]:g}, then {r.t[row + 1]:g}; "
+                             f"{counted(len(wrong), 'such row')}): two logs in one file, or a clock that was set? Split the file there "
+                             "or drop the rows")
     return steps
 
 

@@ -63,7 +63,7 @@ def one_line(where: str, cause: ValidationError, model: type[BaseModel]) -> str:
     said, value = str(first["msg"]), first["input"]
     got = f", got {_short(value)}" if isinstance(value, int | float | str) else ""
     if said.startswith(PYDANTIC):
-        return f"{where}: {key or 'the file'}: must{said.removeprefix(PYDANTIC)}{got}: correct it{more}"
+        return f"{where}: {key or 'the file'}: must{said.removeprefix(PYDANTIC).split(', unable')[0]}{got}: correct it{more}"
     return f"{where}: {key or 'the file'}: {said.removeprefix('Value error, ')}{got}{more}"
 
 

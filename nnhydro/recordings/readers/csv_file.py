@@ -93,7 +93,9 @@ def _explained(path: Path, head: _Head, cause: Exception) -> RecordingError:
     if "Length of header or names" in said:
         return RecordingError(f"{path}: the rows have more fields than the header ({len(head.names)}): name every column{comma}")
     if "EOF inside string" in said:
-        return RecordingError(f"{path}: a quotation mark is opened and never closed: remove it ({said[:80]})")
+        row = re.search(r"starting at row (\d+)", said)
+        place = f"row {int(row[1]) + 1}: " if row else ""
+        return RecordingError(f"{path}: {place}a quotation mark is opened and never closed: remove it")
     if "No columns to parse" in said:
         return RecordingError(f"{path}: holds a header but no rows: the log was cut off; remove the file or record again")
     return RecordingError(f"{path}: is not a readable table: {said[:200]}: open it in an editor and save it as plain CSV")

@@ -5,6 +5,7 @@ Source: Rivera (1995), section 3.3 (pulley ratio r: ours).
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import final
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import CLOCK, TIME, column
-from nnhydro.errors import RecordingError, require
+from nnhydro.errors import RecordingError, counted, require
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.table import FIRST_ROW, Columns
 from nnhydro.recordings.recording import Origin, Recording, SteadyTable
@@ -21,8 +22,11 @@ from nnhydro.recordings.recording import Origin, Recording, SteadyTable
 Array = NDArray[np.float64]
 ABSURD = 1e9  # rad, rad/s, m/s, N m: no arm does that; loggers write such numbers where a sensor gave nothing
 MIN_ROWS = 4
-FOREIGN = ("deg", "ms", "us", "Nmm", "Ncm", "mm", "rpm")  # units that names of foreign columns end in: to be mapped, not only renamed
+# units that names of foreign columns end in: to be mapped, not only renamed
+_FOREIGN = re.compile(r"[\s_(\[]+(deg|ms|us|N ?mm|N ?cm|mm|mm/s|rpm)[)\]]?$")
 _JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm)$")
+_OURS = re.compile(rf"{TIME}$|{CLOCK}$|d?u0_m_s2?$|{_JOINT_COLUMN.pattern}")
+SHOWN = 6  # columns of a file that a message lists
 
 
 @final
@@ -41,16 +45,26 @@ class Named:
         return values if isinstance(values, np.ndarray) else None
 
 
-def _missing(named: Named, name: str, where: str) -> RecordingError:
+def _likely(name: str, foreign: list[str]) -> str:
+    """Which of the foreign columns is probably `name`; "" where none is."""
     stem = name.split("_")[0]
-    near = sorted(other for other in named.header if stem[-1].isdigit() and other.startswith(stem) and other != name)[:3]
-    near = near or get_close_matches(name, named.header, n=2)
-    seen = ", ".join(map(repr, near or named.header[:6])) or "no columns"
-    likely = near[0] if near else "ITS NAME"
-    unit = next((f", unit: {foreign}" for foreign in FOREIGN if likely.endswith(f"_{foreign}")), "")
-    line = f"{name}: {{from: {likely}{unit}}}" if unit else f"{name}: {likely}"
-    return RecordingError(f"{where}: column {name!r} is missing: it has {seen}: add it, or write which one it is into "
-                          f"columns.yaml (or --map FILE), under 'columns:', as in {line}")
+    near = sorted(other for other in foreign if stem[-1].isdigit() and other.startswith(stem))
+    timely = [other for other in foreign if name == TIME and other.lower().startswith("t")]
+    only = foreign if len(foreign) == 1 else []
+    return next(iter([*near, *timely, *get_close_matches(name, foreign, n=1), *only]), "")
+
+
+def _missing(named: Named, names: Sequence[str], where: str) -> RecordingError:
+    """Say which columns are missing, which of the file's might be they, and how to tell us."""
+    foreign = [other for other in named.header if not _OURS.match(other)]
+    likely = _likely(names[0], foreign)
+    unit = _FOREIGN.search(likely)
+    line = f"{names[0]}: {{from: {likely}, unit: {unit[1]}}}" if unit else f"{names[0]}: {likely or 'ITS NAME'}"
+    seen = foreign or named.header
+    listed = ", ".join(map(repr, seen[:SHOWN])) + (f" and {len(seen) - SHOWN} more" if len(seen) > SHOWN else "")
+    what = f"column {names[0]!r} is" if len(names) == 1 else f"columns {', '.join(map(repr, names))} are"
+    return RecordingError(f"{where}: {what} missing, the file has {listed or 'no columns'}: say which is which in columns.yaml beside "
+                          f"arm.yaml (or --map FILE), a line each under 'columns:', as in {line}")
 
 
 def _require_sane(named: Named, where: str) -> None:
@@ -59,8 +73,9 @@ def _require_sane(named: Named, where: str) -> None:
             absurd = np.flatnonzero((np.abs(values) > ABSURD) & np.isfinite(values))
             if len(absurd):
                 row = int(absurd[0])
-                raise RecordingError(f"{where}: column {name!r}, row {row + named.first_row}: {values[row]:.3g} is absurd ({len(absurd)} "
-                                     "such rows): leave cells empty where the sensor gave nothing, or map the unit with --map FILE")
+                raise RecordingError(f"{where}: column {name!r}, row {row + named.first_row}: {values[row]:.3g} is absurd "
+                                     f"({counted(len(absurd), 'such row')}): leave cells empty where the sensor gave nothing, or map the "
+                                     "unit with --map FILE")
 
 
 def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
@@ -72,7 +87,7 @@ def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = F
     for name in names:
         values = named.numbers(name)
         if values is None:
-            raise _missing(named, name, where)
+            raise _missing(named, [name for name in names if named.numbers(name) is None], where)
         require(bool(np.isfinite(values).any()), f"{where}: column {name!r} holds no finite number: remove the column or repair the file",
                 RecordingError)
     return np.column_stack(found).astype(float)
@@ -89,7 +104,7 @@ def _refuse_foreign_joints(named: Named, arm: Arm, where: str, torque: bool = Tr
     for name in named.header:
         match = _JOINT_COLUMN.match(name)
         if match and not 1 <= int(match[1]) <= arm.n_links and (torque or not name.startswith("tau")):
-            raise RecordingError(f"{where}: column {name!r} names joint {match[1]}, but arm.yaml has {arm.n_links} link(s): "
+            raise RecordingError(f"{where}: column {name!r} names joint {match[1]}, but arm.yaml has {counted(arm.n_links, 'link')}: "
                                  "add the link to arm.yaml or remove the column")
 
 
@@ -103,10 +118,13 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     """Return the recording that `named` holds; with `torque`, torque columns are required; raises RecordingError naming the column."""
     where = origin.path or name
     _refuse_foreign_joints(named, arm, where, torque)
+    channels = ("q", "tau") if torque else ("q",)
+    wanted = [TIME, *(column(channel, joint + 1) for channel in channels for joint in range(arm.n_links))]
+    missing = [name for name in wanted if named.numbers(name) is None]
     t = _single(named, TIME, where)
-    if t is None:
-        raise _missing(named, TIME, where)
-    require(len(t) >= MIN_ROWS, f"{where}: holds {len(t)} row(s): a recording needs at least {MIN_ROWS}; remove the file or "
+    if missing or t is None:
+        raise _missing(named, missing, where)
+    require(len(t) >= MIN_ROWS, f"{where}: holds {counted(len(t), 'row')}: a recording needs at least {MIN_ROWS}; remove the file or "
             "record again", RecordingError)
     _require_sane(named, where)
     q = _joints(named, "q", arm, where, required=True)
