@@ -2,9 +2,18 @@
 
 from typing import NoReturn
 
+LONGEST = 1000  # characters of a message: a line that has to be scrolled is not read, and files may hold names of any length
+
 
 class NnhydroError(Exception):
-    """A user's error that one clear line explains; the command line prints that line and exits with 2."""
+    """A user's error that one clear line explains; the command line prints that line and exits with 2.
+
+    Of a message longer than LONGEST the beginning (what is wrong, where) and the end (what to do) are kept.
+    """
+
+    def __init__(self, message: str) -> None:
+        half = LONGEST // 2
+        super().__init__(message if len(message) <= LONGEST else f"{message[:half]} ... {message[-half:]}")
 
 
 class ArmError(NnhydroError):

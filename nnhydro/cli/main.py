@@ -53,7 +53,8 @@ def build() -> typer.Typer:
 
 
 def _fail(message: str) -> int:
-    typer.echo(f"nnhydro: error: {' '.join(message.split())}", err=True)
+    plain = "".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in " ".join(message.split()))
+    typer.echo(f"nnhydro: error: {plain}", err=True)  # no file may send control sequences to the terminal
     return 2
 
 

@@ -181,8 +181,10 @@ class Chain:
             self.axes.append(direction / (np.linalg.norm(direction) or 1.0))
             self.names.append(joint.name)
             for tag in joint.element.findall("dynamics"):
-                if float(tag.get("damping", 0)) or float(tag.get("friction", 0)):
-                    self.notes.append(f"joint {joint.name!r} states damping {tag.get('damping', 0)}, friction {tag.get('friction', 0)}: "
+                damping, friction = (float(_numbers(tag.get(key), "0", f"{self.path}: joint {joint.name!r}: {key}")[0])
+                                     for key in ("damping", "friction"))
+                if damping or friction:
+                    self.notes.append(f"joint {joint.name!r} states damping {damping:g}, friction {friction:g}: "
                                       "arm.yaml holds neither; identify or diagnose finds them from recordings")
             body = Body(joint.child, frame)
             self.bodies.append(body)

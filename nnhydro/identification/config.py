@@ -16,6 +16,13 @@ from nnhydro.recordings.validation import Settings, validated
 MAX_BYTES = 100_000
 
 
+def _is_folder(name: str) -> bool:
+    try:
+        return Path(name).is_dir()
+    except (OSError, ValueError):  # too long for a path, or with a zero byte in it
+        return False
+
+
 class TrainingConfig(Settings):
     """Architecture, features and optimisation of a network or hybrid; the defaults are what the benchmark uses."""
 
@@ -60,7 +67,7 @@ class TrainingConfig(Settings):
     @field_validator("baseline")
     @classmethod
     def _known(cls, value: str) -> str:
-        if value != "auto" and value not in BASELINES and not Path(value).is_dir():
+        if value != "auto" and value not in BASELINES and not _is_folder(value):
             raise ValueError(f"unknown baseline: one of auto, {', '.join(BASELINES)}, or the folder of a model")
         return value
 
@@ -82,6 +89,6 @@ def read_config(path: Path) -> TrainingConfig:
         document: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as cause:
         raise ConfigError(f"{path}: cannot be read ({cause.strerror or cause}): check the path") from cause
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as cause:
+    except (ValueError, RecursionError) as cause:  # no UTF-8, no TOML, numbers of thousands of digits
         raise ConfigError(f"{path}: is not valid TOML: {cause}") from cause
     return validated(TrainingConfig, document, str(path), ConfigError)

@@ -176,6 +176,7 @@ def _compared_rows(n: int, dt: float, how: Preparation) -> NDArray[np.bool_]:
 
 def prepare(r: Recording, how: Preparation, with_torque: bool = True) -> Iterator[Segment]:
     """Yield the segments of `r`: even, gap-free, with derivatives, torque filtered; raise RecordingError where time is out of order."""
+    r = r if with_torque else r.without_torque()
     for start, stop in stretches(r, with_torque):
         part = resampled(r, start, stop)
         dt = float(part.t[1] - part.t[0])
@@ -214,8 +215,9 @@ def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Pre
         nonlocal needed
         for r in recordings:
             needed = needed or needs_filter(r)
-            for start, stop in stretches(r, with_torque=False):
-                part = resampled(r, start, stop)
+            motion = r.without_torque()  # its torques may hold empty cells
+            for start, stop in stretches(motion, with_torque=False):
+                part = resampled(motion, start, stop)
                 yield part.q, part.qd, float(part.t[1] - part.t[0])
 
     choice = choose_cutoff(channels())

@@ -8,17 +8,13 @@ import yaml
 
 from nnhydro.errors import NnhydroError
 
-MAX_BYTES = 1_000_000  # an arm or a recipe is a page; what is larger is another file taken for it
+MAX_BYTES = 300_000  # an arm or a recipe is a page; what is larger is another file taken for it
+DEEPEST, LONGEST = 30, 10_000  # lists within lists; characters of one value
+_Fast: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml's, ten times as fast, where PyYAML was built with it
 
 
-class _StrictLoader(yaml.SafeLoader):
-    """SafeLoader without aliases (a few bytes of them can fill the memory) and without silently overwritten keys."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.events.AliasEvent):
-            line = self.peek_event().start_mark.line + 1  # type: ignore[no-untyped-call]
-            raise yaml.YAMLError(f"line {line}: aliases (*name) are not accepted: write the value out")
-        return super().compose_node(parent, index)
+class _StrictLoader(_Fast):  # type: ignore[misc]
+    """SafeLoader without silently overwritten keys and without numbers to the base of sixty."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[str] = set()
@@ -29,7 +25,33 @@ class _StrictLoader(yaml.SafeLoader):
             if key.value in seen:
                 raise yaml.YAMLError(f"line {line}: the key {key.value!r} appears twice: remove one")
             seen.add(key.value)
-        return super().construct_mapping(node, deep)
+        made: dict[Hashable, Any] = super().construct_mapping(node, deep)
+        return made
+
+    def plain_number(self, node: Any) -> Any:
+        """Return the number; 1:30, which YAML 1.1 takes for 90, is refused: nobody means that in a file of SI units."""
+        if ":" in node.value:
+            raise yaml.YAMLError(f"line {node.start_mark.line + 1}: {node.value[:40]!r} would be read to the base of sixty: write a plain "
+                                 "number, or put a text in quotation marks")
+        return self.construct_yaml_int(node) if node.tag.endswith("int") else self.construct_yaml_float(node)
+
+
+for kind in ("int", "float"):
+    _StrictLoader.add_constructor(f"tag:yaml.org,2002:{kind}", _StrictLoader.plain_number)
+
+
+def _require_small(text: str) -> None:
+    """Raise YAMLError at an alias (a few can fill the memory), deep nesting or a huge value, before anything is made of them."""
+    depth = 0
+    for event in yaml.parse(text, _Fast):
+        line = event.start_mark.line + 1 if event.start_mark else 0
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            raise yaml.YAMLError(f"line {line}: aliases (*name) are not accepted: write the value out")
+        if depth > DEEPEST:
+            raise yaml.YAMLError(f"line {line}: lists and mappings are nested more than {DEEPEST} deep: is this the right file?")
+        if isinstance(event, yaml.ScalarEvent) and len(event.value) > LONGEST:
+            raise yaml.YAMLError(f"line {line}: a value of {len(event.value)} characters: is this the right file?")
 
 
 def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
@@ -40,7 +62,9 @@ def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
         size = path.stat().st_size
         if size > MAX_BYTES:
             raise error(f"{path}: {size} bytes are too many for a settings file (limit {MAX_BYTES}): is this the right file?")
-        document = yaml.load(path.read_text(encoding="utf-8-sig"), _StrictLoader)
+        text = path.read_text(encoding="utf-8-sig")
+        _require_small(text)
+        document = yaml.load(text, _StrictLoader)
     except OSError as cause:
         raise error(f"{path}: cannot be read ({cause.strerror or cause}): check the path and its permissions") from cause
     except UnicodeDecodeError as cause:

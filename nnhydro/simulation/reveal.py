@@ -46,12 +46,13 @@ def _predicted_files(folder: Path) -> Torques:
     def torques(name: str) -> Array:
         path = folder / f"{name}.csv"
         try:
-            header = path.read_text(encoding="utf-8").partition("\n")[0].strip().split(",")
-            table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+            first, *rows = path.read_text(encoding="utf-8").splitlines() or [""]
+            header, table = first.strip().split(","), np.loadtxt(rows, delimiter=",", ndmin=2) if rows else np.zeros((0, 0))
         except (OSError, ValueError) as cause:
             raise ConfigError(f"{path}: cannot be read as predicted torques ({cause}): write it with nnhydro predict") from cause
         columns = [k for k, label in enumerate(header) if label in ("tau1_Nm", "tau2_Nm")]
         require(bool(columns), f"{path}: has no column tau1_Nm: write it with nnhydro predict")
+        require(table.shape[1] == len(header), f"{path}: {len(header)} names for {table.shape[1]} columns: write it with nnhydro predict")
         result: Array = table[:, columns]
         return result
     return torques

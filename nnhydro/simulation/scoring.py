@@ -77,13 +77,26 @@ class Verdict:
     notes: tuple[str, ...] = field(default=())
 
 
+def _number(value: Any) -> float | None:
+    """The value as a finite number, None where it is none: a diagnosis may come from anybody's program."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e300:
+        return None
+    return float(value)
+
+
+def _text(value: Any) -> str | None:
+    if value is not None and not isinstance(value, str):
+        raise TypeError(f"{value!r:.60} is no text")
+    return value
+
+
 def claims_of(diagnosis: Any, where: str) -> tuple[Claim, ...]:
     """Return the findings of a diagnosis.json; raise ConfigError naming what is missing."""
     try:
-        return tuple(Claim(str(f["effect"]), f.get("family"), tuple(f.get("class") or [f["effect"]]),
+        return tuple(Claim(str(f["effect"]), _text(f.get("family")), tuple(map(str, f.get("class") or [f["effect"]])),
                            None if f.get("joint") is None else int(f["joint"]), float(f.get("confidence", 1.0)),
                            dict(f.get("parameters") or {})) for f in diagnosis["findings"])
-    except (KeyError, TypeError, ValueError, AttributeError) as cause:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as cause:
         raise ConfigError(f"{where}: is no diagnosis ({type(cause).__name__}: {cause}): "
                           "findings need effect, class, joint, confidence") from cause
 
@@ -109,15 +122,17 @@ def _numbers(entry: dict[str, Any], claim: Claim) -> list[Parameter]:
             mine = [n for n, v in entry["parameters"].items() if v["unit"] == true["unit"]]
             theirs = [v for v in claim.parameters.values() if isinstance(v, dict) and v.get("unit") == true["unit"]]
             said = theirs[0] if len(mine) == len(theirs) == 1 and true["unit"] != "1" else None
-        if not isinstance(said, dict) or not isinstance(said.get("value"), (int, float)):
+        found = _number(said.get("value")) if isinstance(said, dict) else None
+        if not isinstance(said, dict) or found is None:
             continue
         value, angle = float(true["value"]), name == "direction"
-        off = float(said["value"]) - value
+        off = found - value
         if angle:
             turns = 2 * np.pi * round(off / (2 * np.pi))
             value, off = value + turns, off - turns
         ci = said.get("ci95")
-        inside = None if not isinstance(ci, list) or len(ci) != 2 else bool(min(ci) <= value <= max(ci))
+        ends = [end for end in map(_number, ci) if end is not None] if isinstance(ci, list) else []
+        inside = bool(min(ends) <= value <= max(ends)) if len(ends) == 2 else None
         made.append(Parameter(entry["effect"], name, None if angle or value == 0 else abs(off / value), inside))
     return made
 
@@ -152,7 +167,7 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
     fitting = [(entry, claims[c]) for entry, c in zip(entries, match, strict=False) if c is not None]
     plain = [(entry, claim) for entry, claim in fitting if entry["shape"] == "plain" and claim.effect == entry["effect"]]
     right, families = all(correct) and None not in match, {claim.family for claim in claims}
-    detected, seconds = _detected(diagnosis, "mismatch"), diagnosis.get("seconds")
+    detected = _detected(diagnosis, "mismatch")
     return Verdict(
         campaign=campaign, kind=answer["kind"], strength=answer["strength"], truth=tuple(entry["effect"] for entry in entries),
         other_shape=any(entry["shape"] == "other" for entry in entries), named=tuple(claim.effect for claim in claims), detected=detected,
@@ -164,4 +179,4 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
         alarm=detected or bool(claims) or _detected(diagnosis, "unexplained"),
         parameters=tuple(number for entry, claim in plain for number in _numbers(entry, claim)),
         rivals=tuple(entry.get("rivals", {}) for entry in entries), limit=answer.get("limit"),
-        seconds=float(seconds) if isinstance(seconds, (int, float)) else None)
+        seconds=_number(diagnosis.get("seconds")))

@@ -1,6 +1,6 @@
 """Is anything half written, or lost, where a run is killed? `python training/reliability/kills.py [kills=200 seed=1]`.
 
-Every command is killed -9 at moments drawn evenly over its run, and once right before every operation on files that it does. After each
+Every command is killed -9 at moments drawn evenly over its run, and right before operations on files that it does. After each
 kill the place of the results holds nothing, the results of before, or the new ones, whole; a training is taken up with --resume until it
 ends, in the very bytes of one that was never stopped. One undisturbed run at the end leaves nothing hidden behind.
 """
@@ -22,6 +22,7 @@ from nnhydro.files import read_json
 from nnhydro.models.storage import MODEL, load_model
 
 WRITING = ("open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "shutil.rmtree")  # audit events
+STRIDE = {"train": 37, "simulate": 1, "conceal": 1, "benchmark": 5, "diagnose": 5}  # a training writes after every epoch
 SAME = {"train", "conceal", "simulate"}  # whose results are the same bytes every time; the others say how long they took
 
 
@@ -135,8 +136,8 @@ class Trial:
         self.finish("at the end")
 
     def at_operations(self) -> None:
-        """Kill before every operation on files; of a training, which writes after every epoch, before a part of them."""
-        for number in (*range(1, 13), *range(40, 10_000, 37)) if self.command == "train" else range(1, 10_000):
+        """Kill before operations on files: the first dozen, then every `STRIDE`th."""
+        for number in (*range(1, 13), *range(13, 10_000, STRIDE[self.command])):
             undone = ended(child(self.again(), self.place / "log", dying(self.work, number))) == -signal.SIGKILL
             if not undone:
                 break
