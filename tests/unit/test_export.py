@@ -184,6 +184,13 @@ def test_the_sidecar_says_how_to_feed_it(exported):
     assert json.loads(session(path).get_modelmeta().custom_metadata_map["nnhydro"]) == told
 
 
+def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
+    import onnx
+
+    graph = onnx.load(exported[1]).graph
+    assert sum(int(np.prod(x.dims)) for x in graph.initializer) < 250_000
+
+
 @pytest.mark.parametrize("loads", [lambda a: state_loads(a), lambda a: planted(a).plus("history", HistoryForce((1.0, 1.0)))],
                          ids=["travel", "history"])
 def test_a_model_that_remembers_more_than_the_wake_is_refused(loads):

@@ -1,6 +1,7 @@
-"""Which feature sets earn their place on rivera_tank: `python training/ablation/run.py`. Writes results.json and README.md.
+"""What of the network's inputs earns its place on rivera_tank: `python training/ablation/run.py`. Writes results.json and README.md.
 
-Each set is tried alone and left out of all of them; the error is that of leave-recordings-out.
+Each feature set is tried alone, without any law of the strips, and left out of all; each set of the law's variables is left out, and the
+law as a whole. The error is that of leave-recordings-out.
 """
 
 import time
@@ -14,43 +15,63 @@ from nnhydro.identification.identify import versions
 from nnhydro.recordings.campaign import open_campaign
 
 HERE = Path(__file__).parent
-PAGE = """# Which feature sets earn their place
+START = TrainingConfig()
+PAGE = """# What of the network's inputs earns its place
 
-`python training/ablation/run.py` ({minutes} minutes on two cores): error of the network on held-out recordings of {campaign}, {folds}
-folds, with all feature sets {all:.2f} %. A set earns its place where the error rises without it.
+`python training/ablation/run.py` ({minutes} minutes): error of the network on held-out recordings of {campaign}, {folds} folds.
+With everything it is {all:.2f} %; without the law of the strips {lawless:.2f} %; with the law, but no feature except the constants of the
+arm, {featureless:.2f} %. A set earns its place where the error rises without it.
 
-| feature set | alone | all but it | rises by |
+| feature set | alone, without the law | all but it | rises by |
 | --- | --- | --- | --- |
-{rows}
+{features}
+
+| variables of the law | all but them | rises by |
+| --- | --- | --- |
+{law}
 """
 
 
-def error_of(campaign, config, names):
-    """Return the pooled held-out error with the feature sets `names` alone."""
-    chosen = TrainingConfig(features=names, members=config["members"], epochs=config["epochs"], seed=config["seed"])
-    result = benchmark(campaign, [config["model"]], config["folds"], config["seed"], chosen)
-    return result.standings[config["model"]].pooled.error
+def study(campaign, config):
+    """Return the pooled held-out errors {name: error}: of a set left out, `alone SET`, `everything`, `lawless` and `featureless`."""
+    def error(name, features=START.features, law=START.law):
+        chosen = TrainingConfig(features=features, law=law, members=config["members"], epochs=config["epochs"], seed=config["seed"])
+        result = benchmark(campaign, [config["model"]], config["folds"], config["seed"], chosen)
+        found[name] = result.standings[config["model"]].pooled.error
+        print(f"{name}: {100 * found[name]:.2f} %", flush=True)
+
+    found: dict[str, float] = {}
+    error("everything")
+    error("lawless", law=())
+    error("featureless", features=("arm",))
+    for name in START.law:
+        error(name, law=tuple(other for other in START.law if other != name))
+    for name in START.features:
+        error(name, features=tuple(other for other in START.features if other != name))
+        if name != "arm":  # constants of one arm tell nothing alone
+            error(f"alone {name}", features=(name,), law=())
+    return found
 
 
 def main():
-    """Run the study, print the table, write results.json and README.md."""
+    """Run the study, print the errors, write results.json and README.md."""
     config = tomllib.loads((HERE / "config.toml").read_text())
-    campaign = open_campaign(Path(config["campaign"]))
-    sets, start = TrainingConfig().features, time.perf_counter()
-    every = error_of(campaign, config, sets)
-    alone, without = {}, {}
-    for name in sets:
-        if name != "arm":  # constants of one arm tell nothing alone
-            alone[name] = error_of(campaign, config, (name,))
-        without[name] = error_of(campaign, config, tuple(other for other in sets if other != name))
-        told = f"alone {100 * alone.get(name, 1.0):.2f} %, all but it {100 * without[name]:.2f} %"
-        print(f"{name}: {told} (all: {100 * every:.2f} %)", flush=True)
+    campaign, start = open_campaign(Path(config["campaign"])), time.perf_counter()
+    found = study(campaign, config)
     seconds = time.perf_counter() - start
-    rows = "\n".join(f"| {name} | {f'{100 * alone[name]:.1f} %' if name in alone else ''} | {100 * without[name]:.2f} % | "
-                     f"{100 * (without[name] / every - 1):+.0f} % |" for name in sorted(sets, key=lambda name: -without[name]))
-    write_text(HERE / "README.md", PAGE.format(minutes=round(seconds / 60), campaign=config["campaign"], folds=config["folds"],
-                                               all=100 * every, rows=rows))
-    write_json(HERE / "results.json", {"all": every, "alone": alone, "without": without, "seconds": round(seconds), "config": config,
+
+    def row(name, *cells):
+        return f"| {' | '.join((name, *cells))} | {100 * found[name]:.2f} % | {100 * (found[name] / found['everything'] - 1):+.0f} % |"
+
+    def alone(name):
+        return f"{100 * found[f'alone {name}']:.1f} %" if f"alone {name}" in found else ""
+
+    features, law = (sorted(names, key=lambda name: -found[name]) for names in (START.features, START.law))
+    write_text(HERE / "README.md", PAGE.format(
+        minutes=round(seconds / 60), campaign=config["campaign"], folds=config["folds"], all=100 * found["everything"],
+        lawless=100 * found["lawless"], featureless=100 * found["featureless"], law="\n".join(map(row, law)),
+        features="\n".join(row(name, alone(name)) for name in features)))
+    write_json(HERE / "results.json", {"errors": found, "seconds": round(seconds), "config": config,
                                        "versions": versions() | {"campaign_sha256": campaign.sha256()}})
 
 

@@ -53,10 +53,10 @@ def main() -> None:
             arms = protocol == ARMS
             campaign = simulated_arms(config, Path(folder)) if arms else open_campaign(Path(config["campaign"]))
             result = benchmark(campaign, config["arm_models" if arms else "models"], config["folds"], config["seed"], protocol=protocol)
-        print_benchmark(result)
         results[protocol] = result.document() | {"seconds": round(time.perf_counter() - start)}
         write_json(HERE / "results.json", results)
         write_text(HERE / "README.md", page(results))
+        print_benchmark(result, [HERE / "README.md", HERE / "results.json"], "nnhydro benchmark CAMPAIGN --out DIR")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,8 @@ LONG = 12  # terms: longer sums go as a matrix, with others over the same atoms
 # microseconds of onnxruntime 1.31 on one x86-64 core, to choose between equal ways: a node, a gathered or added element, a multiplication
 NODE, ELEMENT, TIMES = 0.3, 0.003, {8: 2.2e-4, 4: 4e-5}
 Place = tuple[int, int]  # chunk and position in it
-Row = tuple[tuple[int | None, float], ...]  # atoms (None: the constant 1) and their coefficients
+Atoms = tuple[int | None, ...]  # None: the constant 1
+Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients
 
 
 def _row(x: Value) -> Row:
@@ -31,6 +32,21 @@ def _row(x: Value) -> Row:
     if not isinstance(x, Scalar):
         return ((None, float(x)),)
     return (*(((None, x.bias),) if x.bias else ()), *sorted(x.terms.items()))
+
+
+def _blocks(rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list[Row]]], list[Row]]:
+    """Long rows over the same atoms by size {(atoms, rows): {atoms: rows}}, to be computed as small matrices, and all other rows."""
+    by_atoms: dict[Atoms, list[Row]] = defaultdict(list)
+    for row in rows:
+        by_atoms[tuple(k for k, _ in row)].append(row)
+    blocks: dict[tuple[int, int], dict[Atoms, list[Row]]] = defaultdict(dict)
+    short = []
+    for atoms, own in by_atoms.items():
+        if len(atoms) > LONG and len(own) > 1:
+            blocks[len(atoms), len(own)][atoms] = own
+        else:
+            short += own
+    return blocks, short
 
 
 @final
@@ -81,22 +97,14 @@ class Graph:
 
     def combine(self, wanted: Iterable[Row]) -> None:
         """Compute every linear combination in `wanted` that is not there yet."""
-        fresh = list(dict.fromkeys(row for row in wanted if row not in self.places))
-        by_atoms: dict[tuple[int | None, ...], list[Row]] = defaultdict(list)
-        for row in fresh:
-            by_atoms[tuple(k for k, _ in row)].append(row)
-        full = {atoms: rows for atoms, rows in by_atoms.items() if len(atoms) > LONG and len(rows) > 1}
-        blocks: dict[tuple[int, int], list[tuple[int | None, ...]]] = defaultdict(list)
-        for atoms, rows in full.items():
-            blocks[len(atoms), len(rows)].append(atoms)
-        for (k, m), group in blocks.items():
-            self._product(group, [full[atoms] for atoms in group], k, m)
-        short = [row for atoms, rows in by_atoms.items() if atoms not in full for row in rows]
+        blocks, short = _blocks(dict.fromkeys(row for row in wanted if row not in self.places))
+        for (k, m), full in blocks.items():
+            self._product(list(full), list(full.values()), k, m)
         few, many = ([row for row in short if (len(row) > 4) == long] for long in (False, True))
         for rows in (few, many):
             self._sums(rows)
 
-    def _product(self, atoms: list[tuple[int | None, ...]], rows: list[list[Row]], k: int, m: int) -> None:
+    def _product(self, atoms: list[Atoms], rows: list[list[Row]], k: int, m: int) -> None:
         """Rows over the same atoms by one matrix product, blocks of one shape (k atoms, m rows) together."""
         g = len(atoms)
         source = self.gathered((((a, 1.0),) for group in atoms for a in group), (g, 1, k))
@@ -153,9 +161,11 @@ class Graph:
 
     def _operands(self, rows: list[Row]) -> str:
         """Return the values of `rows` as one vector: by one matrix, or new sums first and then all gathered."""
-        fresh = {row for row in rows if row not in self.places}
+        fresh = dict.fromkeys(row for row in rows if row not in self.places)
         atoms = len({k for row in rows for k, _ in row})
-        staged = 4 * NODE + ELEMENT * (len(rows) + sum(map(len, fresh))) + min(2.0, self._dense_cost(atoms, len(fresh)))
+        blocks, short = _blocks(fresh)
+        products = sum(4 * NODE + len(full) * (ELEMENT + TIMES[self.dtype.itemsize] * m) * k for (k, m), full in blocks.items())
+        staged = (4 * NODE + ELEMENT * (len(rows) + sum(map(len, short))) + products + min(2.0, self._dense_cost(atoms, len(fresh))))
         if fresh and self._dense_cost(atoms, len(rows)) < staged:
             return self._dense(rows)
         self.combine(rows)
