@@ -32,11 +32,12 @@ def _require_shapes(name: str, shape: tuple[int, int], **channels: Array | None)
 
 @dataclass(frozen=True)
 class Origin:
-    """Where the numbers came from: the file, its sha256 and how it was read."""
+    """Where the numbers came from: the file, its sha256, how it was read, and which of its columns were not."""
 
     path: str = ""
     sha256: str = ""
     reader: str = "memory"
+    unused: tuple[str, ...] = ()
 
 
 @final

@@ -54,6 +54,15 @@ def _require_small(text: str) -> None:
             raise yaml.YAMLError(f"line {line}: a value of {len(event.value)} characters: is this the right file?")
 
 
+def _told(cause: Exception) -> str:
+    """The parser's complaint on one line, its place first, without its own picture of it."""
+    mark = cause.problem_mark or cause.context_mark if isinstance(cause, yaml.MarkedYAMLError) else None
+    if mark is None or not isinstance(cause, yaml.MarkedYAMLError):
+        return " ".join(str(cause).split())[:300]
+    problem = " ".join(str(cause.problem or cause.context).split())[:200]
+    return f"line {mark.line + 1}: {problem}: indent with spaces, and put texts that hold brackets, colons or commas in quotes"
+
+
 def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
     """Return the mapping in `path`; raise `error` with one line if it is missing, too large, not YAML or not a mapping."""
     try:
@@ -70,7 +79,7 @@ def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
     except UnicodeDecodeError as cause:
         raise error(f"{path}: is not UTF-8 text (byte {cause.start}): save it as UTF-8") from cause
     except (yaml.YAMLError, RecursionError, ValueError, OverflowError, TypeError) as cause:
-        raise error(f"{path}: is not valid YAML: {' '.join(str(cause).split())[:300]}") from cause
+        raise error(f"{path}: is not valid YAML: {_told(cause)}") from cause
     if not isinstance(document, dict):
         found = "nothing" if document is None else f"a {type(document).__name__}"
         raise error(f"{path}: holds {found} instead of 'key: value' lines: is this the right file?")

@@ -58,6 +58,8 @@ BROKEN: dict[str, tuple[Break, str, str]] = {
     "missing time": (edited("t_s", "time"), r"column 't_s' is missing, the file has 'time'", r"columns\.yaml beside arm\.yaml .*as in t_s: time$"),
     "foreign names": (file((HEADER + ROWS).replace("t_s,q1_rad", "Time (ms),shoulder")), r"columns 't_s', 'q1_rad' are missing, the file has 'Time \(ms\)', 'shoulder'",
                       r"as in t_s: \{from: Time \(ms\), unit: ms\}$"),
+    "name in brackets": (edited("t_s", "t [ms]"), r"column 't_s' is missing, the file has 't \[ms\]'", r'as in t_s: \{from: "t \[ms\]", unit: ms\}$'),
+    "bracket unquoted": (file("columns:\n  t_s: {from: t [ms], unit: ms}\n", "columns.yaml"), r"columns\.yaml: is not valid YAML: line 2", r"in quotes"),
     "names in no language": (file((HEADER + ROWS).replace("q1_rad,q2_rad", "a,b")), r"columns 'q1_rad', 'q2_rad' are missing, the file has 'a', 'b'", r"as in q1_rad: ITS NAME$"),
     "duplicate column": (edited("tau2_Nm", "tau1_Nm"), r"column 'tau1_Nm' appears 2 times", r"rename or remove one"),
     "third joint": (edited("tau2_Nm", "tau3_Nm"), r"'tau3_Nm' names joint 3, but arm\.yaml has 2 links", r"add the link to arm\.yaml or remove the column"),

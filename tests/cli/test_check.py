@@ -85,3 +85,18 @@ def test_a_campaign_of_steady_tables_alone_is_usable(tmp_path: Path, capsys):
     (root / "steady" / "tow.csv").write_text("q1_rad,q2_rad,u0_m_s,tau1_Nm,tau2_Nm\n0,0,0.5,3,1\n0.1,0,0.5,3,1\n")
     assert run(["check", str(root)]) == 0
     assert "Steady table tow: 2 runs." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("column", "severity", "words"), [
+    ("carriage [mm/s]", "warning", "the carriage is taken to stand still"),
+    ("water temperature", "note", "nobody reads the column 'water temperature'")])
+def test_a_column_that_nobody_reads_is_told_and_a_carriage_among_them_is_a_warning(column, severity, words, tmp_path, capsys):
+    root = write_campaign(tmp_path / "campaign")
+    for file in (root / "recordings").glob("*.csv"):
+        head, *rows = file.read_text().splitlines()
+        file.write_text("\n".join([f"{head},{column}", *(f"{row},3.0" for row in rows)]) + "\n")
+    assert run(["check", str(root), "--json"]) == 0
+    told = [o for o in json.loads(capsys.readouterr().out)["oddities"] if o["check"] == "unused_columns"]
+    assert {o["severity"] for o in told} == {severity}
+    assert words in told[0]["what"]
+    assert column in told[0]["what"]

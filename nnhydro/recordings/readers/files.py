@@ -71,7 +71,8 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
     try:
         before = _state(path)
         table = read(path, Request(frozenset(wanted) - text, text, arm.n_links, joints, topic))
-        origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2")
+        origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2",
+                        tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text))
         require(_state(path) == before, f"{path}: changed while it was read, so that its rows and its sha256 may not belong together: wait "
                 "until the logger has closed it, then run again", RecordingError)
     except OSError as cause:

@@ -4,6 +4,7 @@ A belt drive whose second angle channel is the motor's, psi_2, is turned into jo
 Source: Rivera (1995), section 3.3 (pulley ratio r: ours).
 """
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -59,7 +60,8 @@ def _missing(named: Named, names: Sequence[str], where: str) -> RecordingError:
     foreign = [other for other in named.header if not _OURS.match(other)]
     likely = _likely(names[0], foreign)
     unit = _FOREIGN.search(likely)
-    line = f"{names[0]}: {{from: {likely}, unit: {unit[1]}}}" if unit else f"{names[0]}: {likely or 'ITS NAME'}"
+    written = likely if re.fullmatch(r"\w[\w ().-]*", likely or "x") else json.dumps(likely, ensure_ascii=False)  # as YAML wants it
+    line = f"{names[0]}: {{from: {written}, unit: {unit[1]}}}" if unit else f"{names[0]}: {written or 'ITS NAME'}"
     seen = foreign or named.header
     listed = ", ".join(map(repr, seen[:SHOWN])) + (f" and {len(seen) - SHOWN} more" if len(seen) > SHOWN else "")
     what = f"column {names[0]!r} is" if len(names) == 1 else f"columns {', '.join(map(repr, names))} are"
