@@ -30,13 +30,13 @@ from nnhydro.recordings.campaign import Campaign
 def corrected(reference: Reference, race: Race, found: Sequence[Finding]) -> TorqueModel:
     """Return the baseline, refitted beside the findings, with every finding as one more term or as a fault of the instruments.
 
-    What has a phase of its own in every recording is no part of it: nobody knows the phase of the next one.
+    What has a phase of its own in every recording is no part of it: nobody knows the phase of the next one. Nor is what has ended.
     """
     model, before = reference.physics, reference.before
     loads = model.loads
     if found or not reference.ours:
         loads = with_parameters(loads, before.mean + before.F @ race.values(race.chosen)[0])
-    lasting = [f.effect for f in found if not f.effect.own_in_every_recording]
+    lasting = [f.effect for f in found if not f.effect.own_in_every_recording and f.lasts]
     for effect in lasting:
         if isinstance(effect, LoadEffect):
             loads = loads.plus(f"{effect.id}_{effect.joint}" if effect.joint else effect.id, effect)

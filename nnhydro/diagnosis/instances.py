@@ -22,18 +22,35 @@ Key = tuple[str, int]
 
 
 @final
+@dataclass(frozen=True)
+class Spell:
+    """The part of a campaign in which an effect acts: unit numbers, and the recordings with which it begins and ends (None: open)."""
+
+    units: frozenset[int]
+    since: str | None
+    until: str | None
+
+    def sentence(self) -> str:
+        """Return it in words."""
+        return f"from {self.since} on" if self.until is None else f"up to {self.until}" if self.since is None \
+            else f"from {self.since} to {self.until}"
+
+
+@final
 @dataclass(frozen=True, eq=False)
 class Instance:
     """One hypothesis at one joint (0: the arm) and one value of its nonlinear parameters.
 
     `grid` is the number of values tried at first; `spans` are the neighbouring values of each nonlinear parameter. A settled instance of an
     instrument effect has its columns about its own values, on the reading of the model `believed` beside it.
+    With a `spell` it acts only there.
     """
 
     effect: Hypothesis
     grid: int = 1
     spans: Mapping[str, Span] = field(default_factory=dict)
     believed: StripTheory | None = None
+    spell: Spell | None = None
 
     @property
     def key(self) -> Key:

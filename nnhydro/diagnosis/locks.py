@@ -20,7 +20,9 @@ Array = NDArray[np.float64]
 SIGNS = 999
 P_BLOCK, P_LEFT_OUT = 0.01, 0.05
 MATERIAL = 0.01
+SLIGHT = 0.02  # of the largest log ratio: recordings that hardly tell do not vote
 VIOLENT = 3.0  # of the median recording's log ratio: the most that one recording counts for
+FEWEST = 4  # recordings of which anything is said
 EXACT = 12  # recordings up to which all signs are tried
 SOFT = 6.0  # score difference that counts as one: left-out scores of autocorrelated rows overstate the evidence
 OWN_TRIED = 200  # candidates with values of each recording's own that are tried in all
@@ -109,7 +111,7 @@ def sign_flip_p(gains: Array) -> float:
 
     One counts for at most three times the median, so that a violent recording does not decide alone.
     """
-    if len(gains) < 4:
+    if len(gains) < FEWEST:
         return 1.0
     most = VIOLENT * float(np.median(np.abs(gains)))
     gains = np.clip(gains, -most, most)
@@ -123,8 +125,18 @@ def sign_flip_p(gains: Array) -> float:
 
 def left_out_p(before: Scored, after: Scored) -> float:
     """Return the one-sided p of "left-out recordings are not predicted better", from the log ratio a recording."""
-    gains = before.by_unit - after.by_unit
-    return sign_flip_p(gains[np.abs(gains) > 1e-9])
+    return sign_flip_p(telling(before.by_unit - after.by_unit))
+
+
+def telling(gains: Array) -> Array:
+    """Return those `gains` (n,) that tell anything: a recording on which next to nothing changes has no vote."""
+    return gains[np.abs(gains) > max(1e-9, SLIGHT * float(np.abs(gains).max(initial=0.0)))]
+
+
+def opens(gains: Array) -> bool:
+    """Return whether recordings are predicted better by `gains` (n,): p <= 0.05, or all of only four (p = 1/16, the least there is)."""
+    gains = telling(gains)
+    return sign_flip_p(gains) <= (P_LEFT_OUT if len(gains) != FEWEST else 2.0**-FEWEST)
 
 
 def material(before: Scored, after: Scored) -> float:
@@ -140,4 +152,4 @@ def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
     p_left_out, share = left_out_p(before, after), material(before, after)
     race.log.append(f"{candidate.key[0]} joint {candidate.key[1]}: gain {gain:.1f}, p_block {p_block:.3f}, p_left_out {p_left_out:.4f}, "
                     f"energy {share:.3f}")
-    return p_block <= P_BLOCK and p_left_out <= P_LEFT_OUT and share >= MATERIAL
+    return p_block <= P_BLOCK and opens(before.by_unit - after.by_unit) and share >= MATERIAL

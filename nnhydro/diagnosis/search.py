@@ -19,6 +19,7 @@ from nnhydro.diagnosis.noise import noise_of
 from nnhydro.diagnosis.race import Race, gains, ranked
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.scout import MANY, scouted
+from nnhydro.diagnosis.spells import spelled
 from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.tournament import run
 from nnhydro.effects.effect import LoadEffect
@@ -92,10 +93,9 @@ def _refined(case: Case, race: Race) -> tuple[Instance, ...]:
     return (*made, *same)
 
 
-def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | None, seed: int,
-           progress: Callable[[str], None] = lambda line: None) -> Found:
-    """Return what the search settles on."""
-    table, believed = Table(case), case.model
+def mismatch(table: Table, known: Sequence[Instance], repeats: tuple[float, ...] | None, seed: int) -> tuple[float, Race]:
+    """Return the p of "nothing is missing" over all of `known`, and the race over those that go on, with nothing chosen."""
+    believed = table.case.model
     few, many = [i for i in known if i.grid <= MANY], [i for i in known if i.grid > MANY]
     race = race_of(table, few, believed, repeats)
     extremes = Extremes().beside(race, seed)
@@ -105,10 +105,18 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
         extremes = extremes.beside(tried, seed)
 
     best = scouted(table, many, race, believed, count)
-    p_value = extremes.p_value
     race = race_of(table, [*few, *best], believed, repeats)
     own = [gain for gain, c in gains(race, [c for c in race.bank.candidates if c.own])]
-    p_value = min(1.0, 2 * min(p_value, own_p(max(own, default=0.0), OWN_TRIED)))  # two tests were made
+    p_own = own_p(max(own, default=0.0), OWN_TRIED)
+    return min(1.0, 2 * min(extremes.p_value, p_own)), race  # two tests were made
+
+
+def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | None, seed: int,
+           progress: Callable[[str], None] = lambda line: None) -> Found:
+    """Return what the search settles on."""
+    table, believed = Table(case), case.model
+    many = [i for i in known if i.grid > MANY]
+    p_value, race = mismatch(table, known, repeats, seed)
     if p_value > P_BLOCK:
         return Found(race, table, believed, p_value)
     race, log = run(race, seed), []
@@ -125,5 +133,12 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
         table.forget([*many, *instances, *best], believed)
         if {c.key for c in race.chosen} == keys and abs(race.total() - score) < max(SETTLED, STEADY * race.first_gain) and number:
             break
-    race.log = [*log, "last round", *race.log]
+    log += ["last round", *race.log]
+    spells = spelled(race, table)
+    if spells:
+        log += race.log[-len(spells):]
+        known_now = [c.instance for c in race.bank.candidates]
+        keys = {one.key for one in spells}
+        race = run(race_of(table, [*spells, *(one for one in known_now if one.key not in keys)], believed, repeats), seed)
+    race.log = [*log, *(race.log if spells else [])]
     return Found(race, table, believed, p_value)

@@ -98,6 +98,10 @@ class Table:
     _folder: TemporaryDirectory[str] | None = None
     _numbers: Iterator[int] = field(default_factory=count)
 
+    def of(self, case: Case) -> "Table":
+        """Return the table of a `case` with the same motions and baseline but other torques: the columns computed so far are shared."""
+        return Table(case, self._columns, self._alive, self._bytes, self._folder, self._numbers)
+
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """The segments with at least 8 rows that count."""
@@ -165,6 +169,8 @@ class Table:
         found = [self._columns[self._key(piece, one, believed)] for one in instances]
         files = {kept: np.load(kept, mmap_mode="r") for kept, _ in found if isinstance(kept, Path)}  # mapped while they are read only
         parts = [(files[kept] if isinstance(kept, Path) else kept)[..., where] for kept, where in found]
+        parts = [X if one.spell is None or piece.number in one.spell.units else np.zeros_like(X)
+                 for one, X in zip(instances, parts, strict=True)]
         return np.concatenate(parts, axis=2) if parts else np.zeros((*piece.y.shape, 0))
 
     def rows(self, instances: Sequence[Instance], believed: StripTheory, beside: Beside | None = None) -> Iterator[tuple[Piece, Array]]:

@@ -60,11 +60,20 @@ class Finding:
     candidate: Candidate
     covariance: Array  # (p, p) of the effect's linear values
 
+    @property
+    def lasts(self) -> bool:
+        """Whether the effect still acts in the last recording."""
+        return self.candidate.instance.spell is None or self.candidate.instance.spell.until is None
+
     def document(self, before: float, after: float) -> dict[str, Any]:
         """Return the finding for diagnosis.json."""
         return {"effect": self.effect.id, "family": self.family, "class": list(self.members), "joint": self.effect.joint or None,
                 "confidence": self.confidence, "statement": self.statement, "parameters": self.parameters,
-                "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals}
+                "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | self._acts()
+
+    def _acts(self) -> dict[str, Any]:
+        spell = self.candidate.instance.spell
+        return {} if spell is None else {"acts": {"since": spell.since, "until": spell.until}}
 
 
 def rivals_of(race: Race, candidate: Candidate) -> list[Rival]:
@@ -98,6 +107,11 @@ def _parameters(fit: Fit, candidate: Candidate, effect: Hypothesis) -> tuple[dic
     return {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])} for name, q in effect.quantities().items()}, spans
 
 
+def _told(statement: str, candidate: Candidate) -> str:
+    spell = candidate.instance.spell
+    return statement if spell is None else f"{statement} It acts {spell.sentence()} only."
+
+
 def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
     effect = _effect(fit, candidate)
     parameters, spans = _parameters(fit, candidate, effect)
@@ -110,8 +124,9 @@ def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
     support = [{"effect": r.candidate.key[0], "joint": r.candidate.key[1] or None, "support": float(w / weights.sum()),
                 "behind": round(r.behind, 2), "likeness": round(r.likeness, 3)} for r, w in zip(rivals, weights[1:], strict=True)]
     same = sum(w for r, w in zip(rivals, weights[1:], strict=True) if r.candidate.key[0] in members)
+    statement = _told(effect.statement(spans), candidate)
     return Finding(effect, families.pop() if len(families) == 1 else None, (effect.id, *sorted(members - {effect.id})),
-                   float(min((weights[0] + same) / weights.sum(), 0.99)), effect.statement(spans), parameters, support, candidate,
+                   float(min((weights[0] + same) / weights.sum(), 0.99)), statement, parameters, support, candidate,
                    fit.of(candidate)[1][:linear, :linear])
 
 

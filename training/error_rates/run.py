@@ -1,0 +1,169 @@
+"""How often the diagnosis errs where the truth is known: `python training/error_rates/run.py [false_alarms] [coverage] [KEY=VALUE ...]`.
+
+false_alarms  healthy arms: the torque of the simulated arm of plan.yaml plus noise that is drawn anew; how often the mismatch test speaks.
+              White, correlated (AR(1), 0.8) and heavy-tailed (Student's t with 3 degrees) noise; derivatives given, or angles alone
+              from noisy encoders, which are drawn anew every `per_motion` draws.
+coverage      effects of the catalogue planted at some times the smallest size that the recordings reveal, everything else as above; how
+              often the 95 % intervals of what is named hold the truth. The truth has the card's own form: intervals tell chance, not form.
+
+KEY=VALUE overrides config.toml. Writes false_alarms.json and coverage.json; a run that was ended starts again.
+"""
+
+import sys
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import torch
+import yaml
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+from scipy.stats import beta
+
+from nnhydro.diagnosis.case import Case, opened
+from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.naming import named, torque_peaks
+from nnhydro.diagnosis.planting import planted
+from nnhydro.diagnosis.power import power
+from nnhydro.diagnosis.reference import reference
+from nnhydro.diagnosis.search import mismatch
+from nnhydro.diagnosis.table import Table
+from nnhydro.effects.catalogue import catalogue
+from nnhydro.files import write_json
+from nnhydro.identification.identify import versions
+from nnhydro.recordings.campaign import Campaign, open_campaign
+from nnhydro.recordings.segment import Segment
+from nnhydro.simulation.campaign_writer import write_campaign
+from nnhydro.simulation.recipe import parse_recipe
+
+Array = NDArray[np.float64]
+HERE = Path(__file__).parent
+CORRELATED, TAIL = 0.8, 3.0
+NOMINAL = 0.01
+
+
+def campaign(given: bool) -> Campaign:
+    """Return the recordings of plan.yaml without noise, with or without derivatives."""
+    plan = yaml.safe_load((HERE / "plan.yaml").read_text())
+    plan["sensors"] |= {"velocities": given, "accelerations": given}
+    with TemporaryDirectory() as folder:
+        write_campaign(parse_recipe(plan, "plan.yaml", HERE), Path(folder) / "made")
+        made = open_campaign(Path(folder) / "made")
+        return Campaign.of(made.arm, list(made.recordings()))
+
+
+def shaken(healthy: Campaign, size: float, seed: int) -> Campaign:
+    """Return the campaign read by noisy encoders; `size` in rad."""
+    rng = np.random.default_rng(seed)
+    return Campaign.of(healthy.arm, [replace(r, q=r.q + size * rng.standard_normal(r.q.shape)) for r in healthy.recordings()])
+
+
+def noise(kind: str, shape: tuple[int, ...], rng: np.random.Generator) -> Array:
+    """Return noise of the given kind and unit variance."""
+    if kind == "tailed":
+        return np.asarray(rng.standard_t(TAIL, shape) / np.sqrt(TAIL / (TAIL - 2)))
+    white = rng.standard_normal(shape)
+    if kind == "white":
+        return white
+    return np.asarray(lfilter([np.sqrt(1 - CORRELATED**2)], [1, -CORRELATED], white, axis=0))
+
+
+def disturbed(case: Case, kind: str, level: Array, seed: int) -> Case:
+    """Return the case with noise of the standard deviation `level` (joints,) N m added to every torque."""
+    def segments(number: int) -> tuple[Segment, ...]:
+        made = []
+        for k, s in enumerate(case.all_units[number].segments()):
+            e = noise(kind, s.q.shape, np.random.default_rng([seed, number, k])) * level
+            assert s.tau is not None
+            made.append(replace(s, tau=s.tau + s.seen(e)))
+        return tuple(made)
+
+    kept = [segments(number) for number in range(len(case.all_units))]
+    return replace(case, all_units=tuple(replace(u, segments=lambda made=made: made) for u, made in zip(case.all_units, kept, strict=True)))
+
+
+def rms(healthy: Campaign) -> Array:
+    """Return the rms of the measured torque (joints,) N m."""
+    return np.asarray(np.sqrt(np.mean(np.concatenate([r.tau**2 for r in healthy.recordings() if r.tau is not None]), axis=0)))
+
+
+def share(hits: int, tries: int) -> dict[str, float]:
+    """Return a share with its 95 % interval (Clopper and Pearson)."""
+    low = float(beta.ppf(0.025, hits, tries - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(0.975, hits + 1, tries - hits)) if hits < tries else 1.0
+    return {"share": hits / tries, "low": low, "high": high, "hits": hits, "tries": tries}
+
+
+def false_alarms(config: dict) -> None:
+    """Print how often healthy arms are called ill."""
+    rows = []
+    print(f"{'motion':>12} {'noise':>10} {'draws':>6} {'alarms':>7} {'share':>7}   95 % interval        nominal {NOMINAL}")
+    for motion in ("given", "angles only"):
+        healthy = campaign(motion == "given")
+        for kind in ("white", "correlated", "tailed"):
+            hits = 0
+            for draw in range(config["draws"]):
+                if draw % config["per_motion"] == 0:
+                    now = healthy if motion == "given" else shaken(healthy, config["encoder_noise_rad"], config["seed"] + draw)
+                    case = opened(now).case
+                    table, known = Table(case), instances(now.arm, torque_peaks(case.all_units))
+                noisy = disturbed(case, kind, config["noise"] * rms(now), config["seed"] + draw)
+                hits += mismatch(table.of(noisy), known, None, draw)[0] <= NOMINAL
+            rows.append({"motion": motion, "noise": kind} | share(hits, config["draws"]))
+            found = rows[-1]
+            print(f"{motion:>12} {kind:>10} {found['tries']:>6} {found['hits']:>7} {found['share']:>7.4f}   "
+                  f"{found['low']:.4f} to {found['high']:.4f}", flush=True)
+    total = share(sum(r["hits"] for r in rows), sum(r["tries"] for r in rows))
+    print(f"all: {total['hits']} of {total['tries']}, {total['share']:.4f} ({total['low']:.4f} to {total['high']:.4f})")
+    write_json(HERE / "false_alarms.json", {"rows": rows, "all": total, "config": config, "versions": versions()})
+
+
+def coverage(config: dict) -> None:
+    """Print how often intervals hold the truth."""
+    healthy = campaign(True)
+    rng = np.random.default_rng(config["seed"])
+    noisy = Campaign.of(healthy.arm, [replace(r, tau=r.tau + config["noise"] * rms(healthy) * rng.standard_normal(r.q.shape))
+                                      for r in healthy.recordings()])
+    found = power(noisy)
+    seen = [row for row in found.rows if row.size is not None]
+    inside: dict[str, list[bool]] = {}
+    missed = 0
+    for row in seen:
+        others = [name for name in catalogue() if name != row.instance.key[0]]
+        for draw in range(config["repeats"]):
+            values = row.direction * row.size * config["times"]
+            case = planted(found.case, [(row.instance, values)], found.noise, config["seed"] + draw)
+            case = replace(case, reference=reference(None, healthy.arm, case.all_units, case.model.preparation))
+            told = {(f.effect.id, f.effect.joint): f for f in named(case, None, draw, others).findings}
+            finding = told.get(row.instance.key)
+            missed += finding is None
+            truth = row.instance.with_values(torch.from_numpy(values)).quantities()
+            for name, quantity in truth.items() if finding is not None else ():
+                low, high = finding.parameters[name]["ci95"]
+                inside.setdefault(f"{row.instance.key[0]}.{name}", []).append(bool(low <= quantity.value <= high))
+        mine = {k: v for k, v in inside.items() if k.startswith(row.instance.key[0] + ".")}
+        print(f"{row.instance.key[0]:>22} joint {row.instance.key[1]}  "
+              + ", ".join(f"{k.partition('.')[2]} {sum(v)}/{len(v)}" for k, v in mine.items()), flush=True)
+    every = [x for values in inside.values() for x in values]
+    total = share(sum(every), len(every))
+    print(f"all: {total['hits']} of {total['tries']} intervals hold the truth, {total['share']:.3f} "
+          f"({total['low']:.3f} to {total['high']:.3f}); {missed} planted effects were not named")
+    write_json(HERE / "coverage.json", {"inside": {k: share(sum(v), len(v)) for k, v in inside.items()}, "all": total, "missed": missed,
+                                        "config": config, "versions": versions()})
+
+
+def main() -> None:
+    """Run what is asked for."""
+    config = tomllib.loads((HERE / "config.toml").read_text())
+    for key, _, value in (item.partition("=") for item in sys.argv[1:] if "=" in item):
+        config[key] = type(config[key])(value)
+    asked = [item for item in sys.argv[1:] if "=" not in item] or ["false_alarms", "coverage"]
+    for name, work in (("false_alarms", false_alarms), ("coverage", coverage)):
+        if name in asked:
+            work(config)
+
+
+if __name__ == "__main__":
+    main()
