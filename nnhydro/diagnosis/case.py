@@ -22,6 +22,7 @@ from nnhydro.recordings.splitting import Unit, units
 
 MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
 AT_ONCE = 20  # recordings of the proof that are prepared together
+PAUSE = 1.0  # s between recordings whose times of the day are not known
 MOVED = (0.7, 1.3)  # of the cut-off: a verdict that hangs on it is an artefact of the filter
 
 Places = Callable[[Unit, int], Tensor | None]
@@ -49,19 +50,25 @@ class Case:
 
 
 def places_in(campaign: Campaign, studied: Sequence[str]) -> Places:
-    """Return the places -1 to 1 by the clock where every recording `studied` has one, else by the order of the campaign's recordings."""
+    """Return the places -1 to 1 by the clock where every recording `studied` has one, else as if one had followed the other in their order.
+
+    Recordings that are not studied count as long as those that are, in the mean.
+    """
     clocks = [campaign.load(name).clock for name in studied]
     known = [clock for clock in clocks if clock is not None and np.isfinite(clock).any()]
-    by_clock, order = len(known) == len(clocks), {name: k for k, name in enumerate(campaign.names)}
+    by_clock, lasts = len(known) == len(clocks), {name: campaign.load(name).duration for name in studied}
+    usual = float(np.mean(list(lasts.values()))) if lasts else 0.0
+    starts = np.cumsum([0.0, *(lasts.get(name, usual) + PAUSE for name in campaign.names)])
+    begins = dict(zip(campaign.names, starts.tolist(), strict=False))
     first = min((float(np.nanmin(clock)) for clock in known), default=0.0) if by_clock else 0.0
-    span = max((float(np.nanmax(clock)) for clock in known), default=1.0) - first if by_clock else float(len(order))
+    span = max((float(np.nanmax(clock)) for clock in known), default=1.0) - first if by_clock else float(starts[-1]) - PAUSE
 
     def places(unit: Unit, number: int) -> Tensor | None:
         if unit.steady:
             return None
         recording, segment = campaign.load(unit.name), unit.segments()[number]
         if not by_clock:
-            passed = order[unit.name] + (segment.t - recording.t[0]) / max(recording.duration, 1e-12)
+            passed = begins[unit.name] + segment.t - recording.t[0]
         elif recording.clock is None:
             return None
         else:

@@ -7,9 +7,7 @@ the model that is believed. Rows are thinned to about two a period of the cut-of
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import count
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import final
 
 import numpy as np
@@ -20,6 +18,7 @@ from torch import Tensor
 from nnhydro.diagnosis.blocks import kept_rows
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance
+from nnhydro.diagnosis.store import Store
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.identification.statistics import columns_and_offset
@@ -30,7 +29,6 @@ from nnhydro.physics.transmission import gear_factor, sensed, to_drives
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
-KEPT_BYTES = 200_000_000  # of columns in memory; what comes after goes to a temporary file
 
 
 @final
@@ -94,13 +92,11 @@ class Table:
     case: Case
     _columns: dict[tuple[int, int, int, int], tuple[Array | Path, slice]] = field(default_factory=dict)
     _alive: dict[int, object] = field(default_factory=dict)  # instances and models whose id is a key: kept from being reused
-    _bytes: int = 0
-    _folder: TemporaryDirectory[str] | None = None
-    _numbers: Iterator[int] = field(default_factory=count)
+    _store: Store = field(default_factory=Store)
 
     def of(self, case: Case) -> "Table":
         """Return the table of a `case` with the same motions and baseline but other torques: the columns computed so far are shared."""
-        return Table(case, self._columns, self._alive, self._bytes, self._folder, self._numbers)
+        return Table(case, self._columns, self._alive, self._store)
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
@@ -117,17 +113,6 @@ class Table:
                 states = {name: x[rows] for name, x in _states(segment).items()}
                 made.append(Piece(number, k, np.nan_to_num(Y @ before.F)[rows], np.nan_to_num(y)[rows], segment.tau[rows], states, dt))
         return tuple(made)
-
-    def _kept(self, X: Array) -> Array | Path:
-        self._bytes += X.nbytes
-        if self._bytes <= KEPT_BYTES:
-            return X
-        if self._folder is None:
-            self._folder = TemporaryDirectory(prefix="nnhydro_columns_")
-        self._bytes -= X.nbytes
-        path = Path(self._folder.name) / f"{next(self._numbers)}.npy"
-        np.save(path, X)
-        return path
 
     def _key(self, piece: Piece, one: Instance, believed: StripTheory) -> tuple[int, int, int, int]:
         return piece.number, piece.k, id(one), id(self._read(one, believed))
@@ -148,7 +133,7 @@ class Table:
                 continue
             segment = unit.segments()[piece.k]
             X = columns_of(new, model, segment, self.case.places(unit, piece.k))
-            kept = self._kept(np.ascontiguousarray(np.nan_to_num(X)[kept_rows(segment)]))
+            kept = self._store.kept(np.ascontiguousarray(np.nan_to_num(X)[kept_rows(segment)]))
             ends = np.cumsum([one.width for one in new])
             for one, end in zip(new, ends.tolist(), strict=True):
                 self._columns[self._key(piece, one, believed)] = (kept, slice(end - one.width, end))
@@ -158,10 +143,7 @@ class Table:
         """Drop the columns of all but `instances`, and those of readings other than the baseline's and that of `believed`."""
         keep, models = {id(one) for one in instances}, {id(None), id(self.case.model), id(believed)}
         self._columns = {key: X for key, X in self._columns.items() if key[2] in keep and key[3] in models}
-        held = {id(X): X for X, _ in self._columns.values()}.values()
-        for path in [] if self._folder is None else set(Path(self._folder.name).iterdir()) - {X for X in held if isinstance(X, Path)}:
-            path.unlink()
-        self._bytes = sum(X.nbytes for X in held if not isinstance(X, Path))
+        self._store.hold([X for X, _ in self._columns.values()])
 
     def columns(self, piece: Piece, instances: Sequence[Instance], believed: StripTheory) -> Array:
         """Return the columns (n, joints, K) of `instances` on the rows of a piece; `believed` is what unsettled instruments read."""

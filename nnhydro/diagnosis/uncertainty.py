@@ -2,7 +2,8 @@
 
     theta = A^-1 g,   cov = A^-1 (sum_b s_b s_b') A^-1,   s_b the score of block b         (sandwich over blocks)
 
-A nonlinear parameter enters by its tangent, the difference of the fitted torques at its neighbouring values in the bank.
+A nonlinear parameter enters by its tangent, the difference of the fitted torques at its neighbouring values in the bank. It is known no
+better than the spacing of the values tried, nor than the spread of those that predict left-out recordings nearly as well.
 """
 
 from dataclasses import dataclass
@@ -59,6 +60,21 @@ def _same_but(name: str, one: Candidate, other: Candidate) -> bool:
     return all(np.isclose(getattr(a, f)[0], getattr(b, f)[0], rtol=1e-9) for f in other.instance.spans if f != name)
 
 
+def _spreads(race: Race, candidate: Candidate) -> dict[str, float]:
+    """Standard deviation of each nonlinear parameter over the values tried, each as likely as its left-out score says."""
+    if candidate.own or not candidate.instance.spans:
+        return {}
+    same = [c for c in race.bank.candidates if c.key == candidate.key and len(c.columns) == len(candidate.columns)]
+    scores = np.array([race.total([c], [candidate]) for c in same])
+    weights = np.exp(-np.maximum(scores - race.total(), 0.0))
+    found = {}
+    for name, (low, high) in candidate.instance.spans.items():
+        values = np.array([float(getattr(c.instance.effect, name)[0]) for c in same])
+        value = float(getattr(candidate.instance.effect, name)[0])
+        found[name] = float(np.sqrt(((values - value) ** 2 @ weights) / weights.sum() + ((high - low) / 2) ** 2 / 12))
+    return found
+
+
 def fitted(race: Race) -> Fit:
     """Return the fit of baseline and chosen effects to all recordings."""
     bench = race.bench
@@ -83,8 +99,12 @@ def fitted(race: Race) -> Fit:
     scores = scores - scores.mean(axis=0)
     blocks = len(G)
     meat = scores.T @ scores * blocks / max(blocks - len(theta), 1) + np.diag(np.where(np.arange(len(theta)) < bench.p, penalty, 0.0))
+    covariance = bread @ meat @ bread
+    for c in race.chosen:
+        for place, spread in zip(places[id(c)][len(c.columns):], _spreads(race, c).values(), strict=False):
+            covariance[place, place] += spread**2
     amplitudes = {id(c): _amplitude(race, c) for c in race.chosen if c.own and not c.columns}
-    return Fit(np.array(theta), bread @ meat @ bread, places, amplitudes)
+    return Fit(np.array(theta), covariance, places, amplitudes)
 
 
 def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:

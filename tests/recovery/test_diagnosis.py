@@ -104,3 +104,10 @@ def test_a_placebo_gains_little_and_what_a_learner_can_predict_is_gone_with_the_
     assert predictable(result.proof.remains) < 0.2 * predictable(result.proof.residuals)
     (check,) = result.document()["proof"]["placebo"]
     assert check["gain"] > 5 * max(check["largest_placebo"], 1.0)
+
+
+def test_beside_curves_over_the_travel_the_cylinder_of_a_flow_solver_shows_the_memory_of_its_wake():
+    found = diagnose(open_campaign(SUITE.parent / "cfd_cylinder"), "state")
+    assert [f.effect.id for f in found.findings] == ["wake_reentry"]
+    assert found.location[0].conditions["u0_m_s"][1] < 1e-6  # where the carriage moves back: after reversals
+    assert found.proof.after < 0.9 * found.proof.before

@@ -7,6 +7,7 @@ import pytest
 from campaigns import campaign, planted
 from rigs import arm
 
+from nnhydro.diagnosis import store
 from nnhydro.diagnosis.case import drawn, opened, places_in
 from nnhydro.effects.sensor_view import time_derivative
 from nnhydro.physics.motion import tensor
@@ -36,7 +37,8 @@ def test_places_run_from_minus_one_at_the_first_row_to_one_at_the_last_by_the_cl
 def test_without_a_clock_places_follow_the_order_of_the_recordings():
     case = opened(MANY).case
     first = [float(place(case, name)[0]) for name in MANY.names]
-    assert first == pytest.approx(np.linspace(-1, 1, 7)[:-1])
+    assert first == pytest.approx([-1 + 2 * k * 2.99 / (6 * 1.99 + 5 * 1.0) for k in range(6)])  # s: each 1.99 long, with pauses of 1
+    assert float(place(case, MANY.names[-1])[-1]) == pytest.approx(1)
 
 
 def test_places_of_recordings_that_are_not_studied_are_on_the_same_scale():
@@ -71,3 +73,17 @@ def test_the_time_derivative_is_that_of_a_cubic_spline(n):
 
     t, x = np.linspace(1, 3, n), np.random.default_rng(0).standard_normal((n, 2))
     assert np.allclose(time_derivative(tensor(t), tensor(x)).numpy(), CubicSpline(t, x)(t, 1), atol=1e-9)
+
+
+def test_columns_beyond_the_memory_they_may_use_are_kept_in_files_that_go_with_the_store(monkeypatch):
+    monkeypatch.setattr(store, "KEPT_BYTES", 1000)
+    kept = store.Store()
+    small, large, other = np.ones(10), np.arange(200.0), np.zeros(300)
+    assert kept.kept(small) is small
+    paths = [kept.kept(large), kept.kept(other)]
+    assert np.array_equal(np.load(paths[0]), large)
+    kept.hold([small, paths[0]])
+    assert [path.exists() for path in paths] == [True, False]
+    folder = paths[0].parent
+    del kept
+    assert not folder.exists()
