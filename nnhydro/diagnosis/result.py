@@ -50,13 +50,19 @@ class Diagnosis:
                 "unexplained": self.unexplained, "proof": self.checks, "recalibrated": self.recalibrated,
                 "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions}
 
+    def _remains(self) -> str:
+        """What no finding explains, as a sentence; empty where nothing is left but noise."""
+        if not self.unexplained["detected"]:
+            return ""
+        return f" Noise alone would leave {100 * self.noise_floor:.1f} %: something systematic remains that no known effect explains."
+
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
         if self.findings:
             following = "" if self.following is None else f" {self.following.statement()}"
             with_them = "With it" if len(self.findings) == 1 else "With them"
             gained = (f"{with_them}, the error on recordings that took no part falls from {100 * self.proof.before:.1f} % to "
-                      f"{100 * self.proof.after:.1f} %.{following}")
+                      f"{100 * self.proof.after:.1f} %.{self._remains()}{following}")
             return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:
             return "Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."

@@ -12,7 +12,7 @@ from nnhydro.cli.main import run
 from nnhydro.models.storage import load_model
 from nnhydro.recordings.recording import Recording
 
-TINY = "hidden = [8]\nmembers = 2\nepochs = 3\nbatch = 256\n"
+TINY = "law = []\nhidden = [8]\nmembers = 2\nepochs = 3\nbatch = 256\n"
 KEYS = {"schema", "protocol", "noise_floor", "models", "folds", "versions"}
 OF_A_MODEL = {"error", "error_ci95", "nrmse", "vaf", "fit_s"}
 

@@ -161,6 +161,7 @@ def test_a_model_on_another_arm_takes_its_masses():
         on_arm(model, arm(3))
 
 
+@pytest.mark.slow
 def test_every_model_is_benchmarked_on_an_arm_that_it_never_saw():
     result = benchmark(arms(), ["constant", "state", "network", "hybrid"], config=TINY, protocol="leave-arm-out")
     document = result.document()

@@ -70,13 +70,13 @@ def test_a_torque_at_one_joint_from_the_acceleration_of_another_stands_in_its_ro
 def test_inverse_dynamics_of_the_differentiated_motion_returns_the_drive_torque() -> None:
     of = arm()
     loads = true_loads(TERMS, of, "r")
-    r = run(of, loads, 2000.0, 2000 // 50)
-    q, h = r.state.q, 1 / 2000.0
+    r = run(of, loads, 1000.0, 1000 // 50)
+    q, h = r.state.q, 1 / 1000.0
     held = np.flatnonzero((r.tau[1:-1] == r.tau[:-2]).all(axis=1)) + 1  # the differences do not straddle a step of the torque
     rates, bends = (q[2:] - q[:-2]) / (2 * h), (q[2:] - 2 * q[1:-1] + q[:-2]) / h**2
     zero = np.zeros(len(q) - 2)
     tau = loads.torque(Flow(of, Motion(tensor(r.t[1:-1]), *(tensor(x) for x in (q[1:-1], rates, bends, zero, zero))))).numpy()
-    np.testing.assert_allclose(tau[held - 1], r.tau[held], atol=1e-5 * np.abs(r.tau).max())  # differences at 2 kHz: 2e-6
+    np.testing.assert_allclose(tau[held - 1], r.tau[held], atol=5e-5 * np.abs(r.tau).max())  # differences at 1 kHz: 1.8e-5
 
 
 def test_the_integrator_converges_at_fourth_order() -> None:
@@ -84,7 +84,7 @@ def test_the_integrator_converges_at_fourth_order() -> None:
     of = arm()
     loads = true_loads({"added_mass": {"C_M": 0.8, "reading": "energy"}}, of, "r")
     tow = {"u0_m_s": 0.5, "start_s": 0.04, "ramp_s": 0.1}  # its corners lie on the steps
-    ends = [run(of, loads, 50.0 * k, k, tow).state.q[-1] for k in (1, 2, 4, 32)]
+    ends = [run(of, loads, 50.0 * k, k, tow).state.q[-1] for k in (1, 2, 4, 16)]
     errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert ((orders > 3.5) & (orders < 4.6)).all(), orders
@@ -96,14 +96,14 @@ def test_the_work_of_the_drives_is_kinetic_energy_and_what_the_drag_takes(kind: 
     loads = true_loads({"normal_drag": {"C_D": 1.0}, "added_mass": {"C_M": 0.8, "reading": "energy"},
                         "axial_added_mass": {"C_Mx": 0.1, "reading": "energy"}}, of, "r")
     gains = {"kind": kind, "kp": 400.0, "kd": 40.0} if kind == "computed_torque" else {}
-    r = run(of, loads, 2000.0, 20, **gains)
+    r = run(of, loads, 1000.0, 20, **gains)
     work = (r.tau[:-1] * np.diff(r.state.q, axis=0)).sum()  # exact: the torque is held while the arm moves on
     motion = motion_of_run(r)
     drag = (Loads({"drag": loads.terms["normal_drag"]}).torque(Flow(of, motion)).numpy() * r.state.qd).sum(axis=1)
     mass, _ = Plant(of, loads).mass_and_rest(motion.t, motion.q, torch.zeros_like(motion.q), motion.u0, motion.du0)
     kinetic = 0.5 * torch.einsum("nj,njk,nk->n", motion.qd, mass, motion.qd).numpy()
     assert np.abs(kinetic).max() > 0.1
-    assert work == pytest.approx(kinetic[-1] - kinetic[0] + trapezoid(drag, dx=1 / 2000.0), rel=2e-5)
+    assert work == pytest.approx(kinetic[-1] - kinetic[0] + trapezoid(drag, dx=1 / 1000.0), rel=8e-5)  # the trapezoid rule at 1 kHz: 3e-5
 
 
 def test_computed_torque_on_a_dry_arm_follows_the_reference_and_needs_its_inverse_dynamics() -> None:
