@@ -13,9 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.locks import SOFT
 from nnhydro.diagnosis.race import Race, columns_of, own_of
+from nnhydro.diagnosis.score import Bench
 
 Array = NDArray[np.float64]
+FAR = 50.0  # score beyond which a value tried tells nothing of the parabola
+NORMAL = 1.96  # standard deviations on either side of a 95 % interval
 
 
 @final
@@ -61,18 +65,47 @@ def _same_but(name: str, one: Candidate, other: Candidate) -> bool:
 
 
 def _spreads(race: Race, candidate: Candidate) -> dict[str, float]:
-    """Standard deviation of each nonlinear parameter over the values tried, each as likely as its left-out score says."""
-    if candidate.own or not candidate.instance.spans:
-        return {}
-    same = [c for c in race.bank.candidates if c.key == candidate.key and len(c.columns) == len(candidate.columns)]
-    scores = np.array([race.total([c], [candidate]) for c in same])
-    weights = np.exp(-np.maximum(scores - race.total(), 0.0))
-    found = {}
+    """Standard deviation of each nonlinear parameter: half the spacing of the values tried, and what their left-out scores say.
+
+    Where the values are each recording's own there is no tangent, and a parabola through the scores stands in:  score = dx^2 / (2 sigma^2).
+    """
+    found: dict[str, float] = {}
+    if not candidate.instance.spans:
+        return found
+    same = [c for c in race.bank.candidates if c.key == candidate.key and c is not candidate]
+    behind = np.array([max(race.total([c], [candidate]) - race.total(), 0.0) for c in same])
     for name, (low, high) in candidate.instance.spans.items():
-        values = np.array([float(getattr(c.instance.effect, name)[0]) for c in same])
-        value = float(getattr(candidate.instance.effect, name)[0])
-        found[name] = float(np.sqrt(((values - value) ** 2 @ weights) / weights.sum() + ((high - low) / 2) ** 2 / 12))
+        dx = np.array([float(getattr(c.instance.effect, name)[0]) for c in same]) - float(getattr(candidate.instance.effect, name)[0])
+        near = np.array([_same_but(name, c, candidate) for c in same], dtype=bool) & (behind < FAR) & (dx != 0)
+        if candidate.own:
+            variance = SOFT * float((dx[near]**4).sum()) / max(2 * float((behind[near] * dx[near]**2).sum()), 1e-300) if near.any() else 0.0
+        else:
+            weights = np.exp(-behind)
+            variance = float(dx**2 @ weights) / (1.0 + float(weights.sum()))
+        found[name] = float(np.sqrt(variance + ((high - low) / 2) ** 2 / 12))
     return found
+
+
+def _unit_sums(scores: Array, bench: Bench) -> Array:
+    made = np.zeros((len(bench.by_unit[1]), scores.shape[1]))
+    np.add.at(made, bench.blocks.unit, scores)
+    return made
+
+
+def _widened(covariance: Array, H: Array, scores: Array, A: Array) -> Array:
+    """`covariance` widened where leaving out whole recordings says more, and by Student's factor for their number.
+
+        theta_(-u) - theta = -(A - H_u)^-1 s_u,   var = (n - 1) / n sum_u (theta_(-u) - theta)^2      (jackknife over recordings)
+    """
+    from scipy.special import stdtrit
+
+    n = len(scores)
+    if n < 2:
+        return covariance
+    steps = np.linalg.solve(A[None] - H, scores[..., None])[..., 0]
+    jackknife = (n - 1) / n * (steps**2).sum(axis=0)
+    wider = np.sqrt(np.maximum(1.0, jackknife / np.maximum(np.diag(covariance), 1e-300))) * float(stdtrit(n - 1, 0.975)) / NORMAL
+    return np.asarray(covariance * wider[:, None] * wider[None, :], np.float64)
 
 
 def fitted(race: Race) -> Fit:
@@ -99,9 +132,9 @@ def fitted(race: Race) -> Fit:
     scores = scores - scores.mean(axis=0)
     blocks = len(G)
     meat = scores.T @ scores * blocks / max(blocks - len(theta), 1) + np.diag(np.where(np.arange(len(theta)) < bench.p, penalty, 0.0))
-    covariance = bread @ meat @ bread
+    covariance = _widened(bread @ meat @ bread, T.T @ bench.by_unit[0].sum(axis=1) @ T, _unit_sums(scores, bench), np.linalg.inv(bread))
     for c in race.chosen:
-        for place, spread in zip(places[id(c)][len(c.columns):], _spreads(race, c).values(), strict=False):
+        for place, spread in zip(places[id(c)][len(c.columns):], _spreads(race, c).values() if not c.own else (), strict=True):
             covariance[place, place] += spread**2
     amplitudes = {id(c): _amplitude(race, c) for c in race.chosen if c.own and not c.columns}
     return Fit(np.array(theta), covariance, places, amplitudes)
@@ -126,8 +159,8 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
     values = np.array([amplitude, *np.zeros(len(own) - 1), *(getattr(candidate.instance.effect, f)[0] for f in candidate.instance.spans)])
     covariance = np.zeros((n, n))
     covariance[0, 0] = error**2
-    for i, (low, high) in enumerate(candidate.instance.spans.values()):
-        covariance[len(own) + i, len(own) + i] = ((high - low) / 4) ** 2
+    for i, spread in enumerate(_spreads(race, candidate).values()):
+        covariance[len(own) + i, len(own) + i] = spread**2
     return values, covariance
 
 
