@@ -70,11 +70,13 @@ def main(place: Path) -> None:
     step("ask what is missing", "nnhydro diagnose my_rig --out diagnosis")
     step("look what it has left", "ls diagnosis")
     total = sum(one["seconds"] for one in times)
+    load = os.getloadavg()[1]  # of the last five minutes: his own share is 1
     tell(f"\n{total:.0f} s from nothing to the verdict, {total - times[1]['seconds']:.0f} s of it without the installation "
-         f"({platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}).")
+         f"({platform.machine()}, {os.cpu_count()} cores under a load of {load:.1f}, Python {platform.python_version()}).")
     (HERE / "transcript.txt").write_text("\n".join(said) + "\n")
-    (HERE / "results.json").write_text(json.dumps({"steps": times, "seconds": round(total, 1), "machine": platform.machine(),
-                                                   "cores": os.cpu_count(), "python": platform.python_version()}, indent=1) + "\n")
+    result = {"steps": times, "seconds": round(total, 1), "machine": platform.machine(), "cores": os.cpu_count(), "load": round(load, 1),
+              "python": platform.python_version()}
+    (HERE / "results.json").write_text(json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":

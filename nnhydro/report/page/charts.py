@@ -58,7 +58,7 @@ def intervals(title: str, rows: Sequence[tuple[str, float, Ends, str]]) -> Marku
         scale, y = Scale.around(np.array([value, low, high]), NAMES + 10, WIDTH - 280, zero=True), 18.0 + 30 * k
         parts += [words(name, NAMES, y + 4, anchor="end"), rule("axis", scale(0.0), y - 10, scale(0.0), y + 10),
                   rule("m0 bar", scale(low), y, scale(high), y), _dot(0, scale(value), y),
-                  words(f"{value:.4g} ({low:.4g} to {high:.4g}) {unit}", WIDTH - 270, y + 4, "value")]
+                  words(f"{value:.4g} ({low:.4g} to {high:.4g}) {'' if unit == '1' else unit}", WIDTH - 270, y + 4, "value")]
     return drawing(WIDTH, 30 * len(rows) + 8, title, parts, "intervals")
 
 
