@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.blocks import PARTS, Blocks, block_grams, parts_of
 from nnhydro.diagnosis.instances import Instance, Key
 from nnhydro.diagnosis.table import Beside, Table
+from nnhydro.errors import CampaignError
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
@@ -62,6 +63,10 @@ def build(table: Table, instances: Sequence[Instance], believed: StripTheory, be
     Instruments that are not settled are taken at the reading of the model `believed`.
     `beside` gives further columns (n, joints, m) of each piece that stand with the baseline's.
     """
+    if not table.pieces:
+        low_pass = table.case.model.preparation.low_pass
+        raise CampaignError("no recording holds enough independent rows to diagnose" + ("" if low_pass is None else
+                            f" behind the low-pass at {low_pass.cutoff_hz:g} Hz: record longer runs, or give a higher --cutoff"))
     rows, numbers, torque = [], [], np.zeros(table.case.model.arm.n_links)
     grams, place = np.zeros((0, 0, 0, 0)), 0
     blocks_of = [len(parts_of(len(piece.y), PARTS if piece.dt else 1)) for piece in table.pieces]

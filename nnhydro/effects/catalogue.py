@@ -80,12 +80,14 @@ def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | 
     """Return every (joint, grid point) of `effect` that makes sense for `arm`, linear values at their start.
 
     `torque_peak` (joints,) N m, the largest torque measured at each joint, sets the grids that are given in shares of it
-    (`Effect.torque_scaled`): without it such an effect is left out.
+    (`Effect.torque_scaled`): without it, and at a joint that reads nothing at all, such an effect is left out.
     """
     if effect.torque_scaled and torque_peak is None:
         return ()
     found = []
     for place in effect.places(arm):
+        if effect.torque_scaled and torque_peak is not None and not torque_peak[place - 1] > 0:
+            continue
         grids = {name: tuple(share * torque_peak[place - 1] for share in grid) if torque_peak and name in effect.torque_scaled else grid
                  for name, grid in effect.grids().items()}
         started = effect.started(arm, joint=place)

@@ -60,9 +60,14 @@ def solve(stats: Statistics, prior: Prior, weight: Array) -> Solution:
     return Solution(theta, covariance, weight, rms, at_bound, condition)
 
 
-def joint_weights(stats: Statistics, rms: Array, correlation: Array) -> Array:
-    """Return 1/(s^2 k) (joints,) for residuals of `rms` (joints,) N m and correlation times (joints,) in samples."""
-    floor = NOISELESS * np.sqrt(np.maximum(stats.s / np.maximum(stats.n, 1), 1e-24))
+def joint_weights(stats: Statistics, prior: Prior, rms: Array, correlation: Array) -> Array:
+    """Return 1/(s^2 k) (joints,) for residuals of `rms` (joints,) N m and correlation times (joints,) in samples.
+
+    The torque that a residual is held against is the measured one, or the one expected beforehand where that is larger: a channel that
+    reads nothing, or in another unit, is no exact measurement.
+    """
+    expected = np.einsum("p,jpq,q->j", prior.mean, stats.H, prior.mean)
+    floor = NOISELESS * np.sqrt(np.maximum(np.maximum(stats.s, expected) / np.maximum(stats.n, 1), 1e-24))
     result: Array = 1 / (np.maximum(rms, np.maximum(floor, 1e-12)) ** 2 * np.maximum(correlation, 1.0))
     return result
 
@@ -71,7 +76,7 @@ def fit(stats: Statistics, prior: Prior, correlation: Array) -> Solution:
     """Return the solution with joint weights iterated to the residuals; `correlation` (joints,) in samples."""
     rms = np.sqrt(np.maximum(stats.s, 1e-24) / np.maximum(stats.n, 1))
     for _ in range(ROUNDS):
-        solution = solve(stats, prior, joint_weights(stats, rms, correlation))
+        solution = solve(stats, prior, joint_weights(stats, prior, rms, correlation))
         rms = solution.rms
     return solution
 

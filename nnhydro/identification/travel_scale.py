@@ -97,7 +97,7 @@ def with_best_travel_scale(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Tr
 
     coarse = sums(COARSE)
     first = fit(coarse[len(COARSE) // 2], before, np.ones(arm.n_links))
-    weight = joint_weights(coarse[0], first.rms, np.ones(arm.n_links))
+    weight = joint_weights(coarse[0], before, first.rms, np.ones(arm.n_links))
     energy = np.array([_energy(stats, before, weight) for stats in coarse])
     fine = np.unique(np.clip(COARSE[int(np.argmin(energy))] + FINE, COARSE[0], COARSE[-1]))
     near = np.array([_energy(stats, before, weight) for stats in sums(fine)])

@@ -8,9 +8,8 @@ NUMBERS = (b"nan", b"NaN", b"inf", b"-Infinity", b"1e300", b"-1e300", b"1e999", 
            b"''", b"[]", b"{}", b"1e4", b"1000000", b"0.5", b"2", b"3")
 WORDS = (b"../../../../etc/passwd", b"/dev/zero", b"a/b", b"..", b".", b"CON", b"\xc3\xa9", b"\xff\xfe", b"\x00", b"\xed\xa0\x80", b"%s%n",
          b"__class__", b"!!python/object/apply:os.system ['true']", b"&a [*a]", b"*a", b"<<: *a", b"- - - -", b"[" * 2000,
-         b"{a: " * 500, b'"' * 99,
-
-         b"<!DOCTYPE x [<!ENTITY a 'b'>]>", b"&lt;&#0;", b"\n\n---\n", b"? ", b"| \n ", b"'''", b"x" * 3000, b"0" * 3000, b",,,,", b";", b"\t", b"\r")
+         b"{a: " * 500, b'"' * 99, b"<!DOCTYPE x [<!ENTITY a 'b'>]>", b"&lt;&#0;", b"\n\n---\n", b"? ", b"| \n ", b"'''",
+         b"x" * 3000, b"0" * 3000, b",,,,", b";", b"\t", b"\r")
 NUMBER = re.compile(rb"-?\d+\.?\d*(?:[eE][-+]?\d+)?")
 WORD = re.compile(rb"[A-Za-z_][A-Za-z_0-9]*")
 

@@ -5,6 +5,7 @@ say so in one line with exit code 2, and leave what was there, or succeed; nothi
 """
 
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from pathlib import Path
 from kills import arguments
 from trials import child, ended, prepare, record, show, tree
 
-KILOBYTES = (0, 4, 8, 16, 32, 64, 128, 256, 512, 1024)  # left free when the command begins
+KILOBYTES = (0, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096)  # left free when the command begins
 
 
 def mounted(work: Path, options: str, *more: str) -> None:
@@ -31,7 +32,8 @@ def outcome(line: Sequence[str], place: Path, before: dict[str, str]) -> str:
         return "done"
     if code != 2 or len(errors) != 1 or "Traceback" in said:
         return f"exit {code}: {said[-300:]}"
-    left = {name: digest for name, digest in tree(work).items() if name not in ("ballast", "out.checkpoint.json")}
+    # a training that was stopped keeps its last checkpoint beside the results of before, for --resume
+    left = {name: digest for name, digest in tree(work).items() if name.startswith("out/")}
     return "refused" if left == before and not [p for p in work.iterdir() if p.name.startswith(".out")] else f"left {sorted(left)}"
 
 
@@ -42,7 +44,7 @@ def full(command: str, place: Path, free: int) -> str:
     try:
         if ended(child(arguments(command, place, 1), place / "log")):
             return f"first run failed: {(place / 'log').read_text()[-300:]}"
-        before = tree(work)
+        before = {name: digest for name, digest in tree(work).items() if name.startswith("out/")}
         room = subprocess.run(["df", "-k", "--output=avail", str(work)], capture_output=True, text=True, check=True).stdout.split()[-1]
         (work / "ballast").write_bytes(b"x" * (max(int(room) - free, 0) * 1024))
         return outcome(arguments(command, place, 2), place, before)
@@ -61,6 +63,7 @@ def read_only(command: str, place: Path) -> str:
 
 def main() -> None:
     """Try, print and record."""
+    given = dict(argument.split("=") for argument in sys.argv[1:])
     started, rows, faults = time.monotonic(), [], []
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
@@ -69,7 +72,7 @@ def main() -> None:
         for seed in (1, 2):
             (place / f"recipe{seed}.yaml").write_text((place / "recipe.yaml").read_text().replace("seed: 1", f"seed: {seed}"))
             (place / f"training{seed}.toml").write_text(f"seed = {seed}\n" + (place / "training.toml").read_text())
-        for command in ("train", "simulate", "conceal", "benchmark", "diagnose"):
+        for command in given.get("only", "train,simulate,conceal,benchmark,diagnose").split(","):
             tried = {f"{free} kB": full(command, place, free) for free in KILOBYTES} | {"read-only": read_only(command, place)}
             wrong = {fault: what for fault, what in tried.items() if what not in ("done", "refused")}
             faults += [f"{command}, {fault}: {what}" for fault, what in wrong.items()]
