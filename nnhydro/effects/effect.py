@@ -120,6 +120,10 @@ class InstrumentEffect(Effect, ABC):
         """Return columns times values, (n, joints) N m: `apply` less seen.tau, for small effects."""
         return self.columns(seen) @ self.linear_values()
 
+    def lasting(self, offset: float) -> "InstrumentEffect":
+        """Return what of the effect a prediction holds; `offset` N m is the last recording's own, where each has one."""
+        return self
+
     def secant(self, seen: SensorView) -> Tensor:
         """Return columns (n, joints, p) whose product with the values is exactly what `apply` changes, however large the effect.
 

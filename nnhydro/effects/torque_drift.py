@@ -10,6 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.effects.torque_bias import TorqueBias
 
 
 @effect
@@ -46,6 +47,10 @@ class TorqueDrift(InstrumentEffect):
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading with the drift."""
         return seen.tau + self.change(seen)
+
+    def lasting(self, offset: float) -> InstrumentEffect:
+        """Return the zero at the end of the campaign as a bias: where it goes from there nobody knows."""
+        return TorqueBias(joint=self.joint, offset=(float(self.linear_values().sum()) + offset,))
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the change from the first to the last row of the campaign, and the largest swing in between."""

@@ -8,12 +8,14 @@ from campaigns import angles_only, planted, recording
 from rigs import arm
 
 from nnhydro.diagnosis.case import opened
+from nnhydro.diagnosis.engine import corrected
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import named, torque_peaks
 from nnhydro.diagnosis.proof import prove, prove_fresh
-from nnhydro.diagnosis.search import race_of
+from nnhydro.diagnosis.search import race_of, search
 from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
 from nnhydro.diagnosis.table import Table
+from nnhydro.diagnosis.verdict import findings
 from nnhydro.recordings.campaign import Campaign
 
 ARM = arm(2)
@@ -109,3 +111,18 @@ def test_where_nothing_is_filtered_there_is_no_cut_off_to_move(many):
 def test_the_name_found_on_few_of_many_recordings_is_the_one_found_on_all(many):
     told = [{f.effect.id: f.effect.joint for f in named(opened(many, most=most).case).findings} for most in (8, 60)]
     assert told == [{"coulomb_friction": 1}] * 2
+
+
+def test_a_prediction_holds_the_zero_that_a_drifting_sensor_had_at_the_end(many):
+    made = []
+    for k, r in enumerate(many.recordings()):
+        drift = 0.5 * (k / 13) ** 3 + 0.2  # N m
+        assert r.tau is not None
+        made.append(replace(r, tau=r.tau + np.array([0.0, drift]), clock=1e4 + 100.0 * k + np.asarray(r.t)))
+    ready = opened(Campaign.of(ARM, made))
+    known = [i for i in instances(ARM, torque_peaks(ready.case.all_units)) if i.key[0] in ("torque_drift", "coulomb_friction")]
+    found = search(ready.case, known, None, 0)
+    model = corrected(ready.case.reference, found, findings(found.race))
+    (bias,) = model.instruments
+    assert (bias.id, bias.joint) == ("torque_bias", 2)
+    assert bias.offset[0] == pytest.approx(0.7, abs=0.03)

@@ -130,11 +130,11 @@ def coverage(config: dict) -> None:
     seen = [row for row in found.rows if row.size is not None]
     inside: dict[str, list[bool]] = {}
     missed = 0
-    for row in seen:
+    for number, row in enumerate(seen):
         others = [name for name in catalogue() if name != row.instance.key[0]]
         for draw in range(config["repeats"]):
             values = row.direction * row.size * config["times"]
-            case = planted(found.case, [(row.instance, values)], found.noise, config["seed"] + draw)
+            case = planted(found.case, [(row.instance, values)], found.noise, config["seed"] + 100 * number + draw)
             case = replace(case, reference=reference(None, healthy.arm, case.all_units, case.model.preparation))
             told = {(f.effect.id, f.effect.joint): f for f in named(case, None, draw, others).findings}
             finding = told.get(row.instance.key)
