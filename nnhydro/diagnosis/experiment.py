@@ -24,6 +24,7 @@ DRAWN, BETTERED = 60, 30  # motions tried at first, and in the neighbourhood of 
 BEST = 5
 MOST = 5  # times that a motion is to be recorded at most
 ENOUGH = 0.9  # chance from which no further repeat is asked for
+FAIR = 0.5  # chance below which a motion is called unlikely to settle anything
 STEM = "next_experiment"
 
 
@@ -51,9 +52,12 @@ class Proposal:
         """Return the proposal in one sentence."""
         first, *others = (c.key[0] + (f" at joint {c.key[1]}" if c.key[1] else "") for c in self.contest.members)
         often = "once" if self.recordings == 1 else f"{self.recordings} times"
-        kind = self.motion.document["kind"]
-        return (f"To tell {first} from {', '.join(others)}, record the proposed {kind} ({self.motion.t[-1]:.1f} s) {often}: it settles the "
-                f"matter with a chance of {100 * self.chance:.0f} % (a motion drawn at random: {100 * self.usual:.0f} %).")
+        motion = f"the proposed {self.motion.document['kind']} ({self.motion.t[-1]:.1f} s)"
+        if self.chance < FAIR:
+            return (f"Within what this rig has shown no motion is likely to tell {first} from {', '.join(others)}: {motion}, recorded "
+                    f"{often}, settles the matter with a chance of {100 * self.chance:.0f} %.")
+        return (f"To tell {first} from {', '.join(others)}, record {motion} {often}: it settles the matter with a chance of "
+                f"{100 * self.chance:.0f} % (a motion drawn at random: {100 * self.usual:.0f} %).")
 
     def write(self, path: Path) -> None:
         """Write the motion as a CSV file in the columns of a recording without torques, whole or not at all."""

@@ -8,6 +8,7 @@ import pytest
 
 from nnhydro.diagnosis.blocks import Blocks, kept_rows
 from nnhydro.diagnosis.contest import Contest, Judge
+from nnhydro.diagnosis.experiment import Proposal
 from nnhydro.diagnosis.feasible import Rig, draw, varied
 from nnhydro.diagnosis.planned import planned
 from nnhydro.diagnosis.planting import low_pass_share, planted
@@ -198,3 +199,12 @@ def test_an_effect_a_third_as_large_is_missed(small):
     mine = row(found, "viscous_friction", 1)
     case = planted(found.case, [(mine.instance, mine.direction * mine.size / 3)], found.noise, 1)
     assert named(case, None, 1, MANY).findings == []
+
+
+@pytest.mark.parametrize(("chance_of_it", "words"), [
+    (0.93, "record the proposed slew (4.0 s) 3 times: it settles the matter with a chance of 93 %"),
+    (0.04, "no motion is likely to tell coulomb_friction at joint 2 from stribeck_friction")])
+def test_a_proposal_that_would_hardly_settle_anything_says_so(chance_of_it, words):
+    members = tuple(SimpleNamespace(key=(effect, 2)) for effect in ("coulomb_friction", "stribeck_friction"))
+    motion = SimpleNamespace(document={"kind": "slew"}, t=np.linspace(0, 4, 9))
+    assert words in Proposal(SimpleNamespace(members=members), motion, 3, 1.0, chance_of_it, 0.1, None).statement()
