@@ -104,12 +104,14 @@ class Diagnosis(Shown):
 
 
 def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: float | None = None, seed: int = 0,
-             report: Callable[[str], None] | None = None) -> Diagnosis:
+             report: Callable[[str], None] | None = None, rehearsals: int = 0) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`.
 
     `baseline` is a physics model by name, the folder of any model, or "column": the user's own simulation in tau1_sim_Nm, ...; constant,
-    or rigid where the arm is dry, by default. `report=print` shows progress. Raises ConfigError for an unknown baseline, CampaignError or
-    RecordingError where the data cannot be used.
+    or rigid where the arm is dry, by default. `report=print` shows progress. `rehearsals`: how often findings and their rivals are
+    planted again on these motions, so that confidence is counted; each takes as long as the diagnosis. Raises ConfigError for an unknown
+    baseline, CampaignError or RecordingError where the data cannot be used.
     """
     said = report or (lambda line: None)
-    return Diagnosis(engine.diagnose(campaign, None if baseline is None else str(baseline), seed, cutoff_hz, progress=said), campaign)
+    named = None if baseline is None else str(baseline)
+    return Diagnosis(engine.diagnose(campaign, named, seed, cutoff_hz, progress=said, rehearsals=rehearsals), campaign)

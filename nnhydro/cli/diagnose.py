@@ -41,6 +41,8 @@ def diagnose(
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstraps."),
+    rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Plant findings and rivals so often on these very motions and "
+                                 "name them again: what confidence then says was counted. Each takes as long as the diagnosis."),
     column_map: Path | None = MAP,
     jobs: int = JOBS,
     backend: str = BACKEND,
@@ -65,7 +67,7 @@ def diagnose(
     if inside:
         from nnhydro.report.diagnosis_batch import Asked
 
-        _many([Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map) for one in inside], workers, json)
+        _many([Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map, rehearse) for one in inside], workers, json)
         return
     check_folder(out, RESULT)
     if not workers.alone:
@@ -74,7 +76,7 @@ def diagnose(
         load_plugin(effects)
     opened = verified(campaign, column_map)
     with steps_on_screen() as report:
-        result = find(opened, baseline or None, seed, cutoff, progress=report)
+        result = find(opened, baseline or None, seed, cutoff, progress=report, rehearsals=rehearse)
     paths = write_diagnosis(result, opened, out)
     document = result.document()
     if json:

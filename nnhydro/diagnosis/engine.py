@@ -15,6 +15,7 @@ from nnhydro.diagnosis.placebo import placebo, whiteness
 from nnhydro.diagnosis.proof import Proof, prove_fresh
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.reference import Reference
+from nnhydro.diagnosis.rehearsal import confident, rehearse
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search import Found
 from nnhydro.diagnosis.spells import in_order
@@ -64,10 +65,12 @@ def _recalibrated(loads: Loads) -> dict[str, list[float]]:
 
 @one_thread()
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
-             without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED) -> Diagnosis:
+             without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
+             rehearsals: int = 0) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.
 
-    Of more than `most` recordings the others take no part in the search and are the proof.
+    Of more than `most` recordings the others take no part in the search and are the proof. `rehearsals` is how often findings and their
+    rivals are planted again to say how sure a name is; 0: confidence is the weight among the rivals.
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """
@@ -83,12 +86,14 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     unexplained = {"detected": max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after,
                    "depends_on": sorted({x for one in rest if one.real for x in one.depends_on}),
                    "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
+    rehearsal = rehearse(case, race, rehearsals, seed, without, progress) if rehearsals and said else None
+    said = said if rehearsal is None else [confident(f, rehearsal) for f in said]
     following = next_experiment(race, case, found.believed, seed)
     seconds = time.perf_counter() - start
     return Diagnosis(against.plain(), corrected(against, found, said), against.name, seconds, found.p_value, noise_error, proof,
                      locate(proof.residuals, race.noise), said, unexplained,
                      _checks(race, found, proof), following, _recalibrated(against.physics.loads),
-                     versions() | {"campaign_sha256": campaign.sha256()}, race.log)
+                     versions() | {"campaign_sha256": campaign.sha256()}, race.log, rehearsal)
 
 
 def _told(ready: Opened, progress: Callable[[str], None]) -> Iterator[Case]:

@@ -33,6 +33,7 @@ class Diagnosis:
     recalibrated: dict[str, list[float]]
     versions: dict[str, str]
     log: list[str]
+    rehearsal: dict[str, Any] | None = None
 
     @property
     def detected(self) -> bool:
@@ -42,13 +43,14 @@ class Diagnosis:
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
         found = [f.document(self.proof.without.get(f.candidate.key, self.proof.before), self.proof.after) for f in self.findings]
+        rehearsal = {} if self.rehearsal is None else {"rehearsal": self.rehearsal}
         return {"schema": SCHEMA, "baseline": self.baseline_name, "seconds": round(self.seconds, 2),
                 "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
                              "noise_floor": self.noise_floor},
                 "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
                 "unexplained": self.unexplained, "proof": self.checks, "recalibrated": self.recalibrated,
-                "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions}
+                "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions} | rehearsal
 
     def _remains(self) -> str:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""

@@ -25,6 +25,7 @@ class Asked:
     cutoff_hz: float | None = None
     effects: Path | None = None
     column_map: Path | None = None
+    rehearsals: int = 0
 
 
 @final
@@ -43,7 +44,7 @@ def _diagnosed(asked: Asked) -> Told:
         if asked.effects is not None:
             load_plugin(asked.effects)
         campaign = verified(asked.campaign, asked.column_map)
-        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz)
+        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, rehearsals=asked.rehearsals)
         write_diagnosis(result, campaign, asked.out)
         return Told(asked, result.document(), result.verdict())
     except NnhydroError as cause:
