@@ -3,7 +3,7 @@
 Lines differ in dash and width as well as in colour, so that they can be told apart in grey and by colour-blind readers.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from nnhydro.evaluation.benchmark import Benchmark, modelled
@@ -89,6 +89,23 @@ def learning_curves(result: Benchmark, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
+def reliability_figure(covered: Mapping[str, Mapping[str, float]], stem: Path) -> list[Path]:
+    """Draw the share of held-out torques inside the intervals against the share that they promise, a line a model.
+
+    `covered` holds the share by the promised one in per cent, by model; on the diagonal a model's doubt is honest.
+    """
+    figure = new_figure(4.6, 4.6)
+    axes = figure.subplots()
+    axes.plot([0, 100], [0, 100], color=INK, linestyle="--", linewidth=1.0, label="honest")
+    for number, (name, shares) in enumerate(covered.items()):
+        axes.plot([float(level) for level in shares], [100 * share for share in shares.values()], marker="osv^D<>pX"[number % 9],
+                  label=name, **STYLES[number % len(STYLES)])
+    axes.set(xlabel="promised  [%]", ylabel="held-out torques inside  [%]", xlim=(0, 100), ylim=(0, 100), aspect="equal")
+    axes.legend(frameon=False, loc="upper left")
+    axes.spines[["top", "right"]].set_visible(False)
+    return save_figure(figure, stem)
+
+
 def steady_figure(result: Benchmark, models: Sequence[str], stem: Path) -> list[Path]:
     """Draw the torque of steady runs against towing speed and joint angles, measured and held-out modelled, a row a joint."""
     tables = with_whole_tables(benchmark_traces(result, [unit.name for unit in result.units if unit.steady]))
@@ -100,6 +117,9 @@ def benchmark_figures(result: Benchmark, out: Path) -> list[Path]:
     paths = error_chart(result, out / "errors")
     if result.split.curve:
         paths += learning_curves(result, out / "learning_curve")
+    covered = {name: model["coverage"]["shares"] for name, model in result.document()["models"].items() if "coverage" in model}
+    if covered:
+        paths += reliability_figure(covered, out / "reliability")
     models = shown_models(result)
     for label, recording in told_recordings(result, models[0]).items():
         paths += torque_history(result, recording, label, models, out / f"torque_{label}")

@@ -216,6 +216,7 @@ def test_benchmark_compares_all_models_on_recordings_held_out_once(compared):
     assert all(set(fold["errors"]) == set(document["models"]) for fold in document["folds"])
     assert document["models"]["constant"]["error"] < document["models"]["textbook"]["error"]
     assert {p.suffix for p in out.iterdir()} == {".json", ".html", ".png", ".svg", ".csv"}
+    assert (out / "reliability.csv").exists()
 
 
 def test_the_same_seed_gives_the_same_benchmark(compared):

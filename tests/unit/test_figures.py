@@ -18,6 +18,7 @@ from nnhydro.effects.effect import LoadEffect
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.report.diagnosis_figures import diagnosis_figures, laws_of, map_figure
 from nnhydro.report.figure_file import new_figure, save_figure
+from nnhydro.report.figures import reliability_figure
 from nnhydro.report.law import law_of
 from nnhydro.report.page.history import history
 from nnhydro.report.page.residual_map import residual_maps, shade
@@ -44,6 +45,13 @@ def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):
     assert {(r["x_label"], r["y_label"]) for r in rows} == {("time [s]", "torque [N m]")}
     again = save_figure(figure, tmp_path / "two")
     assert again[1].read_bytes() == paths[1].read_bytes(), "the same figure gives the same file"
+
+
+def test_the_reliability_curve_is_drawn_from_the_shares_of_each_model(tmp_path):
+    paths = reliability_figure({"hybrid": {"50": 0.48, "90": 0.93}, "network": {"50": 0.5, "90": 0.9}}, tmp_path / "reliability")
+    rows = list(csv.DictReader(paths[2].read_text().splitlines()))
+    assert [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "hybrid"] == [(50, 48), (90, 93)]
+    assert [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "honest"] == [(0, 0), (100, 100)]
 
 
 def test_a_path_holds_the_curve_to_half_a_pixel():
