@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 RIDGE = 1e-4  # lambda, of the largest eigenvalue of C: directions that the recordings hardly move in are not counted
 LIMIT = 200.0  # beyond it held-out residuals of the learner grew past those of the baseline
 CREDIT = 1.5  # below 2, where a residual that held-out recordings do not confirm would break even
+HALF = 0.5  # of the squares that the baseline leaves; from there on the residual is trusted whole
+TINY = 1e-300
 LEVELS = (0.5, 0.8, 0.95)
 MOST = 200_000  # watched rows looked at: quantiles are then known to 0.1 %
 ROUNDS = 5
@@ -99,19 +101,24 @@ def _factor(ratio: Array, unit: Array) -> float:
 
 
 def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
-    """Return a hybrid with its residual shrunk where recordings that members watch say so: trust_j = min(1, CREDIT best_j), at least 0.
+    """Return a hybrid with its residual shrunk where recordings that members watch say so.
 
-    best_j = sum residual target / sum residual^2 leaves the least squares; a residual of twice best_j times its size does neither good nor
-    harm. The members judged had fewer recordings than the ensemble, hence the credit. A network, and a model none of whose recordings was
-    watched, stays as it is.
+        t_j = min(1, CREDIT best_j),   best_j = sum residual target / sum residual^2,   trust_j = t_j min(1, explained_j / HALF)
+
+    best_j leaves the least squares; a residual of twice best_j times its size does neither good nor harm, and the members judged had fewer
+    recordings than the ensemble, hence the credit. explained_j is the share of the squares of the target that t_j residual takes away: one
+    that explains little of what the baseline leaves cannot gain much, and may be wrong where other motions are asked for. A network, and a
+    model none of whose recordings was watched, stays as it is.
     """
     if model.baseline is None or not bool(watched.any()):
         return model
     r, _, _, _, unit, target = _out_of_fold(model, rows, watched)
     weight = 1 / torch.bincount(unit)[unit][:, None]  # recordings count alike
     residual = target - r
-    trust = (weight * residual * target).sum(dim=0) / (weight * residual**2).sum(dim=0).clamp(min=1e-300)
-    return replace(model, trust=(CREDIT * trust).clamp(0.0, 1.0))
+    product, square, left = ((weight * x).sum(dim=0).clamp(min=TINY) for x in (residual * target, residual**2, target**2))
+    t = (CREDIT * product / square).clamp(0.0, 1.0)
+    explained = (2 * t * product - t**2 * square) / left
+    return replace(model, trust=t * (explained / HALF).clamp(0.0, 1.0))
 
 
 def with_doubt(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
