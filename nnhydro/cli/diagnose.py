@@ -10,7 +10,16 @@ from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 if TYPE_CHECKING:
     from nnhydro.parallel import Workers
-    from nnhydro.report.diagnosis_batch import Asked
+    from nnhydro.report.diagnosis_batch import Asked, Told
+
+
+def _links(one: "Told") -> list[str]:
+    """Slenderness of the links and the coefficients of the calibrated baseline, link by link: how drag follows L/D from arm to arm."""
+    from nnhydro.recordings.arm import read_arm
+
+    found = {} if one.document is None else one.document["recalibrated"]
+    slender = [] if one.document is None else [link.length_m / link.diameter_m for link in read_arm(one.asked.campaign / "arm.yaml").links]
+    return [", ".join(f"{x:.3g}" for x in values) for values in (slender, found.get("cd", []), found.get("cm", []))]
 
 
 def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
@@ -25,7 +34,8 @@ def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
     if json:
         emit({"campaigns": {one.asked.campaign.name: one.document for one in told}})
     else:
-        table("Campaigns", ["campaign", "left out"], [[one.asked.campaign.name, one.verdict] for one in told], (True, True))
+        rows = [[one.asked.campaign.name, *_links(one), one.verdict] for one in told]
+        table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "left out"], rows, (True,) * 5)
     failed = [f"{one.asked.campaign}: {one.verdict}" for one in told if one.document is None]
     if failed:
         raise CampaignError(f"{len(failed)} of {len(told)} campaigns could not be diagnosed; the first: {failed[0]}")

@@ -8,6 +8,7 @@ from typing import Any
 from nnhydro.diagnosis.case import AT_ONCE, MOST_STUDIED, Case, Opened, opened
 from nnhydro.diagnosis.experiment import next_experiment
 from nnhydro.diagnosis.instances import Hypothesis
+from nnhydro.diagnosis.lines import TESTS, strongest
 from nnhydro.diagnosis.locate import locate
 from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
 from nnhydro.diagnosis.naming import explained, named
@@ -83,14 +84,18 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     left = family_wise_p(race, seed + 1)
     rest = learned(proof.remains, seed) if max(left, found.p_value) <= P_BLOCK else []
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
-    unexplained = {"detected": max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error, "share": proof.after,
-                   "depends_on": sorted({x for one in rest if one.real for x in one.depends_on}),
+    lines = [line for joint in range(len(race.noise)) if (line := strongest(proof.remains, joint)) and line.material]
+    p_value = min([found.p_value, *(TESTS * line.p_value for line in lines)])
+    systematic = max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error
+    unexplained = {"detected": systematic or bool(lines), "share": proof.after,
+                   "depends_on": sorted({x for one in rest if one.real for x in one.depends_on} | {"frequency" for _ in lines}),
+                   "lines": [line.sentence() for line in lines],
                    "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
     rehearsal = rehearse(case, race, rehearsals, seed, without, progress) if rehearsals and said else None
     said = said if rehearsal is None else [confident(f, rehearsal) for f in said]
     following = next_experiment(race, case, found.believed, seed)
     seconds = time.perf_counter() - start
-    return Diagnosis(against.plain(), corrected(against, found, said), against.name, seconds, found.p_value, noise_error, proof,
+    return Diagnosis(against.plain(), corrected(against, found, said), against.name, seconds, p_value, noise_error, proof,
                      locate(proof.residuals, race.noise), said, unexplained,
                      _checks(race, found, proof), following, _recalibrated(against.physics.loads),
                      versions() | {"campaign_sha256": campaign.sha256()}, race.log, rehearsal)

@@ -67,5 +67,7 @@ class Diagnosis:
                       f"{100 * self.proof.after:.1f} %.{self._remains()}{following}")
             return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:
-            return "Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
+            hum = "".join(f" There is {line}." for line in self.unexplained.get("lines", []))
+            return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
+                    f"{hum}")
         return "Nothing is missing that these recordings could show: what differs is noise or recalibration of the baseline."

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 NEAR = 10.0  # rivals further behind than this never enter a class by their score
 ALIKE = 0.98  # cosine from which two effects are one torque,
 HARDLY = 0.02  # where the better one gains no more than this share of the whole
+CLEAR, RESEMBLING = 20.0, 0.9  # how far ahead of the general form of its family an effect must be that resembles it
 MOST_RIVALS = 5
 
 
@@ -35,11 +36,14 @@ class Rival:
     p: float
     likeness: float
     gain: float  # of the finding itself
+    general: bool  # whether it is the general form of the finding's family
     candidate: Candidate
 
     @property
     def in_class(self) -> bool:
         """Whether the rival cannot be told from the finding."""
+        if self.general and self.likeness > RESEMBLING and self.behind < CLEAR:
+            return True
         if self.likeness > ALIKE and self.behind < max(NEAR, HARDLY * self.gain):
             return True
         return self.behind < NEAR and (self.p > 0.05 or self.behind < 2.0)
@@ -83,8 +87,9 @@ def rivals_of(race: Race, candidate: Candidate) -> list[Rival]:
     for gain, rival in ranked(race, race.bank.candidates, [candidate])[: MOST_RIVALS + 1]:
         if rival.key == candidate.key:
             continue
-        there = race.scored([rival], [candidate])
-        found.append(Rival((base - gain) - total, left_out_p(there, now), likeness(race, candidate, rival), base - total, rival))
+        there, one, other = race.scored([rival], [candidate]), rival.instance.effect, candidate.instance.effect
+        general = one.general and one.family == other.family
+        found.append(Rival((base - gain) - total, left_out_p(there, now), likeness(race, candidate, rival), base - total, general, rival))
     return found[:MOST_RIVALS]
 
 

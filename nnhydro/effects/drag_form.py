@@ -33,6 +33,7 @@ class DragForm(LoadEffect):
         mistaken_for=("reynolds_drag", "viscous_friction", "tip_drag", "wall_proximity"),
     )
     acts = "arm"
+    general = True
     needs_water = True
 
     linear: Values = parameter("m/s", 0.0, (-5.0, 5.0), "coefficient c_1 of the part linear in speed", per="arm")
