@@ -19,7 +19,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-LINES = 8  # of a command's output that are shown
+LINES = 14  # of a command's output that are shown
 MAPPING = """columns:
   t_s: {from: Time (ms), unit: ms}
   q1_rad: {from: arm angle, unit: deg}
