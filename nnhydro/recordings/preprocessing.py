@@ -100,6 +100,8 @@ def even_grid(t: Array, name: str) -> Array:
 def _is_even(t: Array) -> bool:
     steps = np.diff(t)
     median, mean = float(np.median(steps)), float(t[-1] - t[0]) / (len(t) - 1)
+    if not median > 0:  # time out of order, which `time_steps` explains
+        return False
     return float(np.ptp(steps)) <= 2 * EVEN * median and abs(mean / median - 1) < EVEN
 
 
@@ -200,7 +202,8 @@ def steady_segment(table: SteadyTable) -> Segment:
 
 def needs_filter(r: Recording) -> bool:
     """True where something has to be derived from, or interpolated between, the rows of `r`."""
-    uneven = len(r) > 1 and not _is_even(np.asarray(r.t[np.isfinite(r.t)]))
+    t = np.asarray(r.t[np.isfinite(r.t)])
+    uneven = len(t) > 1 and not _is_even(t)
     return r.qd is None or r.qdd is None or (r.u0 is not None and r.du0 is None) or uneven
 
 

@@ -7,6 +7,7 @@ from nnhydro.diagnosis.feasible import Rig, _towed, draw
 from nnhydro.diagnosis.instances import _neighbours
 from nnhydro.diagnosis.locate import _region
 from nnhydro.diagnosis.locks import sign_flip_p
+from nnhydro.identification.config import TrainingConfig
 
 RIG = Rig(np.array([[-1.0, 1.0]]), np.array([1.5]), np.array([6.0]), 0.5, np.array([9.0]), 4.0)
 
@@ -49,6 +50,13 @@ def test_a_proposed_motion_stays_within_the_rig_and_uses_it():
     assert (accelerations <= 6.0 + 1e-9).all()
     moving = np.maximum(rates / 1.5, accelerations / 6.0) > 0.25
     assert moving.mean() > 0.4, "motions far below what the rig can do show nothing"
+
+
+def test_the_smallest_training_is_allowed():
+    chosen = TrainingConfig(hidden=(1,), members=1, epochs=1, patience=1)
+    assert chosen.hidden == (1,)
+    with pytest.raises(ValueError, match="1 to 4096 neurons"):
+        TrainingConfig(hidden=(0,))
 
 
 def test_a_tow_begins_gently_within_a_fifth_of_the_recording():

@@ -1,12 +1,14 @@
-"""Do the tests notice wrong physics? `python training/reliability/mutants.py [count=80 seed=1 seconds=1800]`.
+"""Do the tests notice wrong physics? `python training/reliability/mutants.py [count=80 seed=1 seconds=1800]`, `... again=1`.
 
 One place of nnhydro/physics, identification or diagnosis is changed at a time: an operator, a comparison, a constant, a sign, a condition.
 The fast tests of that part run until the first fails; a mutant that fails none, or that they never end on, is told apart. Places are
 drawn evenly from all that could be changed, so the share of the killed estimates the share of all; its standard error is the binomial one.
+With again=1 the mutants that survived last time are tried once more, after tests were written for them: a share of its own.
 """
 
 import ast
 import copy
+import json
 import os
 import random
 import signal
@@ -17,12 +19,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PARTS = ("physics", "identification", "diagnosis")
-TESTS = {"physics": ("tests/physics", "tests/contracts/test_load_terms.py", "tests/unit/test_regressor.py"),
+TESTS = {"physics": ("tests/physics/test_published_values.py", "tests/physics", "tests/contracts/test_load_terms.py",
+                     "tests/unit/test_regressor.py"),
          "identification": ("tests/unit/test_separable.py", "tests/unit/test_penalised.py", "tests/unit/test_regressor.py",
                             "tests/unit/test_identification.py", "tests/unit/test_uncertainty.py", "tests/unit/test_streaming.py",
                             "tests/unit/test_training.py"),
-         "diagnosis": ("tests/unit/test_case.py", "tests/unit/test_proof.py", "tests/unit/test_power.py", "tests/unit/test_diagnosis.py",
-                       "tests/unit/test_effects_physics.py", "tests/contracts/test_effects.py")}
+         "diagnosis": ("tests/unit/test_diagnosis_pieces.py", "tests/unit/test_case.py", "tests/unit/test_proof.py",
+                       "tests/unit/test_power.py",
+                       "tests/unit/test_diagnosis.py", "tests/unit/test_effects_physics.py", "tests/contracts/test_effects.py")}
 LIMIT = 240  # s for the tests of one mutant
 SWAP = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.MatMult: ast.Mult, ast.Pow: ast.Mult, ast.Lt: ast.LtE,
         ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
@@ -116,6 +120,22 @@ def _pytest_with(path: Path, source: str, part: str) -> int:
     return int(pytest.main(["-q", "-x", "-m", "not slow", "-p", "no:cacheprovider", "--no-header", f"--rootdir={ROOT}", *chosen]))
 
 
+def survivors(everywhere: list[tuple[str, Path, int]]) -> list[tuple[str, Path, int]]:
+    """Return the places whose mutants survived the recorded run; those whose code has changed since are left out."""
+    recorded = json.loads((Path(__file__).parent / "results.json").read_text(encoding="utf-8"))["mutants"]["survived"]
+    known = {(row["file"], row["before"], row["after"]) for row in recorded}
+    files = {row["file"] for row in recorded}
+    found = {}
+    for part, path, number in everywhere:
+        name = str(path.relative_to(ROOT))
+        if name in files:
+            _, line, before, after = mutant(path, number)
+            near = [row["line"] for row in recorded if (row["file"], row["before"]) == (name, before[:80])]
+            if (name, before[:80], after[:80]) in known and min(abs(line - one) for one in near) < 1:
+                found.setdefault((name, line, before, after), (part, path, number))
+    return list(found.values())
+
+
 def main() -> None:
     """Draw, change, test, print and record."""
     given = dict(argument.split("=") for argument in sys.argv[1:])
@@ -131,7 +151,9 @@ def main() -> None:
     everywhere = [(part, path, number) for part in given.get("parts", ",".join(PARTS)).split(",")
                   for path in sorted((ROOT / "nnhydro" / part).rglob("*.py"))
                   for number in range(len(list(places(ast.parse(path.read_text(encoding="utf-8"))))))]
-    drawn, started, rows = random.Random(seed).sample(everywhere, count), time.monotonic(), []
+    again = "again" in given
+    drawn = survivors(everywhere) if again else random.Random(seed).sample(everywhere, count)
+    started, rows = time.monotonic(), []
     for part, path, number in drawn:
         if time.monotonic() - started > seconds:
             break
@@ -147,12 +169,14 @@ def main() -> None:
         of = [row for row in rows if part in (row["part"], "all")]
         killed = sum(row["end"] != "survived" for row in of)
         share = killed / max(len(of), 1)
-        table.append([part, len(of), killed, f"{100 * share:.0f} +- {100 * (share * (1 - share) / max(len(of), 1)) ** 0.5:.0f}"])
+        doubt = (share * (1 - share) / max(len(of), 1)) ** 0.5
+        table.append([part, len(of), killed, f"{100 * share:.0f} +- {100 * doubt:.0f}"])
     columns = ["part", "mutants", "killed (or never ended)", "killed, %"]
     show(f"mutants, of {len(everywhere)} possible", columns, table)
-    record("mutants", {"seed": seed, "possible": len(everywhere), "seconds": round(time.monotonic() - started),
-                       "rows": [dict(zip(columns, row, strict=True)) for row in table],
-                       "survived": [row for row in rows if row["end"] == "survived"]})
+    document = {"seed": seed, "possible": len(everywhere), "seconds": round(time.monotonic() - started),
+                "rows": [dict(zip(columns, row, strict=True)) for row in table],
+                "survived": [row for row in rows if row["end"] == "survived"]}
+    record("mutants again" if again else "mutants", document)
 
 
 if __name__ == "__main__":

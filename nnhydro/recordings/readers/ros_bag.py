@@ -9,6 +9,7 @@ Needs rosbags (`pip install 'nnhydro[ros]'`). The message: docs.ros.org, sensor_
 
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,6 +47,16 @@ def _messages(path: Path, topic: str | None) -> Iterator[_Message]:
             m: Any = read(raw, connection.msgtype)
             yield _Message(int(m.header.stamp.sec) * 10**9 + int(m.header.stamp.nanosec), int(logged), tuple(str(n) for n in m.name),
                            {channel: np.asarray(getattr(m, channel), dtype=float) for channel in CHANNELS})
+
+
+def _require_tables_alone(path: Path) -> None:
+    """Raise RecordingError where a .db3 holds queries of its own: a view may compute without end."""
+    import sqlite3
+
+    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as database:
+        found = database.execute("SELECT type, name FROM sqlite_master WHERE type NOT IN ('table', 'index')").fetchone()
+    if found is not None:
+        raise RecordingError(f"{path}: holds the {found[0]} {found[1]!r:.60}, which no recorder writes: export its joint states to CSV")
 
 
 def _topic(path: Path, there: Sequence[str], asked: str | None, kinds: Sequence[str]) -> str:
@@ -120,6 +131,8 @@ def read_bag(path: Path, request: Request) -> Table:
     for part in sorted(path.iterdir()) if path.is_dir() else [path]:
         require_size(part)
     try:
+        for part in path.glob("*.db3") if path.is_dir() else [path] if path.suffix.lower() == ".db3" else []:
+            _require_tables_alone(part)
         return _table(path, list(_messages(path, request.topic)), request)
     except NnhydroError:
         raise
