@@ -150,5 +150,6 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
         record["parameters"] = {e.name: e.document() for e in estimates(loads, solution, blocks, before, seed)}
         record["rms_residual_Nm"] = solution.rms.tolist()
         record["condition_number"] = solution.condition
+        record["last_change"] = solution.last_change  # of the residuals in the last round: a few per cent at the most
         record["recordings"] = len(blocks)
     return replace(StripTheory(campaign.arm, how, {}, model, loads), fit=record)

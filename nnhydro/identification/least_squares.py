@@ -10,7 +10,7 @@ Intervals: bootstrap over recordings (blocks), which is honest where residuals a
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -37,6 +37,7 @@ class Solution:
     rms: Array  # (joints,) N m residual
     at_bound: NDArray[np.bool_]  # (r,) directions that ended on a bound
     condition: float  # of the scaled normal matrix
+    last_change: float = 0.0  # of the rms residual in the last round of reweighting, relative; the largest over the joints
 
 
 def solve(stats: Statistics, prior: Prior, weight: Array) -> Solution:
@@ -76,9 +77,10 @@ def fit(stats: Statistics, prior: Prior, correlation: Array) -> Solution:
     """Return the solution with joint weights iterated to the residuals; `correlation` (joints,) in samples."""
     rms = np.sqrt(np.maximum(stats.s, 1e-24) / np.maximum(stats.n, 1))
     for _ in range(ROUNDS):
+        before = rms
         solution = solve(stats, prior, joint_weights(stats, prior, rms, correlation))
         rms = solution.rms
-    return solution
+    return replace(solution, last_change=float(np.max(np.abs(rms - before) / np.maximum(before, 1e-12))))
 
 
 def bootstrap(blocks: Sequence[Statistics], prior: Prior, weight: Array, draws: int, seed: int) -> Array:

@@ -113,6 +113,12 @@ def test_a_channel_that_reads_nothing_is_no_exact_measurement():
     assert "bound" in notes or "do not excite" in notes
 
 
+def test_a_fit_says_how_well_it_is_posed_and_whether_it_has_settled():
+    fit = identify(healthy_campaign(), "constant").fit
+    assert 0 <= fit["last_change"] < 0.05
+    assert 1 <= fit["condition_number"] < 1e6
+
+
 def numbers(fitted):
     return np.array([p["value"] for p in fitted.fit["parameters"].values()])
 
