@@ -208,3 +208,9 @@ def test_a_proposal_that_would_hardly_settle_anything_says_so(chance_of_it, word
     members = tuple(SimpleNamespace(key=(effect, 2)) for effect in ("coulomb_friction", "stribeck_friction"))
     motion = SimpleNamespace(document={"kind": "slew"}, t=np.linspace(0, 4, 9))
     assert words in Proposal(SimpleNamespace(members=members), motion, 3, 1.0, chance_of_it, 0.1, None).statement()
+
+
+def test_a_size_that_can_be_revealed_has_a_strength_and_one_that_cannot_has_none(small):
+    _, found = small
+    assert {r.size is None for r in found.rows} == {True, False}
+    assert all((r.size is None) == (r.strength is None) for r in found.rows)
