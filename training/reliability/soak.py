@@ -1,7 +1,8 @@
 """Do memory and file handles stay flat? `python training/reliability/soak.py [seconds=600 count=2000]`: diagnoses in a loop, one process.
 
 Each round reads a small campaign, diagnoses it with a seed of its own and writes the results. After the first tenth (libraries fill their
-caches) a straight line is laid through the memory in use, as glibc counts it: its slope, in kB a diagnosis, is what a leak would show in. The resident memory holds besides what was freed and not given back; how much is seen when it is asked for at the end (malloc_trim).
+caches) a straight line is laid through the memory in use, as glibc counts it: its slope, in kB a diagnosis, is what a leak would show in.
+The resident memory holds besides what was freed and not given back; how much shows when it is asked for at the end (malloc_trim).
 """
 
 import ctypes
