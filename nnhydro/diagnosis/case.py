@@ -44,6 +44,12 @@ class Case:
         return self.reference.physics
 
     @property
+    def passed_hz(self) -> float:
+        """The cut-off of the comparison: white noise passes in proportion to it; 1 where nothing is filtered."""
+        segments = (s for unit in self.all_units for s in unit.segments())
+        return next((s.low_pass.cutoff_hz for s in segments if s.low_pass is not None), 1.0)
+
+    @property
     def before(self) -> Prior:
         """What is known of its parameters."""
         return self.reference.before

@@ -62,4 +62,5 @@ def planted(case: Case, effects: Sequence[tuple[Instance, Array]], noise: Array,
         made = segments(number)
         return replace(unit, segments=lambda: made)
 
-    return replace(case, all_units=tuple(unit_of(number, unit) for number, unit in enumerate(case.all_units)))
+    moved = tuple(planted(one, effects, noise * np.sqrt(one.passed_hz / case.passed_hz), seed) for one in case.moved)  # the same noise
+    return replace(case, all_units=tuple(unit_of(number, unit) for number, unit in enumerate(case.all_units)), moved=moved)

@@ -75,7 +75,7 @@ def rehearse(case: Case, race: Race, draws: int, seed: int, without: Sequence[st
         count: dict[str, int] = {}
         for draw in range(draws):
             progress(f"rehearsal {number * draws + draw + 1} of {len(rehearsed) * draws}")
-            made = planted(replace(case, moved=()), world.effects, race.noise, seed + 1000 * number + draw)
+            made = planted(case, world.effects, race.noise, seed + 1000 * number + draw)
             for f in named(made, None, seed + draw, without).findings:
                 for name in f.members:
                     key = label((name, f.effect.joint))

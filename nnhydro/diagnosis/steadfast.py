@@ -21,16 +21,11 @@ def kept_shares(case: Case, race: Race, believed: StripTheory, chosen: Sequence[
     shares: list[list[float]] = [[] for _ in chosen]
     for moved in case.moved if chosen else ():
         bank, blocks = build(Table(moved), [c.instance for c in chosen], believed)
-        noise = race.noise * float(np.sqrt(_passed(moved) / _passed(case)))
+        noise = race.noise * float(np.sqrt(moved.passed_hz / case.passed_hz))
         there = Race(bank, Bench.of(blocks, noise, race.bench.prior), noise, list(bank.candidates))
         for share, c, one in zip(shares, chosen, bank.candidates, strict=True):
             share.append((there.total(without=[one]) - there.total()) / max(here[c.key], 1e-12))
     return shares
-
-
-def _passed(case: Case) -> float:
-    """The cut-off in Hz: white noise passes in proportion to it."""
-    return next((s.low_pass.cutoff_hz for unit in case.all_units for s in unit.segments() if s.low_pass is not None), 1.0)
 
 
 def drop_made_by_filter(case: Case, race: Race, believed: StripTheory) -> None:

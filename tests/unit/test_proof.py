@@ -11,11 +11,13 @@ from nnhydro.diagnosis.case import opened
 from nnhydro.diagnosis.engine import corrected
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import named, torque_peaks
+from nnhydro.diagnosis.planting import planted as planted_in
 from nnhydro.diagnosis.proof import prove, prove_fresh
 from nnhydro.diagnosis.search import race_of, search
 from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
 from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.verdict import findings
+from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 
 ARM = arm(2)
@@ -34,10 +36,10 @@ def rubbing(count, seconds=4.0, given=True):
     return Campaign.of(ARM, made)
 
 
-def raced(campaign, keys, most=60):
+def raced(campaign, keys, most=60, more=()):
     """The race over few effects with those of `keys` chosen, its table, and what is ready."""
     ready = opened(campaign, most=most)
-    known = [i for i in instances(ARM, torque_peaks(ready.case.all_units)) if i.key[0] in ("coulomb_friction", "torque_ripple")]
+    known = [i for i in instances(ARM, torque_peaks(ready.case.all_units)) if i.key[0] in ("coulomb_friction", "torque_ripple", *more)]
     table = Table(ready.case)
     race = race_of(table, known, ready.case.model, None)
     race.chosen = [next(c for c in race.bank.candidates if c.key == key) for key in keys]
@@ -126,3 +128,16 @@ def test_a_prediction_holds_the_zero_that_a_drifting_sensor_had_at_the_end(many)
     (bias,) = model.instruments
     assert (bias.id, bias.joint) == ("torque_bias", 2)
     assert bias.offset[0] == pytest.approx(0.7, abs=0.03)
+
+
+def test_what_is_planted_is_planted_at_the_moved_cut_offs_too():
+    race, _, ready = raced(rubbing(8, given=False), [("rotor_inertia", 2)], more=("rotor_inertia",))
+    instance = race.chosen[0].instance
+    case = planted_in(ready.case, [(instance, np.array([0.5]))], np.array([0.01, 0.01]), 0)
+    assert len(case.moved) == 2
+    for one, before in zip(case.moved, ready.case.moved, strict=True):
+        (now,), (then,) = one.all_units[0].segments(), before.all_units[0].segments()
+        assert now.low_pass == then.low_pass
+        healthy = ready.case.model.torque(Motion.of(now)).numpy()
+        added = (now.tau - now.seen(healthy))[now.keep, 1]
+        assert np.corrcoef(added, now.qdd[now.keep, 1])[0, 1] > 0.99
