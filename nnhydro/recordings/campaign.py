@@ -139,7 +139,7 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     if not (root / "arm.yaml").is_file():
         inside = sorted(path.parent.name for path in root.glob("*/arm.yaml"))
         hint = f"it holds the campaigns {', '.join(inside[:5])}: give one of them" if inside else \
-            "write one (the README shows it), or make it from a URDF: nnhydro arm FILE.urdf --out arm.yaml"
+            f"write one (the README shows it), or make it from a URDF: nnhydro arm FILE.urdf --out {root / 'arm.yaml'}"
         raise CampaignError(f"{root}: has no arm.yaml: {hint}")
     arm = read_arm(root / "arm.yaml")
     beside = root / FILE if (root / FILE).is_file() else None
@@ -148,7 +148,8 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     files = _files(root / "recordings")
     steady = tuple(read_steady(path, arm, mapping) for path in _files(root / "steady").values())
     if not files and not steady:
-        raise CampaignError(f"{root}: holds neither recordings/*.csv nor steady/*.csv: put the recordings there, one file a run")
+        raise CampaignError(f"{root}: holds neither recordings nor steady runs: put the logs into recordings/ there, one file a run "
+                            f"({', '.join(FORMATS)}), or a table of steady runs, one row a run, into steady/")
     return Campaign(arm, tuple(files), partial(_read, files, arm, mapping), steady, root, "" if mapping is None else mapping.sha256)
 
 

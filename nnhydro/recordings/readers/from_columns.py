@@ -75,9 +75,9 @@ def _require_sane(named: Named, where: str) -> None:
             absurd = np.flatnonzero((np.abs(values) > ABSURD) & np.isfinite(values))
             if len(absurd):
                 row = int(absurd[0])
-                raise RecordingError(f"{where}: column {name!r}, row {row + named.first_row}: {values[row]:.3g} is absurd "
-                                     f"({counted(len(absurd), 'such row')}): leave cells empty where the sensor gave nothing, or map the "
-                                     "unit with --map FILE")
+                raise RecordingError(f"{where}: column {name!r}, row {row + named.first_row}: {values[row]:.3g} is absurd, "
+                                     f"beyond {ABSURD:g} ({counted(len(absurd), 'such row')} of {len(values)}): empty "
+                                     f"{'that cell' if len(absurd) == 1 else 'those cells'}, or map the unit (--map FILE) where all are so")
 
 
 def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
@@ -90,8 +90,8 @@ def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = F
         values = named.numbers(name)
         if values is None:
             raise _missing(named, [name for name in names if named.numbers(name) is None], where)
-        require(bool(np.isfinite(values).any()), f"{where}: column {name!r} holds no finite number: remove the column or repair the file",
-                RecordingError)
+        need = "it is needed: export the log again with it, or move the file away" if required else "remove the column or repair the file"
+        require(bool(np.isfinite(values).any()), f"{where}: column {name!r} holds no finite number: {need}", RecordingError)
     return np.column_stack(found).astype(float)
 
 
