@@ -86,7 +86,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
     lines = [line for joint in range(len(race.noise)) if (line := strongest(proof.remains, joint)) and line.material]
     p_value = min([found.p_value, *(TESTS * line.p_value for line in lines)])
-    systematic = max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error
+    systematic = max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error and (not said or any(one.real for one in rest))
     unexplained = {"detected": systematic or bool(lines), "share": proof.after,
                    "depends_on": sorted({x for one in rest if one.real for x in one.depends_on} | {"frequency" for _ in lines}),
                    "lines": [line.sentence() for line in lines],
