@@ -93,8 +93,7 @@ def label(key: Key) -> str:
 def confident(finding: Finding, rehearsal: dict[str, Any]) -> Finding:
     """Return the finding with the confidence that the rehearsal gives it."""
     mine = label((finding.effect.id, finding.effect.joint))
-    hits = sum(world["named"].get(mine, 0) for world in rehearsal["worlds"] if world["instead_of"] is None)
-    rivals = [world["named"].get(mine, 0) for world in rehearsal["worlds"] if world["instead_of"] == mine]
-    misnamed = max((count for count, world in zip(rivals, [w for w in rehearsal["worlds"] if w["instead_of"] == mine], strict=True)
-                    if world["planted"][-1].partition(" ")[0] not in finding.members), default=0)
+    said = [(world["instead_of"], world["planted"][-1].partition(" ")[0], world["named"].get(mine, 0)) for world in rehearsal["worlds"]]
+    hits = sum(count for instead, _, count in said if instead is None)
+    misnamed = max((count for instead, rival, count in said if instead == mine and rival not in finding.members), default=0)
     return replace(finding, confidence=float(min((hits + 0.5) / (hits + misnamed + 1.0), 0.99)))

@@ -16,10 +16,10 @@ from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.locks import SOFT
 from nnhydro.diagnosis.race import Race, columns_of, own_of
 from nnhydro.diagnosis.score import Bench
+from nnhydro.effects.quantity import Z95
 
 Array = NDArray[np.float64]
 FAR = 50.0  # score beyond which a value tried tells nothing of the parabola
-NORMAL = 1.96  # standard deviations on either side of a 95 % interval
 
 
 @final
@@ -104,7 +104,7 @@ def _widened(covariance: Array, H: Array, scores: Array, A: Array) -> Array:
         return covariance
     steps = np.linalg.solve(A[None] - H, scores[..., None])[..., 0]
     jackknife = (n - 1) / n * (steps**2).sum(axis=0)
-    wider = np.sqrt(np.maximum(1.0, jackknife / np.maximum(np.diag(covariance), 1e-300))) * float(stdtrit(n - 1, 0.975)) / NORMAL
+    wider = np.sqrt(np.maximum(1.0, jackknife / np.maximum(np.diag(covariance), 1e-300))) * float(stdtrit(n - 1, 0.975)) / Z95
     return np.asarray(covariance * wider[:, None] * wider[None, :], np.float64)
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
+from nnhydro.effects.quantity import Z95
 from nnhydro.evaluation.benchmark import modelled
 from nnhydro.models.amended import Amended
 from nnhydro.models.strip_theory import StripTheory
@@ -31,7 +32,6 @@ from nnhydro.report.page.trace import Trace
 Array = NDArray[np.float64]
 BINS = 25
 FEWEST = 5  # rows in a bin that is shown
-NORMAL = 1.96  # standard deviations of a 95 % interval
 
 
 @final
@@ -126,5 +126,5 @@ def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Se
     def means(y: Array) -> Array:
         return np.array([y[rows].mean() for rows in bins])
 
-    half = NORMAL * np.sqrt(sum((means(change) ** 2 for change in moved), start=np.zeros(len(bins))))
+    half = Z95 * np.sqrt(sum((means(change) ** 2 for change in moved), start=np.zeros(len(bins))))
     return Law(joint, label, np.column_stack([x, rest]), means(x), means(rest), means(law), half)

@@ -37,7 +37,7 @@ def test_a_second_run_into_the_same_place_is_refused(tmp_path):
 
 def test_two_places_side_by_side_do_not_disturb_each_other(tmp_path):
     with only_run(tmp_path / "one"), only_run(tmp_path / "two"):
-        pass
+        assert names(tmp_path) == [".one.lock", ".two.lock"]
 
 
 def test_a_lock_that_a_killed_run_left_holds_nothing(tmp_path):
@@ -57,7 +57,7 @@ def test_folders_made_for_the_lock_alone_vanish(tmp_path):
 def test_a_place_that_cannot_hold_a_lock_is_left_to_the_command(tmp_path):
     (tmp_path / "file").touch()
     with only_run(tmp_path / "file" / "out"):
-        pass
+        assert names(tmp_path) == ["file"]
 
 
 def test_a_command_says_that_another_is_at_work(tmp_path, capsys):

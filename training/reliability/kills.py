@@ -40,7 +40,7 @@ class Count:
 
 
 def arguments(command: str, place: Path, seed: int) -> list[str]:
-    """Return the command line that writes to place/work/out."""
+    """Return the command line, whose results go to the folder `out` of the place."""
     out = ["--out", str(place / "work" / "out"), "--quiet"]
     return {"train": ["train", str(place / "tank"), "--config", str(place / f"training{seed}.toml"), *out],
             "simulate": ["simulate", str(place / f"recipe{seed}.yaml"), *out],
