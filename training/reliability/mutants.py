@@ -1,182 +1,189 @@
-"""Do the tests notice wrong physics? `python training/reliability/mutants.py [count=80 seed=1 seconds=1800]`, `... again=1`.
+"""Do the tests notice wrong physics? `python training/reliability/mutants.py [count=500 seed=1 seconds=36000 budget=12]`, `... again=1`.
 
 One place of nnhydro/physics, identification or diagnosis is changed at a time: an operator, a comparison, a constant, a sign, a condition.
-The fast tests of that part run until the first fails; a mutant that fails none, or that they never end on, is told apart. Places are
-drawn evenly from all that could be changed, so the share of the killed estimates the share of all; its standard error is the binomial one.
-With again=1 the mutants that survived last time are tried once more, after tests were written for them: a share of its own.
+Of the fast tests those run that execute the changed line (covered.py says which; what is set at import: the lines that use it), shortest
+first, until one fails. Places are drawn evenly from all that could be changed, so the share of the killed estimates the share of all; its
+standard error is the binomial one. A mutant that is equivalent (no input shows a difference worth having: equivalent.json, with the reason)
+counts as survived in the first score and is left out of the second. Results are appended one by one to runs/mutants_SEED.jsonl: a stopped
+run goes on where it was. With again=1 the survivors of that file are tried once more, after tests were written for them.
 """
 
-import ast
-import copy
+import importlib.machinery
 import json
 import os
 import random
 import signal
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-PARTS = ("physics", "identification", "diagnosis")
-TESTS = {"physics": ("tests/physics/test_published_values.py", "tests/physics", "tests/contracts/test_load_terms.py",
-                     "tests/unit/test_regressor.py"),
-         "identification": ("tests/unit/test_separable.py", "tests/unit/test_penalised.py", "tests/unit/test_regressor.py",
-                            "tests/unit/test_identification.py", "tests/unit/test_uncertainty.py", "tests/unit/test_streaming.py",
-                            "tests/unit/test_training.py"),
-         "diagnosis": ("tests/unit/test_diagnosis_pieces.py", "tests/unit/test_case.py", "tests/unit/test_proof.py",
-                       "tests/unit/test_power.py",
-                       "tests/unit/test_diagnosis.py", "tests/unit/test_effects_physics.py", "tests/contracts/test_effects.py")}
-LIMIT = 240  # s for the tests of one mutant
-SWAP = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.MatMult: ast.Mult, ast.Pow: ast.Mult, ast.Lt: ast.LtE,
-        ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
-        ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd}
+from covered import RUNS, STORE, read
+from places import PARTS, ROOT, Mutant, everywhere, mutant
+from trials import record, show
+
+BUDGET = 12.0  # s of tests a mutant, as they took without it; budget=60 for a second look at what survived
+LIMIT = 60.0  # s more than five times what the tests take without the change: it never ends
+EQUIVALENT = Path(__file__).with_name("equivalent.json")
 
 
-def mutations(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield what could stand in the place of `node`."""
-    changed = copy.deepcopy(node)
-    if isinstance(changed, ast.BinOp | ast.BoolOp | ast.AugAssign) and type(changed.op) in SWAP:
-        changed.op = SWAP[type(changed.op)]()
-        yield changed
-    elif isinstance(changed, ast.Compare) and type(changed.ops[0]) in SWAP:
-        changed.ops[0] = SWAP[type(changed.ops[0])]()
-        yield changed
-    elif isinstance(changed, ast.UnaryOp) and isinstance(changed.op, ast.USub | ast.Not):
-        yield changed.operand
-    elif isinstance(changed, ast.Constant) and type(changed.value) in (int, float):
-        yield ast.copy_location(ast.Constant(changed.value + 1 if type(changed.value) is int else changed.value * 1.5 + 0.1), node)
-    elif isinstance(changed, ast.IfExp):
-        changed.body, changed.orelse = changed.orelse, changed.body
-        yield changed
+def chosen(one: Mutant, covered: dict, budget: float) -> list[str]:
+    """Return the tests that run the mutant's lines: those of every file in turn, shortest first, as many as the budget holds.
+
+    Lines that numba compiles are not seen by coverage.py: there, and where no test runs a line, those of the files that import the module.
+    """
+    tests: set[str] = set()
+    for file, line in one.lines:
+        tests |= set(covered["lines"].get(file, {}).get(str(line), ()))
+    module = one.file.removesuffix(".py").replace("/", ".")
+    importing = (path for path in (ROOT / "tests").rglob("test_*.py") if f"{module} import" in path.read_text(encoding="utf-8"))
+    whole = {name for name in tests if "::" not in name} if tests else {str(path.relative_to(ROOT)) for path in importing}
+    tests |= {name for name in covered["seconds"] if name.partition("::")[0] in whole}
+    ranked, rank = [], {}
+    for name in sorted(tests - set(covered["failed"]) - whole, key=lambda name: covered["seconds"].get(name, 0.0)):
+        file = name.partition("::")[0]
+        rank[file] = rank.get(file, 0) + 1
+        ranked.append((rank[file] // 8, covered["seconds"].get(name, 0.0), name))
+    spent, kept = 0.0, []
+    for _, seconds, name in sorted(ranked):
+        if not kept or spent + seconds <= budget:
+            kept.append(name)
+            spent += seconds
+    return kept
 
 
-def _skipped(node: ast.AST) -> bool:
-    """Annotations, and declarations of names and texts, hold nothing that runs."""
-    return isinstance(node, ast.Import | ast.ImportFrom | ast.JoinedStr)
+class Only:
+    """Runs the chosen tests alone, in their order, and keeps the first that fails."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.order, self.failed = {name: i for i, name in enumerate(names)}, ""
+
+    def pytest_collection_modifyitems(self, items) -> None:
+        """Leave out what was not chosen."""
+        items[:] = sorted((item for item in items if item.nodeid in self.order), key=lambda item: self.order[item.nodeid])
+
+    def pytest_collectreport(self, report) -> None:
+        """A file that cannot be imported any more has noticed."""
+        if report.failed:
+            self.failed = self.failed or report.nodeid
+
+    def pytest_runtest_logreport(self, report) -> None:
+        """The first failure ends the run."""
+        if report.failed:
+            self.failed = self.failed or report.nodeid
 
 
-def places(tree: ast.AST) -> Iterator[tuple[ast.AST, str, int | None, ast.AST]]:
-    """Yield (parent, field, index, replacement) for every change that could be made to the tree."""
-    for parent in ast.walk(tree):
-        if _skipped(parent):
-            continue
-        for field, value in ast.iter_fields(parent):
-            if field in ("annotation", "returns", "decorator_list"):
-                continue
-            for index, child in enumerate(value) if isinstance(value, list) else [(None, value)]:
-                if isinstance(child, ast.AST) and not _skipped(child):
-                    yield from ((parent, field, index, made) for made in mutations(child))
-
-
-def mutant(path: Path, number: int) -> tuple[str, int, str, str]:
-    """Return the source with its change of that number, the line, and the line's code before and after."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    parent, field, index, made = list(places(tree))[number]
-    child = getattr(parent, field) if index is None else getattr(parent, field)[index]
-    before, after = ast.unparse(child), ast.unparse(made)
-    if index is None:
-        setattr(parent, field, made)
-    else:
-        getattr(parent, field)[index] = made
-    return ast.unparse(ast.fix_missing_locations(tree)), child.lineno, before, after
-
-
-def tested(path: Path, source: str, part: str) -> str:
-    """Run the tests on the changed source in a child process; return killed, survived or never ended."""
+def tested(one: Mutant, names: list[str], seconds: float) -> tuple[str, str]:
+    """Run the tests on the changed source in a child process; return killed, survived or never ended, and the test that failed."""
+    if not names:
+        return "survived", "no fast test runs the line"
+    reader, writer = os.pipe()
     pid = os.fork()
     if not pid:
-        code = 70
         try:
             os.setpgid(0, 0)
-            code = _pytest_with(path, source, part)
+            os.write(writer, _failed_with(one, names).encode()[:4000] + b"\n")
+        except BaseException as error:
+            os.write(writer, f"{type(error).__name__}: {error}\n".encode()[:4000])
         finally:
-            os._exit(code)
-    end = time.monotonic() + LIMIT
+            os._exit(0)
+    os.close(writer)
+    end = time.monotonic() + LIMIT + 5 * seconds
     while time.monotonic() < end:
-        done, status = os.waitpid(pid, os.WNOHANG)
-        if done:
-            return "survived" if os.waitstatus_to_exitcode(status) == 0 else "killed"
-        time.sleep(0.1)
+        if os.waitpid(pid, os.WNOHANG)[0]:
+            with os.fdopen(reader) as pipe:
+                said = pipe.read()
+            failed = said.strip()
+            return ("killed", failed) if failed or not said else ("survived", f"{len(names)} tests")
+        time.sleep(0.02)
     os.killpg(pid, signal.SIGKILL)
     os.waitpid(pid, 0)
-    return "never ended"
+    os.close(reader)
+    return "never ended", f"{len(names)} tests"
 
 
-def _pytest_with(path: Path, source: str, part: str) -> int:
-    import importlib.machinery
-
+def _failed_with(one: Mutant, names: list[str]) -> str:
+    """Return the id of the test that fails with the mutant in place, or nothing."""
     import pytest
 
-    real = importlib.machinery.SourceFileLoader.get_code
+    path, real = ROOT / one.file, importlib.machinery.SourceFileLoader.get_code
 
     def get_code(self, name):
-        return compile(source, str(path), "exec") if Path(self.path).resolve() == path else real(self, name)
+        return compile(one.source, str(path), "exec") if Path(self.path).resolve() == path else real(self, name)
     importlib.machinery.SourceFileLoader.get_code = get_code
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
-    chosen = [str(ROOT / test) for test in TESTS[part] if (ROOT / test).exists()]
-    return int(pytest.main(["-q", "-x", "-m", "not slow", "-p", "no:cacheprovider", "--no-header", f"--rootdir={ROOT}", *chosen]))
+    for some in (names[:60], names[60:]):  # most fall to the first few: the files of the others need no import then
+        only = Only(some)
+        if some:
+            code = pytest.main(["-q", "-x", "-p", "no:cacheprovider", "--no-header", f"--rootdir={ROOT}",
+                                *sorted({str(ROOT / name.partition("::")[0]) for name in some})], plugins=[only])
+            if only.failed or code:
+                return only.failed or f"pytest ended with {code}"
+    return ""
 
 
-def survivors(everywhere: list[tuple[str, Path, int]]) -> list[tuple[str, Path, int]]:
-    """Return the places whose mutants survived the recorded run; those whose code has changed since are left out."""
-    recorded = json.loads((Path(__file__).parent / "results.json").read_text(encoding="utf-8"))["mutants"]["survived"]
-    known = {(row["file"], row["before"], row["after"]) for row in recorded}
-    files = {row["file"] for row in recorded}
-    found = {}
-    for part, path, number in everywhere:
-        name = str(path.relative_to(ROOT))
-        if name in files:
-            _, line, before, after = mutant(path, number)
-            near = [row["line"] for row in recorded if (row["file"], row["before"]) == (name, before[:80])]
-            if (name, before[:80], after[:80]) in known and min(abs(line - one) for one in near) < 1:
-                found.setdefault((name, line, before, after), (part, path, number))
-    return list(found.values())
+def equivalent() -> dict[tuple[str, ...], str]:
+    """Return the reason by (file, statement, before, after) of the mutants that were read and found to change nothing."""
+    rows = json.loads(EQUIVALENT.read_text(encoding="utf-8")) if EQUIVALENT.exists() else []
+    return {(row["file"], row["statement"], row["before"], row["after"]): row["reason"] for row in rows}
+
+
+def table(rows: list[dict]) -> tuple[list[str], list[list]]:
+    """Return columns and rows of the scores, part by part."""
+    same, out = equivalent(), []
+    for part in (*PARTS, "all"):
+        of = [row for row in rows if part in (row["part"], "all")]
+        survived = [row for row in of if row["end"] == "survived"]
+        alike = sum((row["file"], row["statement"], row["before"], row["after"]) in same for row in survived)
+        killed, n = len(of) - len(survived), max(len(of), 1)
+        doubt = 100 * (killed / n * (1 - killed / n) / n) ** 0.5
+        out.append([part, len(of), killed, f"{100 * killed / n:.1f} +- {doubt:.1f}", alike, f"{100 * killed / max(n - alike, 1):.1f}"])
+    return ["part", "mutants", "killed (or never ended)", "killed, %", "survivors found equivalent", "killed of the others, %"], out
+
+
+def _latest(path: Path) -> dict[tuple[str, ...], dict]:
+    """Return the last result of every mutant in the file, in the order of the draw."""
+    rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
+    return {(row["file"], row["statement"], row["before"], row["after"], row["line"]): row for row in rows}
 
 
 def main() -> None:
     """Draw, change, test, print and record."""
     given = dict(argument.split("=") for argument in sys.argv[1:])
-    count, seed, seconds = int(given.get("count", 80)), int(given.get("seed", 1)), float(given.get("seconds", 1800))
+    count, seed, seconds = int(given.get("count", 500)), int(given.get("seed", 1)), float(given.get("seconds", 36000))
+    covered = read(STORE)
     import pandas  # noqa: F401  what every child needs, imported once; nnhydro itself is imported by each child anew
-    import pytest  # noqa: F401
     import scipy.interpolate
     import scipy.optimize
     import scipy.signal  # noqa: F401
     import sklearn.ensemble  # noqa: F401
     import torch  # noqa: F401
 
-    everywhere = [(part, path, number) for part in given.get("parts", ",".join(PARTS)).split(",")
-                  for path in sorted((ROOT / "nnhydro" / part).rglob("*.py"))
-                  for number in range(len(list(places(ast.parse(path.read_text(encoding="utf-8"))))))]
-    again = "again" in given
-    drawn = survivors(everywhere) if again else random.Random(seed).sample(everywhere, count)
-    started, rows = time.monotonic(), []
-    for part, path, number in drawn:
+    for name in [name for name in sys.modules if name.partition(".")[0] == "nnhydro"]:
+        del sys.modules[name]
+    store, started = RUNS / f"mutants_{seed}.jsonl", time.monotonic()
+    possible = everywhere(tuple(given.get("parts", ",".join(PARTS)).split(",")))
+    before = _latest(store)
+    for path, number in random.Random(seed).sample(possible, count):
         if time.monotonic() - started > seconds:
             break
-        source, line, before, after = mutant(path, number)
-        began = time.monotonic()
-        rows.append({"part": part, "file": str(path.relative_to(ROOT)), "line": line, "before": before[:80], "after": after[:80],
-                     "end": tested(path, source, part), "seconds": round(time.monotonic() - began, 1)})
-        print(f"{rows[-1]['end']:12s} {rows[-1]['seconds']:6.1f} s  {rows[-1]['file']}:{line}: {before[:70]}  ->  {after[:70]}", flush=True)
-    from trials import record, show
-
-    table = []
-    for part in (*PARTS, "all"):
-        of = [row for row in rows if part in (row["part"], "all")]
-        killed = sum(row["end"] != "survived" for row in of)
-        share = killed / max(len(of), 1)
-        doubt = (share * (1 - share) / max(len(of), 1)) ** 0.5
-        table.append([part, len(of), killed, f"{100 * share:.0f} +- {100 * doubt:.0f}"])
-    columns = ["part", "mutants", "killed (or never ended)", "killed, %"]
-    show(f"mutants, of {len(everywhere)} possible", columns, table)
-    document = {"seed": seed, "possible": len(everywhere), "seconds": round(time.monotonic() - started),
-                "rows": [dict(zip(columns, row, strict=True)) for row in table],
-                "survived": [row for row in rows if row["end"] == "survived"]}
-    record("mutants again" if again else "mutants", document)
+        one = mutant(path, number)
+        old = before.get((*one.key, one.line))
+        if old and (old["end"] != "survived" or "again" not in given):
+            continue
+        names, began = chosen(one, covered, float(given.get("budget", BUDGET))), time.monotonic()
+        end, by = tested(one, names, sum(covered["seconds"].get(name, 0.0) for name in names))
+        row = {"part": one.part, "file": one.file, "line": one.line, "statement": one.statement, "before": one.before, "after": one.after,
+               "end": end, "by": by, "seconds": round(time.monotonic() - began, 1), "again": bool(old)}
+        with store.open("a", encoding="utf-8") as handle:
+            handle.write(json.dumps(row) + "\n")
+        print(f"{end:12s} {row['seconds']:6.1f} s  {one.file}:{one.line}: {one.before[:70]}  ->  {one.after[:70]}  [{by[:90]}]", flush=True)
+    rows = list(_latest(store).values())
+    columns, lines = table(rows)
+    show(f"mutants, of {len(possible)} possible", columns, lines)
+    record("mutants", {"seed": seed, "possible": len(possible), "rows": [dict(zip(columns, line, strict=True)) for line in lines],
+                       "survived": [row for row in rows if row["end"] == "survived"]})
 
 
 if __name__ == "__main__":
