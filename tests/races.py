@@ -5,10 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from nnhydro.diagnosis.bank import Bank, Candidate
+from nnhydro.diagnosis.bank import Bank, Candidate, build
 from nnhydro.diagnosis.blocks import Blocks, block_grams, parts_of
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.score import Bench
+from nnhydro.diagnosis.table import Piece, Table
 
 P, K, JOINTS = 3, 6, 2
 TRUTH = np.array([1.0, -2.0, 0.5])
@@ -93,3 +94,47 @@ def fit(Z, y, prior=0.0, own=None, weight=0.0):
         Z = np.column_stack([Z, own])
     stacked = np.vstack([Z, np.diag(np.sqrt(precision))])
     return np.linalg.lstsq(stacked, np.concatenate([y, np.zeros(len(precision))]), rcond=None)[0][:q]
+
+
+class Plain:
+    """A table of `tables`' rows: the instance made by `instance(columns)` stands for these columns of them."""
+
+    def __init__(self, made, steady=(), places=None):
+        joints = made[0].shape[1]
+        rng = np.random.default_rng(0)
+        self.made = made
+        self.pieces = tuple(
+            Piece(k, 0, table[..., :P], table[..., -1], 2 * table[..., -1],
+                  {f"dq{j + 1}_rad_s": rng.standard_normal(len(table)) for j in range(joints)}, 0.0 if k in steady else 0.05)
+            for k, table in enumerate(made))
+        units = tuple(SimpleNamespace(name=f"run{k}", steady=k in steady) for k in range(len(made)))
+        model = SimpleNamespace(arm=SimpleNamespace(n_links=joints), preparation=SimpleNamespace(low_pass=None))
+        self.case = SimpleNamespace(all_units=units, model=model, places=places)
+        self.computed = []
+
+    def columns(self, piece, instances, believed):
+        """The columns of the instances on one piece."""
+        parts = [self.made[piece.number][..., [P + k for k in one.of]] for one in instances]
+        return np.concatenate(parts, axis=2) if parts else np.zeros((*piece.y.shape, 0))
+
+    def compute(self, piece, instances, believed):
+        """Nothing is to be computed."""
+        self.computed.append((piece.number, len(instances)))
+
+    rows = Table.rows
+
+
+def instance(name, of, own=(), joint=0, grid=1, **keys):
+    """An instance for `Plain`: the columns `of` the tables; `own` are those places among them with a value of each recording's own."""
+    keys = {"spans": {}, "plausible": lambda values: True, "spell": None, "effect": SimpleNamespace(), **keys}
+    free = [(-np.inf, np.inf)] * len(of)
+    return SimpleNamespace(key=(name, joint), of=tuple(of), own=tuple(own), width=len(of), grid=grid, bounds=lambda: free, **keys)
+
+
+def raced(table, instances, noise=NOISE, prior=0.0, chosen=()):
+    """The race over `instances` on a plain table."""
+    bank, blocks = build(table, instances, None)
+    noise = noise[: len(bank.torque)]
+    found = Race(bank, Bench.of(blocks, noise, np.broadcast_to(np.asarray(prior, float), (P,)).copy()), noise)
+    found.chosen = [bank.candidates[k] for k in chosen]
+    return found

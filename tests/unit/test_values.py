@@ -18,11 +18,11 @@ def shaped(value, column, name="shaped", span=(1.0, 4.0), own=()):
     return candidate(name, () if own else (column,), own, spans={"v": span}, effect=SimpleNamespace(v=(value,)))
 
 
-def sandwich(made, columns, prior):
+def sandwich(made, columns, prior, theta=None):
     """Fit and covariance of the baseline's and the chosen columns over rows: bread, meat over blocks, jackknife over recordings."""
     r = rows(made)
     Z = r.Z[:, [*range(P), *(P + k for k in columns)]]
-    theta = fit(Z, r.y, prior)
+    theta = fit(Z, r.y, prior) if theta is None else theta
     q, blocks, units = Z.shape[1], int(r.block.max()) + 1, int(r.unit.max()) + 1
     precision = np.concatenate([np.broadcast_to(prior, P), np.zeros(q - P)])
     bread = np.linalg.inv(Z.T @ Z + np.diag(precision))
@@ -164,6 +164,18 @@ def test_an_amplitude_of_each_recordings_own_is_told_as_its_root_mean_square_wit
     assert values[0] == pytest.approx(amplitude, rel=1e-6)
     error = (squares - noise).std(ddof=1) / np.sqrt(len(made)) / (2 * amplitude)
     assert covariance[0, 0] == pytest.approx(error**2, rel=1e-5)
+
+
+def test_a_value_that_stands_beside_others_of_each_recordings_own_pays_for_their_direction():
+    made, _ = phased()
+    for table in made:
+        table[..., P] += 0.5 * table[..., P + 2]
+    own = candidate("own", (), (2,), effect=SimpleNamespace())
+    found = race(made, (SINGLE[0], own), chosen=(0, 1))
+    theta = np.array([*found.bench.scored(np.array([0]), np.array([2])).theta, 0.0])  # the own values are told apart
+    told = fitted(found)
+    np.testing.assert_allclose(told.theta, theta)
+    np.testing.assert_allclose(told.covariance, sandwich(made, (0, 2), 0.0, theta)[1], rtol=1e-4)
 
 
 def test_the_value_of_one_recording_is_that_of_a_fit_to_its_rows():

@@ -1,0 +1,184 @@
+"""Choosing among hypotheses: the bank, swaps, the least gains, values tried alone first, what is told of it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from races import JOINTS, NOISE, SINGLE, K, P, Plain, instance, race, raced, tables
+
+from nnhydro.diagnosis.bank import build, listed
+from nnhydro.diagnosis.blocks import parts_of
+from nnhydro.diagnosis.naming import _least, explained, torque_peaks
+from nnhydro.diagnosis.scout import scouted
+from nnhydro.diagnosis.tournament import _improve, _next, run
+from nnhydro.errors import CampaignError
+
+PRIOR = np.array([4.0, 0.0, 50.0])
+EACH = tuple(instance(f"effect_{k}", (k,)) for k in range(K))
+
+
+def test_columns_lie_side_by_side_in_the_order_of_the_instances_those_of_a_recordings_own_apart():
+    one, two, three = listed([instance("a", (0, 1)), instance("b", (2, 3, 4), own=(2,)), instance("c", (5,), own=(0,))])
+    assert (one.columns, one.own) == ((0, 1), ())
+    assert (two.columns, two.own) == ((2, 3), (4,))
+    assert (three.columns, three.own) == ((), (5,))
+
+
+def test_the_bank_holds_the_gram_sums_of_all_blocks_and_the_energy_of_the_torque():
+    made = tables(1, rows=(20, 60))
+    table = Plain(made, steady=(2,))
+    bank, blocks = build(table, EACH[:2], None)
+    lengths = [1 if k == 2 else len(parts_of(len(t), 4)) for k, t in enumerate(made)]
+    np.testing.assert_array_equal(blocks.unit, np.repeat(np.arange(len(made)), lengths))
+    assert blocks.p == P
+    assert blocks.n.sum() == sum(len(t) for t in made)
+    whole = sum(np.einsum("njp,njq->jpq", t[..., [0, 1, 2, 3, 4, -1]], t[..., [0, 1, 2, 3, 4, -1]]) for t in made)
+    np.testing.assert_allclose(blocks.G.sum(axis=0), whole)
+    np.testing.assert_allclose(bank.torque, sum((4 * t[..., -1] ** 2).sum(axis=0) for t in made))
+    first = made[0][: parts_of(len(made[0]), 4)[0].stop][..., [0, 1, 2, 3, 4, -1]]
+    np.testing.assert_allclose(blocks.G[0], np.einsum("njp,njq->jpq", first, first))
+
+
+def test_units_without_rows_leave_no_gap_in_the_numbers():
+    table = Plain(tables(2, units=4))
+    table.pieces = table.pieces[1:]
+    assert sorted(set(build(table, EACH[:1], None)[1].unit.tolist())) == [0, 1, 2]
+
+
+def test_bounds_stand_column_by_column_and_columns_beside_join_the_baseline():
+    fussy = instance("fussy", (3, 4))
+    fussy.bounds = lambda: ((0.0, 2.0), (-3.0, np.inf))
+    bank, blocks = build(Plain(tables(3)), (EACH[0], fussy), None, lambda piece: np.ones((*piece.y.shape, 2)))
+    np.testing.assert_array_equal(bank.low, [-np.inf, 0.0, -3.0])
+    np.testing.assert_array_equal(bank.high, [np.inf, 2.0, np.inf])
+    assert (blocks.p, blocks.K) == (P + 2, 3)
+    np.testing.assert_allclose(blocks.G[:, :, P, P], np.repeat(blocks.n[:, None], JOINTS, axis=1))
+
+
+def test_where_no_rows_count_the_user_is_told_what_mends_it():
+    table = Plain(tables(3))
+    table.pieces = ()
+    with pytest.raises(CampaignError, match=r"no recording holds enough independent rows to diagnose$"):
+        build(table, EACH, None)
+    table.case.model.preparation = SimpleNamespace(low_pass=SimpleNamespace(cutoff_hz=2.5))
+    with pytest.raises(CampaignError, match=r"low-pass at 2.5 Hz: record longer runs, or give a higher --cutoff"):
+        build(table, EACH, None)
+
+
+def test_a_wrong_first_choice_is_swapped_for_the_better_one_and_what_earns_nothing_is_dropped():
+    made = tables(4, {2: 0.5})
+    for table in made:
+        table[..., P + 1] = table[..., P + 2] + 0.5 * table[..., P + 1]
+    found = race(made, chosen=(1,))
+    _improve(found, SINGLE)
+    assert [c.key[0] for c in found.chosen] == ["effect_2"]
+    both = race(made, chosen=(2, 5))
+    _improve(both, SINGLE)
+    assert [c.key[0] for c in both.chosen] == ["effect_2"]
+
+
+def test_a_swap_must_gain_two():
+    made = tables(4, {2: 0.5})
+    for table in made:
+        table[..., P + 1] = table[..., P + 2] + 0.02 * table[..., P + 1]  # as good as the same
+    for chosen in (1, 2):
+        found = race(made, chosen=(chosen,))
+        other = race(made, chosen=(3 - chosen,))
+        assert abs(found.total() - other.total()) < 2
+        _improve(found, SINGLE)
+        assert found.chosen == [SINGLE[chosen]]
+
+
+def test_no_more_than_five_are_chosen():
+    made = tables(5, dict.fromkeys(range(6), 0.6))
+    assert len(run(race(made), 0).chosen) == 5
+
+
+def test_the_best_that_fails_a_lock_makes_room_for_one_nearly_as_good():
+    made = tables(6, units=8, rows=(100, 101))
+    for k, table in enumerate(made):  # column 0 pays in three recordings alone, and much; column 1 in all
+        table[..., -1] += (1.2 if k < 3 else 0.0) * table[..., P] + 0.5 * table[..., P + 1]
+    found = race(made)
+    (gain, best) = _next(found, 0)
+    assert best.key[0] == "effect_1"
+    assert gain == pytest.approx(found.total() - found.total([SINGLE[1]]))
+
+
+def test_a_further_effect_gains_at_least_a_fiftieth_of_the_first():
+    found = race(tables(7, {0: 0.4}))
+    gain, _ = _next(found, 0)
+    found.first_gain = 50 * gain * 0.98
+    assert _next(found, 0) is not None
+    found.first_gain = 50 * gain * 1.02
+    assert _next(found, 0) is None
+
+
+def test_the_first_gain_is_remembered():
+    found = race(tables(7, {0: 0.6, 3: 0.3}))
+    gain = found.total() - found.total([SINGLE[0]])
+    run(found, 0)
+    assert found.first_gain == pytest.approx(gain)
+    assert {c.key[0] for c in found.chosen} == {"effect_0", "effect_3"}
+
+
+def test_the_share_explained_is_the_gain_of_all_findings_over_the_excess():
+    found = race(tables(19, {0: 0.6, 4: 0.4}), chosen=(0, 4))
+    whole = found.bench.scored(np.array([], dtype=np.int64)).total
+    assert whole > 1
+    assert explained(found) == pytest.approx((whole - found.bench.scored(np.array([0, 4])).total - 2) / whole)
+    quiet = race(tables(19, noise=0.5 * NOISE), chosen=(0,))
+    whole, with_it = quiet.total(without=quiet.chosen), quiet.total()
+    assert whole < 1
+    assert explained(quiet) == pytest.approx(whole - with_it)
+
+
+def proof_of(before, after, **without):
+    return SimpleNamespace(before=before, after=after, without={(name, 0): e for name, e in without.items()})
+
+
+def test_a_finding_goes_that_adds_little_on_left_out_recordings_and_in_the_score():
+    found = race(tables(20, {0: 0.8, 4: 0.12}), chosen=(0, 4))
+    scores = {k: found.total(without=[SINGLE[k]]) - found.total() for k in (0, 4)}
+    whole = found.total(without=found.chosen) - found.total()
+    assert scores[4] < 0.15 * whole < scores[0]
+    assert _least(found, proof_of(0.5, 0.1, effect_0=0.45, effect_4=0.12)) is SINGLE[4]
+    assert _least(found, proof_of(0.5, 0.1, effect_0=0.45, effect_4=0.126)) is None, "six hundredths of the improvement is enough"
+    assert _least(found, proof_of(0.5, 0.1, effect_0=0.11, effect_4=0.2)) is None, "so is a sixth of the gain in score"
+    even = race(tables(20, {0: 0.12, 4: 0.12, 2: 1.0}), chosen=(0, 4, 2))
+    assert _least(even, proof_of(0.5, 0.1, effect_0=0.11, effect_4=0.105, effect_2=0.4)) is SINGLE[4], "the least of them"
+
+
+def test_peaks_of_the_torque_are_those_of_rows_that_are_compared():
+    keep = np.array([True, True, False])
+    segments = [SimpleNamespace(tau=np.array([[1.0, -5.0], [-2.0, 3.0], [9.0, 9.0]]), keep=keep), SimpleNamespace(tau=None, keep=keep),
+                SimpleNamespace(tau=np.full((3, 2), 99.0), keep=np.zeros(3, dtype=bool)),
+                SimpleNamespace(tau=np.array([[0.5, 0.5], [-3.0, 0.1], [0.0, 0.0]]), keep=keep)]
+    assert torque_peaks([SimpleNamespace(segments=lambda: segments[:2]), SimpleNamespace(segments=lambda: segments[2:])]) == (3.0, 5.0)
+
+
+def test_of_many_values_the_four_best_of_every_key_go_on_beside_what_is_chosen():
+    made = tables(21, {0: 0.3, 1: 0.6, 2: 0.5})
+    for table in made:
+        table[..., P + 3] = table[..., P + 2] + 0.3 * table[..., P + 3]
+    known = [instance("many", (k,), grid=60) for k in (0, 1, 2, 3, 4, 5)] + [instance("other", (k,), grid=20) for k in (4, 5)]
+    found, seen = raced(table := Plain(made), [instance("first", (1,))], chosen=(0,)), []
+    best = scouted(table, known, found, None, seen.append)
+    gains = {k: found.bench.scored(np.array([0])).total for k in range(6)}
+    for k in gains:
+        joined = raced(table, [instance("first", (1,)), instance("many", (k,), grid=60)], chosen=(0,))
+        gains[k] = joined.total() - joined.total([joined.bank.candidates[1]])
+    order = sorted((k for k in gains if k != 1), key=lambda k: -gains[k])
+    assert [one.of[0] for one in best if one.key[0] == "many"][:2] == order[:2]
+    assert sum(one.key[0] == "many" for one in best) == 4
+    assert {one.of for one in best if one.key[0] == "other"} == {(4,), (5,)}
+    assert len(seen) == 1
+    assert table.computed == [(k, len(known)) for k in range(len(made))]
+
+
+def test_many_values_are_tried_a_few_at_a_time_and_impossible_ones_do_not_go_on():
+    table, seen = Plain(tables(22, {0: 0.5})), []
+    known = [instance(f"many{k}", (k % K,), grid=60) for k in range(50)]
+    known[0].bounds = lambda: [(2.0, 3.0)]
+    best = scouted(table, known, raced(table, [EACH[5]]), None, seen.append)
+    assert [len(tried.bank.candidates) for tried in seen] == [24, 24, 2]
+    assert {one.key[0] for one in best} == {f"many{k}" for k in range(1, 50)}
