@@ -9,7 +9,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -80,6 +80,23 @@ def _temporary(target: Path, folder: bool) -> tuple[Path, int | None]:
             return made, None
         if held is not None:
             return made, held
+
+
+def scratch(purpose: str) -> tuple[Path, Callable[[], None]]:
+    """Return an empty folder among the system's temporary files, held by this process, and the function that removes it.
+
+    Those that killed processes left there are removed first.
+    """
+    place = Path(tempfile.gettempdir())
+    remove_leftovers(place)
+    made, held = _temporary(place / purpose, folder=True)
+
+    def remove() -> None:
+        shutil.rmtree(made, ignore_errors=True)
+        if held is not None:
+            os.close(held)
+
+    return made, remove
 
 
 def write_bytes(path: Path, content: bytes, mode: int = 0o644) -> None:

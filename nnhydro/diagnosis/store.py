@@ -1,15 +1,18 @@
-"""Columns that are kept: in memory up to a size, in a temporary folder beyond it, which goes with the store."""
+"""Columns that are kept: in memory up to a size, in a temporary folder beyond it, which goes with the store.
 
-import shutil
+That of a process that was killed is removed by the next one that needs such a folder.
+"""
+
 import weakref
 from collections.abc import Iterable
 from itertools import count
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from nnhydro.files import scratch
 
 Array = NDArray[np.float64]
 KEPT_BYTES = 200_000_000  # in memory
@@ -30,8 +33,8 @@ class Store:
             self._bytes += X.nbytes
             return X
         if self._folder is None:
-            self._folder = Path(mkdtemp(prefix="nnhydro_columns_"))
-            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
+            self._folder, remove = scratch("nnhydro_columns")
+            weakref.finalize(self, remove)
         path = self._folder / f"{next(self._numbers)}.npy"
         np.save(path, X)
         return path

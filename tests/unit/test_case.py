@@ -1,6 +1,11 @@
 """What is studied of a campaign, and where in it every row lies."""
 
+import os
+import signal
+import tempfile
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -87,3 +92,30 @@ def test_columns_beyond_the_memory_they_may_use_are_kept_in_files_that_go_with_t
     folder = paths[0].parent
     del kept
     assert not folder.exists()
+
+
+def test_columns_that_a_killed_process_left_behind_are_removed_by_the_next_and_a_living_ones_are_not(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(store, "KEPT_BYTES", 0)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            its = store.Store()
+            os.write(writer, str(its.kept(np.ones(9))).encode())
+            time.sleep(60)
+        finally:
+            os._exit(0)
+    left = Path(os.read(reader, 1000).decode())
+    mine = store.Store()
+    first = mine.kept(np.ones(3))
+    assert left.exists(), "its process is at work"
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    assert left.exists()
+    other = store.Store()
+    other.kept(np.ones(3))
+    assert not left.parent.exists()
+    assert first.exists()
+    del mine, other
+    assert list(tmp_path.iterdir()) == []

@@ -18,6 +18,7 @@ import numpy as np
 from nnhydro.conventions import TIME, column
 from nnhydro.errors import NnhydroError, RecordingError, missing_extra
 from nnhydro.recordings.readers.table import Array, Columns, Request, Table, require_shape, require_size
+from nnhydro.recordings.readers.unpacking import bound
 
 KINDS = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
 CHANNELS = {"position": "q", "velocity": "qd", "effort": "tau"}
@@ -36,6 +37,7 @@ def _messages(path: Path, topic: str | None) -> Iterator[_Message]:
     from rosbags.rosbag2 import Reader as Reader2
     from rosbags.typesys import Stores, get_typestore
 
+    bound()
     old = path.suffix.lower() == ".bag" and path.is_file()
     types = get_typestore(Stores.ROS1_NOETIC if old else Stores.ROS2_HUMBLE)
     with (Reader1(path) if old else Reader2(path)) as reader:
@@ -134,8 +136,8 @@ def read_bag(path: Path, request: Request) -> Table:
         for part in path.glob("*.db3") if path.is_dir() else [path] if path.suffix.lower() == ".db3" else []:
             _require_tables_alone(part)
         return _table(path, list(_messages(path, request.topic)), request)
-    except NnhydroError:
-        raise
+    except NnhydroError as error:
+        raise error if str(path) in str(error) else RecordingError(f"{path}: {error}") from None
     except Exception as cause:  # a damaged bag fails in sqlite, zstd, lz4, struct or rosbags, which share no base class
         raise RecordingError(f"{path}: is not a readable ROS bag ({' '.join(str(cause).split())[:160] or type(cause).__name__}): "
                              "record it again or convert it to CSV") from cause
