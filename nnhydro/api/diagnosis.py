@@ -9,6 +9,7 @@ from nnhydro.api.model import Model
 from nnhydro.api.shown import Shown
 from nnhydro.diagnosis import engine
 from nnhydro.diagnosis.result import Diagnosis as Result
+from nnhydro.diagnosis.rig import read_limits
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis_folder import write_diagnosis
 from nnhydro.report.diagnosis_sheets import errors_sheet, findings_sheet, location_sheet, parameters_sheet, rivals_sheet
@@ -104,14 +105,16 @@ class Diagnosis(Shown):
 
 
 def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: float | None = None, seed: int = 0,
-             report: Callable[[str], None] | None = None, rehearsals: int = 0) -> Diagnosis:
+             report: Callable[[str], None] | None = None, rehearsals: int = 0, limits: str | Path | None = None) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`.
 
     `baseline` is a physics model by name, the folder of any model, or "column": the user's own simulation in tau1_sim_Nm, ...; constant,
     or rigid where the arm is dry, by default. `report=print` shows progress. `rehearsals`: how often findings and their rivals are
-    planted again on these motions, so that confidence is counted; each takes as long as the diagnosis. Raises ConfigError for an unknown
-    baseline, CampaignError or RecordingError where the data cannot be used.
+    planted again on these motions, so that confidence is counted; each takes as long as the diagnosis. `limits` is a file with what the
+    rig can do, for the motion to record next. Raises ConfigError for an unknown baseline or limits that do not fit the arm, CampaignError
+    or RecordingError where the data cannot be used.
     """
     said = report or (lambda line: None)
     named = None if baseline is None else str(baseline)
-    return Diagnosis(engine.diagnose(campaign, named, seed, cutoff_hz, progress=said, rehearsals=rehearsals), campaign)
+    stated = None if limits is None else read_limits(Path(limits))
+    return Diagnosis(engine.diagnose(campaign, named, seed, cutoff_hz, progress=said, rehearsals=rehearsals, limits=stated), campaign)

@@ -53,6 +53,8 @@ def diagnose(
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstraps."),
     rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Plant findings and rivals so often on these very motions and "
                                  "name them again: what confidence then says was counted. Each takes as long as the diagnosis."),
+    limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
+                                       "tau_Nm, seconds), for the motion to record next; by default what it has shown."),
     column_map: Path | None = MAP,
     jobs: int = JOBS,
     backend: str = BACKEND,
@@ -62,6 +64,7 @@ def diagnose(
 ) -> None:
     """Is there a mismatch beyond noise and recalibration, where, what physics is left out, and does the model with it predict better?"""
     from nnhydro.diagnosis.engine import diagnose as find
+    from nnhydro.diagnosis.rig import read_limits
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.files import check_folder
     from nnhydro.parallel import Workers
@@ -70,14 +73,15 @@ def diagnose(
     from nnhydro.report.diagnosis_sheets import findings_sheet, location_sheet, parameters_sheet
     from nnhydro.report.progress import steps_on_screen
 
-    workers = Workers(jobs, backend, scheduler)
+    workers, stated = Workers(jobs, backend, scheduler), None if limits is None else read_limits(limits)
     inside = inner_campaigns(campaign)
     for folder in (out / one.name for one in inside):
         check_folder(folder, RESULT)
     if inside:
         from nnhydro.report.diagnosis_batch import Asked
 
-        _many([Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map, rehearse) for one in inside], workers, json)
+        asked = [Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map, rehearse, stated) for one in inside]
+        _many(asked, workers, json)
         return
     check_folder(out, RESULT)
     if not workers.alone:
@@ -86,7 +90,7 @@ def diagnose(
         load_plugin(effects)
     opened = verified(campaign, column_map)
     with steps_on_screen() as report:
-        result = find(opened, baseline or None, seed, cutoff, progress=report, rehearsals=rehearse)
+        result = find(opened, baseline or None, seed, cutoff, progress=report, rehearsals=rehearse, limits=stated)
     paths = write_diagnosis(result, opened, out)
     document = result.document()
     if json:

@@ -7,7 +7,7 @@ N(lambda^2 / 2, c lambda^2) in score; the score's logarithm, rows/2 log(1 + lamb
 Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; projection and chance are ours.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import erf, sqrt
 from typing import final
@@ -29,6 +29,8 @@ from nnhydro.recordings.preprocessing import prepare
 from nnhydro.recordings.splitting import Unit
 
 Array = NDArray[np.float64]
+DRAWS = 25  # of a member's values, to see whether they make sense
+MOST_APART = 5.0  # standard deviations beyond which a pair is settled, or hopeless
 CORRELATION = 1.5  # c: variance of sums of noise rows over that of independent ones, behind the low-pass
 
 
@@ -115,35 +117,69 @@ class Judge:
         joints = G.shape[1]
         return [Planned(motions[k], one[:-1, :-1], float(n) * joints) for k, one, n in zip(numbers, G.sum(axis=1), rows, strict=True)]
 
-    def apart(self, H: Array) -> Array:
-        """Return lambda^2 (members, members): what is left of member A's torque (row) when B (column) is fitted in its place."""
+    def _pairs(self, H: Array) -> Iterator[tuple[int, int, float, Array, Array]]:
+        """Yield for every pair (A the truth, B in its place) lambda^2, and B's values (k,) with their covariance where A is the truth."""
         p, places, rest = self.race.bench.p, self._places(), len(self.contest.rest)
         beside = [k for place in places[:rest] for k in place]
-        found = np.zeros((len(self.contest.members),) * 2)
         for a, A in enumerate(self.contest.members):
             values, d = self.race.values([*self.contest.rest, A])[1], np.zeros(len(H))
             d[places[rest + a]] = [values[k] for k in sorted(A.columns)]
-            for b in (b for b in range(len(found)) if b != a):
+            for b in (b for b in range(len(self.contest.members)) if b != a):
                 take = np.array([*range(p), *beside, *places[rest + b]])
                 penalty = np.concatenate([self.race.bench.prior, np.zeros(len(take) - p)]) + RIDGE * np.diag(H)[take] + 1e-12
-                h = H[take] @ d
-                found[a, b] = max(float(d @ H @ d - h @ np.linalg.solve(H[np.ix_(take, take)] + np.diag(penalty), h)), 0.0)
+                inverse, h = np.linalg.inv(H[np.ix_(take, take)] + np.diag(penalty)), H[take] @ d
+                fit, own = inverse @ h, slice(len(take) - len(places[rest + b]), len(take))
+                yield a, b, max(float(d @ H @ d - h @ fit), 0.0), fit[own], CORRELATION * inverse[own, own]
+
+    def apart(self, H: Array) -> Array:
+        """Return lambda^2 (members, members): what is left of member A's torque (row) when B (column) is fitted in its place."""
+        found = np.zeros((len(self.contest.members),) * 2)
+        for a, b, size, _, _ in self._pairs(H):
+            found[a, b] = size
         return found
 
-    def chance(self, gain: Array, rows: float) -> float:
+    def possible(self, H: Array) -> Array:
+        """Return the chance (members, members) that B (column), fitted in the place of A (row), has values that make sense.
+
+        A law that holds A's as a special case fits as well as A whatever is recorded; what ends it is that its values become absurd, such
+        as a hose's rest angle ten turns away.
+        """
+        found, rng = np.ones((len(self.contest.members),) * 2), np.random.default_rng(0)
+        for a, b, _, mean, covariance in self._pairs(H):
+            one = self.contest.members[b].instance
+            low, high = np.array(one.bounds()).T
+            drawn = rng.multivariate_normal(mean, covariance, DRAWS, method="svd")
+            found[a, b] = np.mean([bool(((x >= low) & (x <= high)).all()) and one.plausible(x) for x in drawn])
+        return found
+
+    def chance(self, gain: Array, rows: float, possible: Array | None = None) -> float:
         """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
 
-        `gain` (members, members) is the lambda^2 that the new rows add, `rows` their number over all joints.
+        `gain` (members, members) is the lambda^2 that the new rows add, `rows` their number over all joints; `possible` (members, members)
+        how likely a member's values make sense where another one is the truth.
         """
-        behind = self.contest.behind
-        weights, total = np.exp(-np.maximum(behind, 0.0) / SOFT), 0.0
-        for a, weight in enumerate((weights / weights.sum()).tolist()):
-            least = 1.0
-            for b in (b for b in range(len(behind)) if b != a):
-                ahead = behind[b] - behind[a] + rows / 2 * float(np.log1p(gain[a, b] / rows)) - self.contest.limit
-                least = min(least, 0.5 * (1 + erf(ahead / sqrt(2 * CORRELATION * max(float(gain[a, b]), 1e-9)))))
-            total += weight * least
-        return total
+        ahead, weights = self._ahead(gain, rows), self._weights()
+        leaves = 0.5 * (1 + np.vectorize(erf)(ahead / sqrt(2)))
+        leaves = leaves if possible is None else 1 - (1 - leaves) * possible
+        np.fill_diagonal(leaves, 1.0)
+        return float(weights @ leaves.min(axis=1))
+
+    def apart_by(self, gain: Array, rows: float) -> float:
+        """Return by how many standard deviations members leave the class, in the mean over all pairs, each counted for `MOST_APART`."""
+        ahead, weights = np.clip(self._ahead(gain, rows), -MOST_APART, MOST_APART), self._weights()
+        np.fill_diagonal(ahead, 0.0)
+        return float(weights @ ahead.sum(axis=1)) / max(len(weights) - 1, 1)
+
+    def _weights(self) -> Array:
+        """How likely each member (members,) is the truth, as its score says."""
+        weights = np.exp(-np.maximum(np.array(self.contest.behind), 0.0) / SOFT)
+        return np.asarray(weights / weights.sum(), np.float64)
+
+    def _ahead(self, gain: Array, rows: float) -> Array:
+        """By how many standard deviations each member (row), the truth, throws each other one (column) out of the class."""
+        behind = np.array(self.contest.behind)
+        ahead = behind[None, :] - behind[:, None] + rows / 2 * np.log1p(gain / rows) - self.contest.limit
+        return np.asarray(ahead / np.sqrt(CORRELATION * np.maximum(gain, 1e-9)), np.float64)
 
 
 def least_pair(gain: Array) -> float:

@@ -8,20 +8,19 @@ from typing import Any
 from nnhydro.diagnosis.case import AT_ONCE, MOST_STUDIED, Case, Opened, opened
 from nnhydro.diagnosis.experiment import next_experiment
 from nnhydro.diagnosis.instances import Hypothesis
-from nnhydro.diagnosis.lines import TESTS, strongest
 from nnhydro.diagnosis.locate import locate
-from nnhydro.diagnosis.locks import P_BLOCK, family_wise_p
 from nnhydro.diagnosis.naming import explained, named
 from nnhydro.diagnosis.placebo import placebo, whiteness
 from nnhydro.diagnosis.proof import Proof, prove_fresh
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.reference import Reference
 from nnhydro.diagnosis.rehearsal import confident, rehearse
+from nnhydro.diagnosis.remainder import mismatch_p, remainder
 from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.rig import Limits
 from nnhydro.diagnosis.search import Found
 from nnhydro.diagnosis.spells import in_order
 from nnhydro.diagnosis.uncertainty import own_values
-from nnhydro.diagnosis.unknown import learned
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.identification.identify import versions, with_parameters
@@ -67,36 +66,31 @@ def _recalibrated(loads: Loads) -> dict[str, list[float]]:
 @one_thread()
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
              without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
-             rehearsals: int = 0) -> Diagnosis:
+             rehearsals: int = 0, limits: Limits | None = None) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.
 
     Of more than `most` recordings the others take no part in the search and are the proof. `rehearsals` is how often findings and their
-    rivals are planted again to say how sure a name is; 0: confidence is the weight among the rivals.
+    rivals are planted again to say how sure a name is; 0: confidence is the weight among the rivals. `limits` are those of the rig, for the
+    motion to record next: by default what it has shown.
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """
     start = time.perf_counter()
+    if limits is not None:
+        limits.check(campaign.arm.n_links)
     ready = opened(campaign, baseline, seed, cutoff_hz, most)
     case, floor, against = ready.case, ready.floor, ready.case.reference
     told = named(case, ready.repeats, seed, without, progress)
     found, said, race = told.found, told.findings, told.found.race
     proof = prove_fresh(race, found.believed, _told(ready, progress), told.proof)
-    left = family_wise_p(race, seed + 1)
-    rest = learned(proof.remains, seed) if max(left, found.p_value) <= P_BLOCK else []
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
-    lines = [line for joint in range(len(race.noise)) if (line := strongest(proof.remains, joint)) and line.material]
-    p_value = min([found.p_value, *(TESTS * line.p_value for line in lines)])
-    systematic = max(left, found.p_value) <= P_BLOCK and proof.after > 1.5 * noise_error and (not said or any(one.real for one in rest))
-    unexplained = {"detected": systematic or bool(lines), "share": proof.after,
-                   "depends_on": sorted({x for one in rest if one.real for x in one.depends_on} | {"frequency" for _ in lines}),
-                   "lines": [line.sentence() for line in lines],
-                   "predictable": [round(max(one.r2, 0.0), 3) for one in rest]}
+    rest = remainder(told, proof, noise_error, seed)
     rehearsal = rehearse(case, race, rehearsals, seed, without, progress) if rehearsals and said else None
     said = said if rehearsal is None else [confident(f, rehearsal) for f in said]
-    following = next_experiment(race, case, found.believed, seed)
+    following = next_experiment(race, case, found.believed, seed, limits)
     seconds = time.perf_counter() - start
-    return Diagnosis(against.plain(), corrected(against, found, said), against.name, seconds, p_value, noise_error, proof,
-                     locate(proof.residuals, race.noise), said, unexplained,
+    return Diagnosis(against.plain(), corrected(against, found, said), against.name, seconds,
+                     mismatch_p(found.p_value, rest), noise_error, proof, locate(proof.residuals, race.noise), said, rest,
                      _checks(race, found, proof), following, _recalibrated(against.physics.loads),
                      versions() | {"campaign_sha256": campaign.sha256()}, race.log, rehearsal)
 

@@ -1,4 +1,4 @@
-"""Motions that the rig can do: what its recordings say of its limits, and slews, sums of sines and tows drawn within them."""
+"""Motions that a rig can do: slews, sums of sines and tows drawn within its limits."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,51 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import TIME, column
+from nnhydro.diagnosis.rig import Rig
 from nnhydro.errors import NnhydroError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.recording import Recording
-from nnhydro.recordings.segment import Segment
 from nnhydro.simulation.motions.motion_kind import Setting, State, TimedMotion, motion_of
 from nnhydro.simulation.run import grid
 from nnhydro.simulation.sensors import channels
 
 Array = NDArray[np.float64]
-LONGEST = 60.0  # s, of a proposed motion
-HARDER = 1.1  # of the largest torque measured: what a proposed motion may ask of the drives
 NARROW, WIDE = 0.3, 1.0  # shares of the limits between which motions are drawn
 SINES = 3
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Rig:
-    """What the rig allows: angles (joints, 2) rad, rates and accelerations (joints,), carriage speed m/s, torque (joints,) N m, time s."""
-
-    q: Array
-    rate: Array
-    acceleration: Array
-    u0: float
-    tau: Array
-    seconds: float
-
-    @staticmethod
-    def of(segments: Sequence[Segment]) -> "Rig":
-        """Return the limits that the moving recordings stayed in: nobody knows from them that the rig can do more."""
-        rows = [(s, s.keep) for s in segments if not s.steady and s.keep.any()]
-        q = np.concatenate([s.q[keep] for s, keep in rows])
-        tau = [s.tau[keep] for s, keep in rows if s.tau is not None]
-        return Rig(np.stack([q.min(axis=0), q.max(axis=0)], axis=1), np.max([np.abs(s.qd[keep]).max(axis=0) for s, keep in rows], axis=0),
-                   np.max([np.abs(s.qdd[keep]).max(axis=0) for s, keep in rows], axis=0),
-                   float(max(np.abs(s.u0).max() for s, _ in rows)), np.max([np.abs(x).max(axis=0) for x in tau], axis=0),
-                   float(min(np.median([s.t[-1] - s.t[0] for s, _ in rows]), LONGEST)))
-
-    def allows(self, state: State) -> bool:
-        """Return whether the motion stays within the limits; the torque is for the caller to judge."""
-        def within(x: Array, most: Array | float) -> bool:
-            return bool((np.abs(x) <= np.asarray(most) * (1 + 1e-6) + 1e-9).all())
-
-        inside = bool(((state.q >= self.q[:, 0] - 1e-6) & (state.q <= self.q[:, 1] + 1e-6)).all())
-        return inside and within(state.qd, self.rate) and within(state.qdd, self.acceleration) and within(state.u0, self.u0)
+LONGER = 2.0  # than what is usual on the rig: the most that a motion may last
 
 
 @final
@@ -91,7 +58,8 @@ def _slew(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
         alone = int(rng.integers(len(rig.q)))
         stops[:, [j for j in range(len(rig.q)) if j != alone]] = stops[0, [j for j in range(len(rig.q)) if j != alone]]
     way = np.abs(np.diff(stops, axis=0))
-    quick = np.maximum(1.875 * way / rig.rate, np.sqrt(5.7735 * way / rig.acceleration)).max(axis=1)  # peaks of a minimum-jerk slew
+    fastest, hardest = (np.maximum(x, 1e-9) for x in (rig.rate, rig.acceleration))  # 0 for a joint that has never moved
+    quick = np.maximum(1.875 * way / fastest, np.sqrt(5.7735 * way / hardest)).max(axis=1)  # peaks of a minimum-jerk slew
     slower = rng.uniform(1.05, 4.0)
     pause = float(rng.choice([0.0, 0.5]))
     return {"kind": "slew", "q_rad": stops.tolist(), "duration_s": (slower * quick + 0.05).tolist(), "pause_s": pause}
@@ -142,7 +110,7 @@ def _made(document: dict[str, Any], rig: Rig, arm: Arm, rate_hz: float) -> Propo
         return None
     t = grid(reference, rate_hz)
     state = reference.at(t)
-    return Proposed(document, t, state) if len(t) >= 20 and rig.allows(state) else None
+    return Proposed(document, t, state) if len(t) >= 20 and t[-1] <= LONGER * rig.seconds and rig.allows(state) else None
 
 
 def draw(rig: Rig, arm: Arm, rate_hz: float, count: int, rng: np.random.Generator) -> list[Proposed]:

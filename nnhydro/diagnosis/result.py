@@ -6,6 +6,7 @@ from typing import Any, final
 from nnhydro.diagnosis.experiment import Proposal
 from nnhydro.diagnosis.locate import Location
 from nnhydro.diagnosis.proof import Proof
+from nnhydro.diagnosis.remainder import Remainder
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.models.torque_model import TorqueModel
 
@@ -27,7 +28,7 @@ class Diagnosis:
     proof: Proof
     location: list[Location]
     findings: list[Finding]
-    unexplained: dict[str, Any]
+    remainder: Remainder
     checks: dict[str, Any]
     following: Proposal | None
     recalibrated: dict[str, list[float]]
@@ -49,14 +50,18 @@ class Diagnosis:
                              "noise_floor": self.noise_floor},
                 "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
-                "unexplained": self.unexplained, "proof": self.checks, "recalibrated": self.recalibrated,
+                "unexplained": self.remainder.document(), "proof": self.checks, "recalibrated": self.recalibrated,
                 "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions} | rehearsal
 
     def _remains(self) -> str:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""
-        if not self.unexplained["detected"]:
+        if not self.remainder.detected:
             return ""
-        return f" Noise alone would leave {100 * self.noise_floor:.1f} %: something systematic remains that no known effect explains."
+        said = f" Noise alone would leave {100 * self.noise_floor:.1f} %: something systematic remains that no known effect explains."
+        return said + self._suggested()
+
+    def _suggested(self) -> str:
+        return "".join(f" {one.sentence()}" for one in self.remainder.suggestions)
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
@@ -67,7 +72,7 @@ class Diagnosis:
                       f"{100 * self.proof.after:.1f} %.{self._remains()}{following}")
             return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:
-            hum = "".join(f" There is {line}." for line in self.unexplained.get("lines", []))
+            hum = "".join(f" There is {line.sentence()}." for line in self.remainder.lines)
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
-                    f"{hum}")
+                    f"{hum}{self._suggested()}")
         return "Nothing is missing that these recordings could show: what differs is noise or recalibration of the baseline."

@@ -6,8 +6,8 @@ from typing import final
 
 from nnhydro.diagnosis.case import Case, opened
 from nnhydro.diagnosis.experiment import Proposal, next_experiment
-from nnhydro.diagnosis.feasible import Rig
 from nnhydro.diagnosis.naming import named as named_in
+from nnhydro.diagnosis.rig import Limits
 from nnhydro.diagnosis.search import Found
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.physics.threads import one_thread
@@ -23,9 +23,9 @@ class Studied:
     found: Found
     findings: list[Finding]
 
-    def proposal(self, seed: int = 0, rig: Rig | None = None) -> Proposal | None:
+    def proposal(self, seed: int = 0, limits: Limits | None = None) -> Proposal | None:
         """Return the motion that would settle the first ambiguous finding, None where there is none."""
-        return next_experiment(self.found.race, self.case, self.found.believed, seed, rig)
+        return next_experiment(self.found.race, self.case, self.found.believed, seed, limits)
 
 
 @one_thread()

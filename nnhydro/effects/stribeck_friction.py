@@ -12,6 +12,9 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.joints import SIGN_WIDTH, smooth_sign
 
+SLIGHT = 0.2  # excess over sliding level below which the law is Coulomb's
+SHARP = 2 * SIGN_WIDTH  # rad/s: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
+
 
 @effect
 @final
@@ -42,6 +45,10 @@ class StribeckFriction(LoadEffect):
         qd = flow.motion.qd[:, self.joint - 1]
         sign = smooth_sign(qd, SIGN_WIDTH)
         return at_joint(torch.stack([sign, sign * torch.exp(-((qd / self.speed[0]) ** 2))], dim=1), self.joint, flow.arm.n_links)
+
+    def plausible(self) -> bool:
+        """Return whether it is more than Coulomb friction."""
+        return self.excess[0] >= SLIGHT * self.sliding[0] and self.speed[0] >= SHARP
 
     def quantities(self) -> dict[str, Quantity]:
         """Return sliding level, breakaway level and speed."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import pi
 from typing import final
 
 import torch
@@ -10,6 +11,8 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
+
+FURTHEST = 2 * pi  # rad: a rest angle beyond a turn is no hose's but that of a constant torque
 
 
 @effect
@@ -38,6 +41,10 @@ class UmbilicalStiffness(LoadEffect):
         """Return d tau / d (stiffness, preload), (n, joints, 2)."""
         q = flow.motion.q[:, self.joint - 1]
         return at_joint(torch.stack([q, torch.ones_like(q)], dim=1), self.joint, flow.arm.n_links)
+
+    def plausible(self) -> bool:
+        """Return whether the rest angle is one that a hose could have."""
+        return abs(self.preload[0]) <= FURTHEST * self.stiffness[0]
 
     def quantities(self) -> dict[str, Quantity]:
         """Return stiffness and rest angle."""

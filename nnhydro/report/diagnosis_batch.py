@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, final
 
 from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.rig import Limits
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.errors import NnhydroError
 from nnhydro.parallel import HERE, Workers, spread
@@ -26,6 +27,7 @@ class Asked:
     effects: Path | None = None
     column_map: Path | None = None
     rehearsals: int = 0
+    limits: Limits | None = None
 
 
 @final
@@ -44,7 +46,8 @@ def _diagnosed(asked: Asked) -> Told:
         if asked.effects is not None:
             load_plugin(asked.effects)
         campaign = verified(asked.campaign, asked.column_map)
-        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, rehearsals=asked.rehearsals)
+        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, rehearsals=asked.rehearsals,
+                          limits=asked.limits)
         write_diagnosis(result, campaign, asked.out)
         return Told(asked, result.document(), result.verdict())
     except NnhydroError as cause:

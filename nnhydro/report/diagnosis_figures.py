@@ -51,12 +51,16 @@ def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def _law(ax: "Axes", law: Law, title: str) -> None:
+FOUND = ("measured less the rest of the model", "its mean over a bin", "law found")
+UNNAMED = ("what no finding explains, on left-out recordings", "its mean over a bin", "the mean, joined")
+
+
+def _law(ax: "Axes", law: Law, title: str, labels: tuple[str, str, str]) -> None:
     """One law: single rows, their means, the law with its interval."""
     dots = law.rows[np.unique(np.linspace(0, len(law.rows) - 1, DOTS).astype(int))]
-    ax.plot(*dots.T, ".", color="0.8", markersize=2, zorder=0, label="measured less the rest of the model")
-    ax.plot(law.x, law.rest, "o", color=INK, fillstyle="none", markersize=5, label="its mean over a bin")
-    ax.plot(law.x, law.law, **STYLES[0], label="law found")
+    ax.plot(*dots.T, ".", color="0.8", markersize=2, zorder=0, label=labels[0])
+    ax.plot(law.x, law.rest, "o", color=INK, fillstyle="none", markersize=5, label=labels[1])
+    ax.plot(law.x, law.law, **STYLES[0], label=labels[2])
     for sign, label in ((-1, "95 % interval"), (1, None)):
         ax.plot(law.x, law.law + sign * law.half, color=STYLES[0]["color"], linestyle=(0, (4, 2)), linewidth=0.8, label=label)
     ax.fill_between(law.x, law.law - law.half, law.law + law.half, color=STYLES[0]["color"], alpha=0.2, linewidth=0)
@@ -69,12 +73,12 @@ def _law(ax: "Axes", law: Law, title: str) -> None:
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def law_figure(laws: Sequence[tuple[str, Law]], stem: Path) -> list[Path]:
-    """Draw the laws that were found, each with its statement, one below the other."""
+def law_figure(laws: Sequence[tuple[str, Law]], stem: Path, labels: tuple[str, str, str] = FOUND) -> list[Path]:
+    """Draw laws, each with its statement, one below the other; `labels` tell what rows, means and line are."""
     figure = new_figure(8.0, 3.6 * len(laws) + 0.5)
     axes = figure.subplots(len(laws), 1, squeeze=False)[:, 0]
     for ax, (statement, law) in zip(axes, laws, strict=True):
-        _law(ax, law, statement)
+        _law(ax, law, statement, labels)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False, fontsize=8.5, markerscale=1.5)
     return save_figure(figure, stem)
 
@@ -86,7 +90,8 @@ def laws_of(result: Diagnosis, traces: Sequence[Trace]) -> list[Law | None]:
     return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
 
 
-def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[Law | None], out: Path) -> list[Path]:
+def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[Law | None], unnamed: Sequence[Law],
+                      out: Path) -> list[Path]:
     """Draw every picture of a diagnosis into the folder `out`, each as PNG and SVG with its data; returns their paths."""
     paths = list[Path]()
     for trace in by_change(traces):
@@ -97,4 +102,6 @@ def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence
     if maps:
         paths += map_figure(maps, out / "residual_map")
     told = [(finding.statement, law) for finding, law in zip(result.findings, laws, strict=True) if law is not None]
-    return paths + (law_figure(told, out / "laws") if told else [])
+    left = [(f"Joint {law.joint}: something without a name is left", law) for law in unnamed]
+    paths += law_figure(told, out / "laws") if told else []
+    return paths + (law_figure(left, out / "unexplained", UNNAMED) if left else [])

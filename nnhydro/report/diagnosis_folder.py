@@ -9,6 +9,7 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis_figures import diagnosis_figures, laws_of
 from nnhydro.report.page.diagnosis import diagnosis_page
 from nnhydro.report.page.trace import diagnosis_traces
+from nnhydro.report.unknown_law import unknown_laws
 
 RESULT = "diagnosis.json"
 SHOWN = ("", ".json", ".html", ".png")  # what is worth a line: folders, and of each figure the picture
@@ -25,8 +26,9 @@ def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Pa
             result.following.write(work / NEXT)
         traces = diagnosis_traces(campaign, result.baseline, result.corrected)
         laws = laws_of(result, traces)
-        page = diagnosis_page(document, result.verdict(), campaign, traces, laws)
+        unnamed = unknown_laws(result)
+        page = diagnosis_page(document, result.verdict(), campaign, traces, laws, unnamed)
         (work / "report.html").write_text(page, encoding="utf-8")
-        figures = [path.name for path in diagnosis_figures(result, traces, laws, work)]
+        figures = [path.name for path in diagnosis_figures(result, traces, laws, unnamed, work)]
     following = [NEXT] if result.following is not None else []
     return [out / name for name in (RESULT, "report.html", "model", "baseline", *figures, *following)]

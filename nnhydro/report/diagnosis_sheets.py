@@ -47,6 +47,17 @@ def rivals_sheet(finding: Document) -> Sheet:
         Column("weight", [r["support"] for r in rivals], _weight, "support")))
 
 
+def nearest_sheet(document: Document) -> Sheet | None:
+    """Return the cards that come nearest to what no finding explains, and why they are not said; None where there are none."""
+    near = document["unexplained"].get("nearest", [])
+    if not near:
+        return None
+    return Sheet("The nearest cards, and what keeps them out", (
+        Column("card", [x["effect"] for x in near], words=True), Column("joint", [place(x["joint"]) for x in near]),
+        Column("gain in score", [x["gain"] for x in near], "{:.1f}", "gain"), Column("why it is not said", [x["why"] for x in near],
+                                                                                    key="why", words=True)))
+
+
 def location_sheet(document: Document) -> Sheet:
     """Return where the residual of the baseline lies, a row a joint."""
     where = document["location"]

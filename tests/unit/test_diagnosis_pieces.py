@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from nnhydro.diagnosis.feasible import Rig, _towed, draw
+from nnhydro.diagnosis.feasible import _towed, draw
 from nnhydro.diagnosis.instances import _neighbours
 from nnhydro.diagnosis.locate import _region
 from nnhydro.diagnosis.locks import sign_flip_p
+from nnhydro.diagnosis.rig import Rig
 from nnhydro.identification.config import TrainingConfig
 
 RIG = Rig(np.array([[-1.0, 1.0]]), np.array([1.5]), np.array([6.0]), 0.5, np.array([9.0]), 4.0)

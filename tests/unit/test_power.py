@@ -1,5 +1,6 @@
 """What a campaign can reveal, and the motion that settles what it cannot: the algebra, and planted effects of the stated size."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,15 +10,19 @@ import pytest
 from nnhydro.diagnosis.blocks import Blocks, kept_rows
 from nnhydro.diagnosis.contest import Contest, Judge
 from nnhydro.diagnosis.experiment import Proposal
-from nnhydro.diagnosis.feasible import Rig, draw, varied
+from nnhydro.diagnosis.feasible import draw, varied
+from nnhydro.diagnosis.instances import Instance
 from nnhydro.diagnosis.planned import planned
 from nnhydro.diagnosis.planting import low_pass_share, planted
 from nnhydro.diagnosis.power import correlation, power, visible_energies
 from nnhydro.diagnosis.reference import reference
+from nnhydro.diagnosis.rig import Rig, read_limits
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.strength import Price, Where, chance, smallest_own_strength, smallest_strength
 from nnhydro.diagnosis.studied import named
 from nnhydro.diagnosis.table import Table
+from nnhydro.effects.torque_bias import TorqueBias
+from nnhydro.effects.umbilical_stiffness import UmbilicalStiffness
 from nnhydro.errors import ConfigError
 
 MANY = ("wall_proximity", "torque_ripple", "flow_memory", "vortex_shedding", "wave_orbital", "link_interference", "torque_saturation",
@@ -214,3 +219,40 @@ def test_a_size_that_can_be_revealed_has_a_strength_and_one_that_cannot_has_none
     _, found = small
     assert {r.size is None for r in found.rows} == {True, False}
     assert all((r.size is None) == (r.strength is None) for r in found.rows)
+
+
+def test_stated_limits_replace_what_the_rig_has_shown_and_the_rest_stays(tmp_path):
+    path = tmp_path / "limits.yaml"
+    path.write_text("q_rad: [[-2, 2], [-1, 1.5]]\ndq_rad_s: 3\nu0_m_s: 0.8\n")
+    wider = rig().with_limits(read_limits(path))
+    np.testing.assert_array_equal(wider.q, [[-2, 2], [-1, 1.5]])
+    np.testing.assert_array_equal(wider.rate, [3, 3])
+    np.testing.assert_array_equal(wider.acceleration, rig().acceleration)
+    assert (wider.u0, wider.seconds, wider.stated) == (0.8, rig().seconds, True)
+
+
+@pytest.mark.parametrize(("text", "line"), [
+    ("dq_rads: 3\n", "unknown key 'dq_rads': did you mean 'dq_rad_s'"), ("q_rad: [[-1, 1]]\n", "q_rad has 1 ranges for an arm of 2 joint"),
+    ("q_rad: [[1, -1], [0, 1]]\n", "the lower angle first"), ("tau_Nm: [1, 2, 3]\n", "limits: tau_Nm: 3 numbers for an arm of 2 joint")])
+def test_limits_that_do_not_fit_are_refused_in_one_line(tmp_path, text, line):
+    path = tmp_path / "limits.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=re.escape(line)):
+        read_limits(path).check(2)
+
+
+def test_a_rival_that_only_fits_with_absurd_values_is_no_rival_any_more():
+    """A constant torque is a spring with a rest angle far away: what ends the matter is that the angle is known to be absurd."""
+    bias, hose = SimpleNamespace(columns=(0,), own=()), SimpleNamespace(columns=(1, 2), own=())
+    hose.instance = Instance(UmbilicalStiffness(joint=1, stiffness=(0.5,), preload=(0.0,)))
+    bias.instance = Instance(TorqueBias(joint=1, offset=(0.1,)))
+    race = SimpleNamespace(bench=SimpleNamespace(p=0, prior=np.zeros(0)),
+                           values=lambda kept: (None, dict.fromkeys([k for c in kept for k in c.columns], 1.0)))
+    judge = Judge(None, race, None, Contest((bias, hose), (), (0.0, 0.0), 10.0))
+    q = np.linspace(-0.01, 0.01, 200)
+    few = np.column_stack([np.ones(200), q, np.ones(200)])
+    many = np.column_stack([np.ones(200), 100 * q, np.ones(200)])
+    narrow, wide = judge.possible(few.T @ few), judge.possible(25 * many.T @ many)
+    assert narrow[0, 1] > 0.2
+    assert wide[0, 1] < 0.1
+    assert judge.chance(np.zeros((2, 2)), 1e4, wide) > judge.chance(np.zeros((2, 2)), 1e4, narrow)

@@ -1,101 +1,105 @@
-"""Is an ambiguous finding settled by the motion that the diagnosis proposes? `python training/next_experiment/run.py [none|all]`.
+"""Is an ambiguous finding settled by the motion that the diagnosis proposes? `python training/next_experiment/run.py [KEY=VALUE ...]`.
 
-A rig that has swung one way only hides friction at joint 1, recorded by the independent truth (nnhydro.simulation.truth). Where the
-diagnosis cannot tell, the proposed motion is recorded as often as it asks, and a motion drawn at random as often, for comparison. Rates and
-accelerations are recorded (all) or have to be derived from the angles (none).
+Rigs whose motions leave something ambiguous (config.toml) hide one effect each, recorded by the independent truth. Where the diagnosis
+cannot tell, the proposed motion is recorded as often as it asks, and motions drawn at random within the same limits as often, for
+comparison. Each case is stored as it ends, under runs/: a run that was ended goes on. KEY=VALUE overrides config.toml, e.g.
+`seeds=[1]`, `given="none"`; the table of all cases that are there is written to results.json by `python .../run.py table`.
 """
 
 import sys
 import tomllib
 from pathlib import Path
 
-import numpy as np
+from tank import Tank
 
-from nnhydro.conventions import column
-from nnhydro.diagnosis.feasible import Rig, draw
+from nnhydro.diagnosis.experiment import motions_at_random
+from nnhydro.diagnosis.rig import Limits
 from nnhydro.diagnosis.studied import Studied, studied
 from nnhydro.files import write_json
-from nnhydro.identification.identify import versions
-from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.recording import Recording
-from nnhydro.simulation.motions.motion_kind import Setting, motion_of
-from nnhydro.simulation.truth import registry
-from nnhydro.simulation.truth.arms import document
-from nnhydro.simulation.truth.sensors import FINE, Sensors, record
-from nnhydro.simulation.truth.tank import plain_torque, read
-from nnhydro.simulation.truth.world import Cause, Run, TrueArm, TrueLink
 
 HERE = Path(__file__).parent
+RUNS = HERE / "runs"
 
 
-def slews(config: dict) -> list[dict]:
-    """Return the motions of the campaign at hand as a recipe has them."""
-    return [{"kind": "slew", "q_rad": stops, "duration_s": s, "pause_s": 0.5} for stops, s in zip(*config["motions"].values(), strict=True)]
+def told(found: Studied) -> list[dict]:
+    """Return what the diagnosis names."""
+    return [{"class": list(f.members), "joint": f.effect.joint or None} for f in found.findings]
 
 
-class Tank:
-    """The rig as it really is; records motions."""
-
-    def __init__(self, config: dict, hidden: dict, seed: int) -> None:
-        self.links = TrueArm(tuple(TrueLink(*values) for values in zip(*config["arm"].values(), strict=True)))
-        self.arm = parse_arm(document(self.links, 0.01), "truth")
-        self.sensors = Sensors(config["rate_hz"], config["given"], "white", config["noise"], 0.0, 2 * np.pi / 2**16, clock=False)
-        made = (registry.makers()[hidden["effect"]](np.random.default_rng(k), self.links).make(hidden["level"]) for k in range(100))
-        self.cause: Cause = next(cause for cause in made if cause.joint == 1 and cause.shape == "plain")
-        self.rng = np.random.default_rng([seed, 2026])
-        plain = [plain_torque(self.run(motion, "quiet"), self.links) for motion in slews(config)]
-        self.sigma = config["noise"] * np.sqrt((np.concatenate(plain) ** 2).mean(axis=0))  # the sensor's own, whatever it measures
-
-    def run(self, motion: dict, name: str) -> Run:
-        """Return what the links do in one motion of a recipe."""
-        reference = motion_of({"name": name, **motion}, "study").reference(Setting(self.arm, np.random.default_rng(0), HERE))
-        t = np.arange(round(reference.duration * self.sensors.rate * FINE)) / (self.sensors.rate * FINE)
-        return Run(name, t, *reference.at(t))
-
-    def record(self, motion: dict, name: str) -> Recording:
-        """Return what the sensors record of it."""
-        run = self.run(motion, name)
-        seen = record(run, read(run, self.links, [self.cause]), self.links, self.sensors, self.sigma, self.rng, True)
-        q, qd, qdd, tau = (np.column_stack([seen[column(key, j)] for j in (1, 2)]) if column(key, 1) in seen else None
-                           for key in ("q", "qd", "qdd", "tau"))
-        return Recording(name, seen["t_s"], q, tau, qd, qdd, seen.get("u0_m_s"), seen.get("du0_m_s2"))
+def honest(names: list[dict], hidden: dict) -> bool:
+    """Whether nothing else is named than a class that holds what is hidden."""
+    return all(hidden["effect"] in one["class"] for one in names) and len(names) <= 1
 
 
-def outcome(found: Studied) -> str:
-    """Return the names that the diagnosis gives, classes in brackets."""
-    return "; ".join(f"{'/'.join(f.members)} at joint {f.effect.joint}" for f in found.findings) or "nothing"
+def settled(names: list[dict], hidden: dict) -> bool:
+    """Whether the one finding is what is hidden, and stands alone."""
+    return [one["class"] for one in names] == [[hidden["effect"]]] and names[0]["joint"] == hidden.get("joint")
 
 
-def settled(found: Studied, effect: str) -> bool:
-    """Whether the one finding is the hidden effect and stands alone."""
-    return [f.members for f in found.findings] == [(effect,)]
+def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:
+    """Return what came of one case."""
+    tank = Tank(config, rig, hidden, seed)
+    first = [tank.record(motion, f"run_{k}") for k, motion in enumerate(tank.motions)]
+    before = studied(Campaign.of(tank.arm, first))
+    limits = Limits(**rig["limits"]) if config["stated"] else None
+    proposal = before.proposal(seed, limits)
+    row = {"rig": rig["name"], "hidden": hidden, "seed": seed, "given": config["given"], "stated": config["stated"],
+           "before": told(before), "honest": honest(told(before), hidden), "after": None, "after_random": [],
+           "proposal": None if proposal is None else proposal.document()}
+    if proposal is None:
+        return row
+    others = motions_at_random(before.case, config["controls"], seed, limits)
+    for motion in [proposal.motion, *others]:
+        more = [tank.record(motion.document, f"s_next_{k}") for k in range(proposal.recordings)]
+        names = told(studied(Campaign.of(tank.arm, [*first, *more])))
+        if motion is proposal.motion:
+            row["after"] = names
+        else:
+            row["after_random"].append(names)
+    return row | {"settled": settled(row["after"], hidden), "settled_random": [settled(one, hidden) for one in row["after_random"]],
+                  "honest_after": honest(row["after"], hidden)}
+
+
+def words(names: list[dict]) -> str:
+    """Return what is named in a line."""
+    return "; ".join("/".join(one["class"]) + (f" ({one['joint']})" if one["joint"] else "") for one in names) or "nothing"
+
+
+def line(row: dict) -> str:
+    """Return a case in a line."""
+    start = f"{row['rig']}: {row['hidden']['effect']} ({row['hidden'].get('joint', 'arm')}), seed {row['seed']}: {words(row['before'])}"
+    if row["proposal"] is None:
+        return start
+    p, controls = row["proposal"], " | ".join(words(one) for one in row["after_random"])
+    return (f"{start} -> {p['recordings']} x {p['motion']['kind']}, chance {p['chance']:.2f} ({p['chance_of_a_random_motion']:.2f}): "
+            f"{words(row['after'])} [{row['settled']}]; at random: {controls} {row['settled_random']}")
+
+
+def configured(overrides: list[str]) -> dict:
+    """Return config.toml with the overrides of the command line."""
+    config = tomllib.loads((HERE / "config.toml").read_text())
+    for item in overrides:
+        config |= tomllib.loads(item)
+    return config
 
 
 def main() -> None:
-    """Run every case, print and write results_GIVEN.json."""
-    config, results = tomllib.loads((HERE / "config.toml").read_text()), []
-    config["given"] = (*sys.argv[1:], "all")[0]
-    for hidden in config["hidden"]:
-        for seed in config["seeds"]:
-            tank = Tank(config, hidden, seed)
-            first = [tank.record(motion, f"run_{k}") for k, motion in enumerate(slews(config))]
-            before = studied(Campaign.of(tank.arm, first))
-            row = {"hidden": hidden, "seed": seed, "before": outcome(before)}
-            proposal = before.proposal()
-            if proposal is not None:
-                rig = Rig.of([s for unit in before.case.all_units for s in unit.segments()])
-                others = draw(rig, tank.arm, config["rate_hz"], config["controls"], np.random.default_rng([seed, 1]))
-                after = []
-                for motion in [proposal.motion, *others]:
-                    more = [tank.record(motion.document, f"next_{k}") for k in range(proposal.recordings)]
-                    after.append(studied(Campaign.of(tank.arm, [*first, *more])))
-                row |= {"proposal": proposal.document(), "after": outcome(after[0]), "settled": settled(after[0], hidden["effect"]),
-                        "after_random": [outcome(one) for one in after[1:]],
-                        "settled_random": [settled(one, hidden["effect"]) for one in after[1:]]}
-            results.append(row)
-            print({key: value for key, value in row.items() if key != "proposal"}, proposal and proposal.statement(), flush=True)
-    write_json(HERE / f"results_{config['given']}.json", {"cases": results, "config": config, "versions": versions()})
+    """Run every case that is not there yet."""
+    config = configured(sys.argv[1:])
+    only = config.get("only", "")
+    for seed in config["seeds"]:
+        for rig in config["rig"]:
+            for hidden in rig["hidden"]:
+                limits = "stated" if config["stated"] else "shown"
+                name = "_".join([config["given"], limits, rig["name"], hidden["effect"], str(hidden.get("joint", 0)), str(seed)])
+                path = RUNS / config.get("to", "table") / f"{name.replace(' ', '-')}.json"
+                if path.is_file() or only not in name:
+                    continue
+                row = case(config, rig, hidden, seed)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                write_json(path, row)
+                print(line(row), flush=True)
 
 
 if __name__ == "__main__":

@@ -62,8 +62,11 @@ def intervals(title: str, rows: Sequence[tuple[str, float, Ends, str]]) -> Marku
     return drawing(WIDTH, 30 * len(rows) + 8, title, parts, "intervals")
 
 
-def law_chart(law: Law) -> Markup:
-    """Return the law of a finding against what drives it, with its 95 % interval, and what the rest of the model leaves for it."""
+def law_chart(law: Law, title: str | None = None) -> Markup:
+    """Return the law of a finding against what drives it, with its 95 % interval, and what the rest of the model leaves for it.
+
+    `title` is what a screen reader says where it is the law of something without a name.
+    """
     bottom, right = 250.0, WIDTH - 20
     low, high = law.law - law.half, law.law + law.half
     across = Scale.around(law.x, 62, right)
@@ -80,7 +83,8 @@ def law_chart(law: Law) -> Markup:
              tag("polygon", class_="band", points=f"{line(high)} {' '.join(line(low).split()[::-1])}"),
              tag("polyline", class_="m0", points=line(law.law)),
              *(tag("circle", class_="mean", cx=across(x), cy=up(y), r=3.5) for x, y in zip(law.x, law.rest, strict=True))]
-    return drawing(WIDTH, bottom + 40, f"Torque of the finding against {law.driver}, and what the recordings leave for it", parts, "law")
+    said = title or f"Torque of the finding against {law.driver}, and what the recordings leave for it"
+    return drawing(WIDTH, bottom + 40, said, parts, "law")
 
 
 def _curves(lines: Mapping[str, Sequence[Ends]], across: Scale, up: Scale, styles: Mapping[str, int]) -> list[Markup]:

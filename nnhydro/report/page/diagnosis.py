@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.diagnosis_sheets import errors_sheet, location_sheet, place, recalibrated_sheet, rivals_sheet
+from nnhydro.report.diagnosis_sheets import errors_sheet, location_sheet, nearest_sheet, place, recalibrated_sheet, rivals_sheet
 from nnhydro.report.law import Law
 from nnhydro.report.page.charts import bars, intervals, law_chart
 from nnhydro.report.page.history import histories
@@ -43,8 +43,10 @@ def _next(experiment: Any) -> str:
     return "" if experiment is None else f"{experiment['statement']} The motion lies in {experiment['file']}, ready to run."
 
 
-def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[Law | None] = ()) -> str:
-    """Return the page as HTML text; `document` is what diagnosis.json holds, `traces` are the campaign's, `laws` those of the findings."""
+def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[Law | None] = (),
+                   unnamed: Sequence[Law] = ()) -> str:
+    """Return the page as HTML text; `document` is what diagnosis.json holds, `traces` are the campaign's, `laws` those of the findings and
+    `unnamed` those of what no finding explains."""
     styles = {CORRECTED: 0, BASELINE: 1}
     maps = residual_maps(traces, [BASELINE, CORRECTED])
     errors = errors_sheet(document)
@@ -56,5 +58,7 @@ def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces:
         shown=len({t.recording for t in traces if not t.segment.steady}), of=len(campaign.names),
         first=document["location"][0]["joint"] if document["location"] else 1,
         histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
+        unnamed=[(law.joint, law.driver, law_chart(law, f"Residual of joint {law.joint} over {law.driver}")) for law in unnamed],
+        near=nearest_sheet(document), suggestions=[one["statement"] for one in document["unexplained"].get("suggestions", [])],
         recalibrated=recalibrated_sheet(document),
         next=_next(document.get("next_experiment")))

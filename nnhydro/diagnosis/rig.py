@@ -1,0 +1,101 @@
+"""What a rig allows: what its recordings have shown, or what its user states in a file of limits."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, final
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from nnhydro.errors import ConfigError, require
+from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.validation import Settings, validated
+from nnhydro.recordings.yaml_file import read_yaml
+from nnhydro.simulation.motions.motion_kind import State
+from nnhydro.simulation.per_joint import PerJointMagnitude, spread
+
+Array = NDArray[np.float64]
+LONGEST = 60.0  # s, of a proposed motion
+HARDER = 1.1  # of the largest torque measured: what a proposed motion may ask of drives whose limit nobody states
+Span = tuple[float, float]
+
+
+@final
+class Limits(Settings):
+    """What the user of a rig says it can do; what is left out is taken from the recordings."""
+
+    q_rad: Annotated[tuple[Span, ...], Field(min_length=1, max_length=10)] | None = None  # lowest and highest angle of each joint
+    dq_rad_s: PerJointMagnitude | None = None
+    ddq_rad_s2: PerJointMagnitude | None = None
+    u0_m_s: float | None = Field(default=None, ge=0, le=100)
+    tau_Nm: PerJointMagnitude | None = None
+    seconds: float | None = Field(default=None, gt=0, le=3600)
+
+    def check(self, joints: int) -> None:
+        """Raise ConfigError where the numbers and an arm of so many joints do not go together."""
+        if self.q_rad is not None:
+            require(len(self.q_rad) == joints, f"limits: q_rad has {len(self.q_rad)} ranges for an arm of {joints} joint(s): give one "
+                    "[lowest, highest] a joint")
+            require(all(low < high for low, high in self.q_rad), "limits: q_rad: a range is [lowest, highest], the lower angle first")
+        for key in ("dq_rad_s", "ddq_rad_s2", "tau_Nm"):
+            if getattr(self, key) is not None:
+                spread(getattr(self, key), joints, f"limits: {key}")
+
+
+def read_limits(path: Path) -> Limits:
+    """Return the limits in a YAML file; raise ConfigError with one line where it is not one."""
+    return validated(Limits, read_yaml(path, ConfigError), str(path), ConfigError)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """What the rig allows: angles (joints, 2) rad, rates and accelerations (joints,), carriage speed m/s, torque (joints,) N m, time s."""
+
+    q: Array
+    rate: Array
+    acceleration: Array
+    u0: float
+    tau: Array
+    seconds: float
+    stated: bool = False  # whether the user states any of it
+
+    @staticmethod
+    def of(segments: Sequence[Segment]) -> "Rig":
+        """Return the limits that the moving recordings stayed in: nobody knows from them that the rig can do more."""
+        rows = [(s, s.keep) for s in segments if not s.steady and s.keep.any()]
+        q = np.concatenate([s.q[keep] for s, keep in rows])
+        tau = [s.tau[keep] for s, keep in rows if s.tau is not None]
+        return Rig(np.stack([q.min(axis=0), q.max(axis=0)], axis=1), np.max([np.abs(s.qd[keep]).max(axis=0) for s, keep in rows], axis=0),
+                   np.max([np.abs(s.qdd[keep]).max(axis=0) for s, keep in rows], axis=0),
+                   float(max(np.abs(s.u0).max() for s, _ in rows)), HARDER * np.max([np.abs(x).max(axis=0) for x in tau], axis=0),
+                   float(min(np.median([s.t[-1] - s.t[0] for s, _ in rows]), LONGEST)))
+
+    def with_limits(self, limits: Limits | None) -> "Rig":
+        """Return the rig with what `limits` states in place of what was shown.
+
+        Raises ConfigError where numbers and joints do not go together.
+        """
+        if limits is None:
+            return self
+        joints = len(self.q)
+        limits.check(joints)
+
+        def each(given: tuple[float, ...] | None, shown: Array, key: str) -> Array:
+            return shown if given is None else spread(given, joints, f"limits: {key}")
+
+        q = self.q if limits.q_rad is None else np.array(limits.q_rad, dtype=float)
+        return replace(self, q=q, rate=each(limits.dq_rad_s, self.rate, "dq_rad_s"),
+                       acceleration=each(limits.ddq_rad_s2, self.acceleration, "ddq_rad_s2"),
+                       u0=self.u0 if limits.u0_m_s is None else limits.u0_m_s, tau=each(limits.tau_Nm, self.tau, "tau_Nm"),
+                       seconds=min(self.seconds if limits.seconds is None else limits.seconds, LONGEST), stated=True)
+
+    def allows(self, state: State) -> bool:
+        """Return whether the motion stays within the limits; the torque is for the caller to judge."""
+        def within(x: Array, most: Array | float) -> bool:
+            return bool((np.abs(x) <= np.asarray(most) * (1 + 1e-6) + 1e-9).all())
+
+        inside = bool(((state.q >= self.q[:, 0] - 1e-6) & (state.q <= self.q[:, 1] + 1e-6)).all())
+        return inside and within(state.qd, self.rate) and within(state.qdd, self.acceleration) and within(state.u0, self.u0)
