@@ -90,8 +90,8 @@ def laws_of(result: Diagnosis, traces: Sequence[Trace]) -> list[Law | None]:
     return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
 
 
-def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[Law | None], unnamed: Sequence[Law],
-                      out: Path) -> list[Path]:
+def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[Law | None], out: Path,
+                      unnamed: Sequence[Law] = ()) -> list[Path]:
     """Draw every picture of a diagnosis into the folder `out`, each as PNG and SVG with its data; returns their paths."""
     paths = list[Path]()
     for trace in by_change(traces):

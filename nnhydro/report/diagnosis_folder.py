@@ -29,6 +29,6 @@ def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Pa
         unnamed = unknown_laws(result)
         page = diagnosis_page(document, result.verdict(), campaign, traces, laws, unnamed)
         (work / "report.html").write_text(page, encoding="utf-8")
-        figures = [path.name for path in diagnosis_figures(result, traces, laws, unnamed, work)]
+        figures = [path.name for path in diagnosis_figures(result, traces, laws, work, unnamed)]
     following = [NEXT] if result.following is not None else []
     return [out / name for name in (RESULT, "report.html", "model", "baseline", *figures, *following)]
