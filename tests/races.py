@@ -1,6 +1,6 @@
 """Races over random columns whose rows are kept, and the same numbers by plain least squares on these rows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import numpy as np
@@ -124,11 +124,33 @@ class Plain:
     rows = Table.rows
 
 
-def instance(name, of, own=(), joint=0, grid=1, **keys):
+@dataclass(eq=False)
+class Known:
     """An instance for `Plain`: the columns `of` the tables; `own` are those places among them with a value of each recording's own."""
-    keys = {"spans": {}, "plausible": lambda values: True, "spell": None, "effect": SimpleNamespace(), **keys}
-    free = [(-np.inf, np.inf)] * len(of)
-    return SimpleNamespace(key=(name, joint), of=tuple(of), own=tuple(own), width=len(of), grid=grid, bounds=lambda: free, **keys)
+
+    key: tuple[str, int]
+    of: tuple[int, ...]
+    own: tuple[int, ...] = ()
+    grid: int = 1
+    limits: tuple[tuple[float, float], ...] | None = None
+    spans: dict = field(default_factory=dict)
+    effect: SimpleNamespace = field(default_factory=SimpleNamespace)
+    spell: object = None
+
+    @property
+    def width(self):
+        return len(self.of)
+
+    def bounds(self):
+        return self.limits or ((-np.inf, np.inf),) * len(self.of)
+
+    def plausible(self, values):
+        return True
+
+
+def instance(name, of, own=(), **keys):
+    """The instance of the effect `name` that the columns `of` stand for."""
+    return Known((name, 0), tuple(of), tuple(own), **keys)
 
 
 def raced(table, instances, noise=NOISE, prior=0.0, chosen=()):

@@ -46,8 +46,7 @@ def test_units_without_rows_leave_no_gap_in_the_numbers():
 
 
 def test_bounds_stand_column_by_column_and_columns_beside_join_the_baseline():
-    fussy = instance("fussy", (3, 4))
-    fussy.bounds = lambda: ((0.0, 2.0), (-3.0, np.inf))
+    fussy = instance("fussy", (3, 4), limits=((0.0, 2.0), (-3.0, np.inf)))
     bank, blocks = build(Plain(tables(3)), (EACH[0], fussy), None, lambda piece: np.ones((*piece.y.shape, 2)))
     np.testing.assert_array_equal(bank.low, [-np.inf, 0.0, -3.0])
     np.testing.assert_array_equal(bank.high, [np.inf, 2.0, np.inf])
@@ -178,7 +177,7 @@ def test_of_many_values_the_four_best_of_every_key_go_on_beside_what_is_chosen()
 def test_many_values_are_tried_a_few_at_a_time_and_impossible_ones_do_not_go_on():
     table, seen = Plain(tables(22, {0: 0.5})), []
     known = [instance(f"many{k}", (k % K,), grid=60) for k in range(50)]
-    known[0].bounds = lambda: [(2.0, 3.0)]
+    known[0].limits = ((2.0, 3.0),)
     best = scouted(table, known, raced(table, [EACH[5]]), None, seen.append)
     assert [len(tried.bank.candidates) for tried in seen] == [24, 24, 2]
     assert {one.key[0] for one in best} == {f"many{k}" for k in range(1, 50)}

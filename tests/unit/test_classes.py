@@ -1,0 +1,267 @@
+"""Rivals and their classes, motions that would tell them apart, and effects that act in a part of a campaign: the algebra by hand."""
+
+from math import erf, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from races import JOINTS, NOISE, SINGLE, K, P, Plain, candidate, fit, instance, race, raced, rows, tables
+
+from nnhydro.diagnosis.contest import Contest, Judge, contest_of, least_pair
+from nnhydro.diagnosis.instances import Spell
+from nnhydro.diagnosis.spells import _spells, _turning, best_spell, in_order, spelled
+from nnhydro.diagnosis.uncertainty import likeness
+from nnhydro.diagnosis.verdict import Rival, _size, rivals_of, simplest
+
+PRIOR = np.array([4.0, 0.0, 50.0])
+
+
+def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False):
+    return Rival(behind, p, alike, gain, general, SINGLE[0])
+
+
+@pytest.mark.parametrize(("one", "inside"), [
+    (rival(1.9), True), (rival(2.1), False),  # hardly behind, whatever the signs say
+    (rival(9.9, p=0.06), True), (rival(9.9, p=0.04), False), (rival(10.1, p=1.0), False),  # behind, but not on the single recordings
+    (rival(9.9, alike=0.985), True), (rival(10.1, alike=0.985), False), (rival(9.9, alike=0.975), False),  # the same torque
+    (rival(15.0, alike=0.985, gain=760.0), True), (rival(15.0, alike=0.985, gain=740.0), False),  # within a fiftieth of the whole
+    (rival(19.0, alike=0.91, general=True), True), (rival(21.0, alike=0.91, general=True), False),
+    (rival(19.0, alike=0.89, general=True), False), (rival(19.0, alike=0.91), False), (rival(-5.0), True),
+])
+def test_a_rival_is_in_the_class_where_it_cannot_be_told_from_the_finding(one, inside):
+    assert one.in_class == inside
+
+
+def effects(*families):
+    return [SimpleNamespace(family=family, general=general) for family, general in families]
+
+
+def competing(seed=1):
+    """Column 1 is nearly column 0, which is planted; column 2 a quarter of it."""
+    made = tables(seed, {0: 0.6, 4: 0.3})
+    for table in made:
+        table[..., P + 1] = table[..., P] + 0.1 * table[..., P + 1]
+        table[..., P + 2] = table[..., P] + 4 * table[..., P + 2]
+    kinds = effects(("a", False), ("a", True), ("b", True), ("a", False), ("a", False), ("a", False))
+    bank = tuple(candidate(f"effect_{k}", (k,), effect=kind) for k, kind in enumerate(kinds))
+    return made, bank
+
+
+def test_rivals_take_the_findings_place_beside_the_others_and_the_best_come_first():
+    made, bank = competing()
+    found = race(made, bank, chosen=(0, 4))
+    told = rivals_of(found, bank[0])
+    assert [one.candidate.key[0] for one in told[:2]] == ["effect_1", "effect_2"]
+    assert "effect_0" not in [one.candidate.key[0] for one in told]
+    assert "effect_4" not in [one.candidate.key[0] for one in told], "it is chosen already"
+    assert [one.general for one in told[:2]] == [True, False], "the general form of another family is none of its own"
+    for one in told:
+        assert one.behind == pytest.approx(found.total([one.candidate], [bank[0]]) - found.total())
+        assert one.gain == pytest.approx(found.total(without=[bank[0]]) - found.total())
+        assert one.likeness == pytest.approx(likeness(found, bank[0], one.candidate))
+    assert told[0].p > 0.001
+    assert told[1].p == pytest.approx(1 / 2**7)
+
+
+def test_no_more_than_five_rivals_are_told():
+    made = tables(2, {0: 0.6}, columns=9)
+    bank = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(family="a", general=False)) for k in range(9))
+    assert len(rivals_of(race(made, bank, chosen=(0,)), bank[0])) == 5
+
+
+def test_a_name_with_fewer_parameters_stands_for_the_same_torque():
+    made = tables(3, {0: 0.6})
+    for table in made:
+        table[..., P + 1] = table[..., P] + 0.01 * table[..., P + 1]
+        table[..., P + 3] = table[..., P] + 2 * table[..., P + 3]
+    plain, other = effects(("a", False), ("b", False))
+    rich = candidate("rich", (1, 2), effect=plain)
+    few, unlike = candidate("few", (0,), effect=other), candidate("unlike", (3,), effect=other)
+    found = race(made, (rich, few, unlike), chosen=(0,))
+    assert simplest(found) == [few]
+    shaped = candidate("few", (0,), effect=other, spans={"v": (1.0, 2.0)})
+    assert (_size(rich), _size(few), _size(shaped), _size(candidate("own", (0,), (1, 2)))) == (2, 1, 2, 3)
+    alone = race(made, (rich, unlike), chosen=(0,))
+    assert simplest(alone) == [rich]
+
+
+def contest(made, bank, members, rest=(), behind=(0.0, 0.0), limit=10.0, prior=0.0):
+    found = race(made, bank, prior=prior, chosen=(*rest, members[0]))
+    told = Contest(tuple(bank[k] for k in members), tuple(bank[k] for k in rest), behind, limit)
+    return found, Judge(None, found, None, told)
+
+
+@pytest.mark.parametrize("prior", [0.0, PRIOR])
+def test_members_are_apart_by_what_the_other_and_the_refit_leave_of_ones_torque(prior):
+    made, bank = competing()
+    _, judge = contest(made, bank, (0, 1, 2), rest=(4,), prior=prior)
+    r, H = rows(made), judge.recorded()
+    order = [*range(P), *(P + k for k in (4, 0, 1, 2))]
+    np.testing.assert_allclose(H, r.Z[:, order].T @ r.Z[:, order], rtol=1e-9)
+    apart = judge.apart(H)
+    for a, A in enumerate((0, 1, 2)):
+        beta = fit(r.Z[:, [0, 1, 2, P + A, P + 4]], r.y, prior)[P]
+        torque = beta * r.Z[:, P + A]
+        for b, B in enumerate((0, 1, 2)):
+            if a != b:
+                Z = r.Z[:, [0, 1, 2, P + 4, P + B]]
+                theta = fit(Z, torque, prior)
+                left = ((torque - Z @ theta) ** 2).sum() + (np.broadcast_to(prior, P) * theta[:P] ** 2).sum()
+                assert apart[a, b] == pytest.approx(left, rel=1e-4)
+    assert (np.diag(apart) == 0).all()
+    assert least_pair(apart) == pytest.approx(min(apart[a, b] for a in range(3) for b in range(3) if a != b))
+
+
+def test_twice_the_recordings_tell_members_twice_as_far_apart():
+    made, bank = competing()
+    _, judge = contest(made, bank, (0, 1))
+    H = judge.recorded()
+    np.testing.assert_allclose(judge.apart(2 * H), 2 * judge.apart(H), rtol=1e-6)
+
+
+def test_the_chance_is_that_of_the_members_that_fall_behind_by_the_limit():
+    gain, rows_ = np.array([[0.0, 30.0, 50.0], [40.0, 0.0, 60.0], [20.0, 35.0, 0.0]]), 500.0
+    behind, limit = (0.0, 3.0, 6.0), 10.0
+    judge = Judge(None, None, None, Contest(("a", "b", "c"), (), behind, limit))
+    weights, total = np.exp(-np.array(behind) / 6), 0.0
+    for a in range(3):
+        chances = []
+        for b in range(3):
+            if a != b:
+                ahead = behind[b] - behind[a] + rows_ / 2 * np.log(1 + gain[a, b] / rows_) - limit
+                chances.append((1 + erf(ahead / sqrt(2 * 1.5 * gain[a, b]))) / 2)
+        total += weights[a] / weights.sum() * min(chances)
+    assert judge.chance(gain, rows_) == pytest.approx(total, rel=1e-9)
+    assert least_pair(gain) == 20.0
+
+
+def test_a_contest_is_that_of_the_first_finding_that_has_rivals_in_its_class():
+    made, bank = competing()
+    found = race(made, bank, chosen=(4, 0))
+    told = contest_of(found)
+    inside = [one for one in rivals_of(found, bank[0]) if one.in_class]
+    assert told.members == (bank[0], *(one.candidate for one in inside))
+    assert told.rest == (bank[4],)
+    assert told.behind == (0.0, *(one.behind for one in inside))
+    assert told.limit == pytest.approx(max(10.0, 0.02 * inside[0].gain))
+    assert bank[1] in told.members
+    clear = race(tables(4, {0: 0.8}), tuple(candidate(f"e{k}", (k,), effect=SimpleNamespace(family="a", general=False)) for k in range(K)),
+                 chosen=(0,))
+    assert contest_of(clear) is None
+
+
+def acting(acts, seed=5, units=12, value=0.8):
+    """Column 1 acts in the recordings `acts`, column 4 in all."""
+    made = tables(seed, {4: 0.3}, units=units, rows=(60, 80))
+    for k, table in enumerate(made):
+        table[..., -1] += (value if acts(k) else 0.0) * table[..., P + 1]
+    return made
+
+
+def test_spells_begin_or_end_between_recordings_and_leave_four_inside_and_two_outside():
+    found = [tuple(np.flatnonzero(inside).tolist()) for inside in _spells(list(range(8)), 8)]
+    assert set(found) == {tuple(range(k)) for k in (4, 5, 6)} | {tuple(range(k, 8)) for k in (2, 3, 4)}
+    assert len(found) == 6
+    assert list(_spells(list(range(5)), 5)) == []
+    mixed = [tuple(np.flatnonzero(inside).tolist()) for inside in _spells([5, 0, 3, 1, 7, 2], 8)]
+    assert set(mixed) == {(0, 1, 3, 5), (1, 2, 3, 7)}
+
+
+def test_the_best_spell_is_the_one_whose_columns_masked_by_hand_score_best():
+    made = acting(lambda k: k >= 6)
+    order = list(range(12))
+    found = race(made, prior=PRIOR, chosen=(4,))
+    told = best_spell(found, SINGLE[1], order)
+    np.testing.assert_array_equal(told.inside, np.arange(12) >= 6)
+    masked = [table.copy() for table in made]
+    for k, table in enumerate(masked):
+        table[..., P + 1] *= float(k >= 6)
+    by_hand = race(masked, prior=PRIOR).bench.scored(np.array([1, 4]))
+    assert told.total == pytest.approx(by_hand.total + 2, rel=1e-9)
+    assert told.better
+    assert told.outside < 0.2
+    assert told.candidate is SINGLE[1]
+
+
+def test_what_it_does_outside_is_asked_by_a_column_of_its_own_there():
+    made = acting(lambda k: k >= 6)
+    for k, table in enumerate(made):
+        table[..., -1] += (0.4 if k < 6 else 0.0) * table[..., P + 1]
+    told = best_spell(race(made, chosen=(4,)), SINGLE[1], list(range(12)))
+    r = rows(made)
+    inside = told.inside[r.unit]
+    Z = np.column_stack([r.Z[:, [0, 1, 2, P + 4]], r.Z[:, P + 1] * inside, r.Z[:, P + 1] * ~inside])
+    theta = np.linalg.lstsq(Z, r.y, rcond=None)[0]
+    assert told.outside == pytest.approx(abs(theta[5] / theta[4]), rel=1e-4)
+
+
+def test_units_that_have_no_place_are_in_no_spell_and_own_values_have_none():
+    made = acting(lambda k: k >= 6)
+    told = best_spell(race(made, chosen=(4,)), SINGLE[1], [k for k in range(12) if k != 9])
+    np.testing.assert_array_equal(np.flatnonzero(told.inside), [6, 7, 8, 10, 11])
+    own = candidate("own", (), (2,))
+    bank = (SINGLE[1], own)
+    assert best_spell(race(made, bank, chosen=(1,)), SINGLE[1], list(range(12))) is None
+    assert best_spell(race(made), SINGLE[1], list(range(5))) is None
+
+
+def test_a_spell_with_a_value_beyond_its_bounds_is_none():
+    made = acting(lambda k: k >= 6)
+    assert best_spell(race(made, low=0.0), SINGLE[1], list(range(12))) is not None
+    assert best_spell(race(made, high=0.0), SINGLE[1], list(range(12))) is None
+
+
+def placed(made, order, steady=()):
+    """A plain table whose recordings lie in that order in the campaign."""
+    where = {f"run{k}": place for place, k in enumerate(order)}
+    return Plain(made, steady, lambda unit, k: np.array([where[unit.name], 1e9]))
+
+
+def test_moving_recordings_are_put_in_the_order_of_the_campaign():
+    table = placed(tables(6, units=4), [2, 0, 3, 1], steady=(3,))
+    assert in_order(table) == [(2, "run2"), (0, "run0"), (1, "run1")]
+    table.pieces = table.pieces[1:]
+    assert in_order(table) == [(1, "run2"), (0, "run1")], "numbers are those of the units that hold rows"
+
+
+def test_the_spell_of_an_effect_is_found_with_its_first_and_last_recording_and_is_written_down():
+    order = [3, 1, 0, 2, 5, 4, 11, 10, 9, 8, 7, 6]
+    made = acting(lambda k: k in order[6:])
+    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
+    for chosen in ((4, 1), (4,)):  # chosen already, or turned up by the running sums
+        table = placed(made, order)
+        found = raced(table, known, chosen=chosen)
+        (one,) = spelled(found, table)
+        assert one.key == ("effect_1", 0)
+        assert one.spell == Spell(frozenset(order[6:]), "run11", None)
+        assert found.log[-1].startswith("effect_1 joint 0: gains ")
+        assert "by acting from run11 on, 0.0" in found.log[-1]
+
+
+def test_an_effect_that_always_acts_has_no_spell_nor_has_a_short_campaign():
+    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
+    table = placed(acting(lambda k: True), range(12))
+    assert spelled(raced(table, known, chosen=(1, 4)), table) == []
+    short = placed(acting(lambda k: k >= 3, units=5), range(5))
+    assert spelled(raced(short, known, chosen=(4,)), short) == []
+
+
+def test_turning_candidates_are_those_whose_running_sum_leaves_nothing_furthest():
+    made = acting(lambda k: k >= 6, value=0.5)
+    found = race(made, (*SINGLE, candidate("own", (), (2,))), chosen=(4,))
+    told = _turning(found, list(range(12)))
+    assert told[0] is SINGLE[1]
+    assert SINGLE[4] not in told
+    assert all(not c.own for c in told)
+    many = race(tables(7, columns=12), tuple(candidate(f"e{k}", (k,)) for k in range(12)))
+    assert len(_turning(many, list(range(7)))) == 8
+    best = race(made, (candidate("same", (0,)), candidate("same", (1,))))
+    assert [c.columns for c in _turning(best, list(range(12)))] == [(1,)]
+
+
+def test_noise_is_held_against_each_joint_of_its_own():
+    made, bank = competing()
+    _, judge = contest(made, bank, (0, 1))
+    louder = race([np.concatenate([t[:, :1], 3 * t[:, 1:]], axis=1) for t in made], bank, noise=NOISE * [1.0, 3.0], chosen=(0,))
+    np.testing.assert_allclose(Judge(None, louder, None, judge.contest).recorded(), judge.recorded(), rtol=1e-9)
+    assert JOINTS == 2
