@@ -1,0 +1,121 @@
+"""The linear part of a learned model: the same ridge in dense form, member by member."""
+
+from types import SimpleNamespace
+
+import pytest
+import torch
+
+from nnhydro.identification.linear_part import LinearPart, linear_part
+from nnhydro.identification.training_rows import Rows
+
+JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
+
+
+def problem(seed=1, noise=0.3, n=240):
+    """Rows and columns of a linear torque: body coefficients of about half a deviation, a law, odd features a joint."""
+    generator = torch.Generator().manual_seed(seed)
+    columns = torch.randn(n, JOINTS, SHARED + ODD, generator=generator)
+    shared, odd = torch.tensor([1.0, -0.5, 0.3, 0.4, 0.8]), torch.tensor([[0.5, -1.0], [0.0, 0.2], [1.0, 0.1]])
+    target = columns[..., :SHARED] @ shared + torch.einsum("njk,kj->nj", columns[..., SHARED:], odd)
+    target = target * torch.tensor([1.0, 1.0]) + noise * torch.randn(n, JOINTS, generator=generator)
+    parity = torch.tensor([-1.0, 1.0, -1.0, -1.0])
+    rows = Rows(torch.randn(n, 4, generator=generator), parity, torch.ones(n, JOINTS), target, torch.arange(n) % UNITS)
+    watched = torch.zeros(3, UNITS, dtype=torch.bool)
+    watched[0, 0] = watched[1, 2] = watched[2, 5] = True
+    return rows, SimpleNamespace(columns=columns, law_size=LAW), watched
+
+
+def dense(rows, linear):
+    """The weighted columns (n joints, q) with odd features a joint each, right-hand sides, and the unit of each row."""
+    s = rows.target.double().pow(2).mean(dim=0).sqrt()
+    parts = []
+    for j in range(JOINTS):
+        A = torch.zeros(len(rows.x), SHARED + JOINTS * ODD, dtype=torch.float64)
+        A[:, :SHARED] = linear.columns[:, j, :SHARED]
+        A[:, SHARED + j * ODD:SHARED + (j + 1) * ODD] = linear.columns[:, j, SHARED:]
+        parts.append((A / s[j], rows.target[:, j].double() / s[j], rows.unit))
+    return (torch.cat(x) for x in zip(*parts, strict=True))
+
+
+def ridge(A, z, h, penalty):
+    """argmin |A theta - z|^2 + penalty sum h theta^2 over all but the stated coefficients, of which 1e-3 theta^2 is said."""
+    weight = penalty * h
+    weight[LAW:LAW + STATED] = 1e-3
+    return torch.linalg.solve(A.T @ A + torch.diag(weight), A.T @ z)
+
+
+def by_hand(rows, linear, watched):
+    """The best penalty, the members' solutions on the rows that they train on, and that of all rows."""
+    A, z, unit = dense(rows, linear)
+    h, best = (A**2).sum(dim=0), None
+    for penalty in [10 ** (-k / 2) for k in range(1, 15)]:
+        members, error = [], 0.0
+        for own in watched:
+            seen = own[unit]
+            members.append(ridge(A[~seen], z[~seen], h.clone(), penalty))
+            error += float(((z - A @ members[-1])[seen] ** 2).sum())
+        if best is None or error < best[0]:
+            best = error, penalty, torch.stack(members), ridge(A, z, h.clone(), penalty)
+    return best[1:]
+
+
+@pytest.mark.parametrize("noise", [0.05, 3.0])
+def test_members_solve_on_the_rows_that_they_train_on_with_the_penalty_that_watched_rows_choose(noise):
+    rows, linear, watched = problem(noise=noise)
+    own, moved = linear_part(rows, linear, watched, STATED)
+    _, members, shown = by_hand(rows, linear, watched)
+    torch.testing.assert_close(own.shared, members[:, :SHARED], rtol=1e-4, atol=1e-5)
+    torch.testing.assert_close(own.odd, members[:, SHARED:].reshape(3, JOINTS, ODD).transpose(1, 2), rtol=1e-4, atol=1e-5)
+    torch.testing.assert_close(moved.shared.mean(dim=0), shown[:SHARED], rtol=1e-4, atol=1e-5)
+    torch.testing.assert_close(moved.odd.mean(dim=0), shown[SHARED:].reshape(JOINTS, ODD).T, rtol=1e-4, atol=1e-5)
+
+
+def test_members_differ_from_their_mean_alike_in_both():
+    own, moved = linear_part(*problem(), STATED)
+    for one, other in ((own.shared, moved.shared), (own.odd, moved.odd)):
+        torch.testing.assert_close(one - one.mean(dim=0), other - other.mean(dim=0))
+        assert float((one - one.mean(dim=0)).abs().max()) > 1e-4
+        assert float((one.mean(dim=0) - other.mean(dim=0)).abs().max()) > 1e-6
+
+
+def test_more_noise_asks_for_a_larger_penalty():
+    quiet, loud = (by_hand(*problem(noise=noise))[0] for noise in (0.01, 8.0))
+    assert quiet < loud
+
+
+def test_where_nothing_can_be_watched_all_members_are_the_fit_to_all():
+    rows, linear, watched = problem()
+    own, moved = linear_part(rows, linear, watched & False, STATED)
+    A, z, _ = dense(rows, linear)
+    want = ridge(A, z, (A**2).sum(dim=0), 1e-3)
+    for part in (own, moved):
+        torch.testing.assert_close(part.shared, want[:SHARED].expand(3, -1), rtol=1e-5, atol=1e-6)
+
+
+def test_a_column_that_hardly_moves_has_no_coefficient_and_a_stated_one_keeps_what_was_stated():
+    rows, linear, watched = problem()
+    linear.columns[..., 0] = 0.0
+    linear.columns[..., LAW] *= 1e-9
+    own, _ = linear_part(rows, linear, watched, STATED)
+    assert float(own.shared[:, 0].abs().max()) == 0.0
+    assert float(own.shared[:, LAW].abs().max()) < 1e-3
+
+
+def test_a_loud_joint_counts_no_more_than_a_quiet_one():
+    rows, linear, watched = problem()
+    plain, _ = linear_part(rows, linear, watched, 0)
+    rows.target[:, 1] *= 100
+    linear.columns[:, 1] *= 100
+    louder, _ = linear_part(rows, linear, watched, 0)
+    torch.testing.assert_close(louder.shared, plain.shared, rtol=1e-4, atol=1e-5)
+
+
+def test_the_torque_of_the_linear_part_is_that_of_its_columns():
+    part = LinearPart(torch.randn(3, SHARED).double(), torch.randn(3, ODD, JOINTS).double())
+    columns = torch.randn(7, JOINTS, SHARED + ODD).double()
+    tau = part.of(columns)
+    assert tau.shape == (7, 3, JOINTS)
+    for e in range(3):
+        for j in range(JOINTS):
+            want = columns[:, j, :SHARED] @ part.shared[e] + columns[:, j, SHARED:] @ part.odd[e, :, j]
+            torch.testing.assert_close(tau[:, e, j], want)

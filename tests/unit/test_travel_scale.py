@@ -1,0 +1,184 @@
+"""The search for a travel scale, and the rows behind a low-pass, against the general way to the same numbers."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+from campaigns import recording, sensor_torque
+from rigs import arm
+
+from nnhydro.errors import CampaignError
+from nnhydro.identification.least_squares import fit, joint_weights, solve
+from nnhydro.identification.prior import prior
+from nnhydro.identification.seen_rows import reach, seen_rows
+from nnhydro.identification.state_rows import general, rows_of
+from nnhydro.identification.statistics import of_segment, residual_energy, total
+from nnhydro.identification.travel_scale import COARSE, _energy, _statistics, _vertex, has_travel_scale, with_best_travel_scale
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.state_loads import state_loads, with_tau_s
+from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.preprocessing import Preparation, prepare
+from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.splitting import Unit
+
+A = arm(1)
+LOADS = state_loads(A, per_link=3)
+
+
+def curved(tau_s, a=A, seed=1, seconds=3.0, how=None):
+    """A segment whose torque is that of curves with the travel scale `tau_s`."""
+    loads = with_tau_s(state_loads(a, per_link=3), tau_s)
+    terms = {name: term.with_linear(torch.linspace(0.5, 1.5, len(term.linear_values())).double()) if name in loads.linear() and
+             name != "rigid_body" else term for name, term in loads.terms.items()}
+    r = recording(a, Loads(terms), seed=seed, seconds=seconds, rate=50.0)
+    return next(iter(prepare(r, how or Preparation(None))))
+
+
+def same(one, other):
+    for name in ("H", "g", "s", "n"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize(("keys", "how"), [
+    ({}, Preparation(None)), ({}, Preparation(LowPass(4.0))),
+    ({"links": 2, "drive": {"kind": "remote", "pulley_ratio": 1.3, "angle2": "relative"}}, Preparation(None)),
+    ({"gear": {"ratio": 5.0, "efficiency": 0.7, "torque_at": "motor"}}, Preparation(LowPass(4.0))),
+])
+def test_the_sums_for_many_travel_scales_are_those_of_a_model_with_each(keys, how):
+    keys = dict(keys)
+    a = arm(keys.pop("links", 1), **keys)
+    segment, loads = curved(5.0, a, how=how), state_loads(a, per_link=3)
+    loads = loads.plus("friction", ViscousFriction((0.1,) * a.n_links))
+    scales = np.array([3.0, 8.0])
+    for scale, sums in zip(scales, _statistics(loads, segment, a, scales), strict=True):
+        same(sums, of_segment(with_tau_s(loads, float(scale)), segment, a))
+
+
+def unit(name, *segments):
+    return Unit(name, name, False, lambda: segments)
+
+
+@pytest.fixture(scope="module")
+def found():
+    segments = [curved(6.3, seed=seed) for seed in (1, 2, 3)]
+    return segments, with_best_travel_scale(LOADS, [unit(f"run{k}", segment) for k, segment in enumerate(segments)], A)
+
+
+def test_the_travel_scale_that_made_the_recordings_is_found(found):
+    _, told = found
+    assert told.tau_s == pytest.approx(6.3, abs=0.15)
+    assert has_travel_scale(told.loads)
+    assert {term.tau_s[0] for term in told.loads.terms.values() if hasattr(term, "tau_s")} == {told.tau_s}
+    assert told.grid[int(np.argmin(told.energy))] == pytest.approx(6.3, abs=0.34)
+
+
+def test_the_energies_are_those_of_the_penalised_fit_at_each_scale(found):
+    segments, told = found
+    before, every = prior(LOADS, A), {}
+    for scale in (2.0, 9.0, 15.0):
+        every[scale] = total([of_segment(with_tau_s(LOADS, scale), segment, A) for segment in segments])
+    first = fit(every[9.0], before, np.ones(1))  # the middle of the table
+    weight = joint_weights(every[2.0], before, first.rms, np.ones(1))
+    assert len(COARSE) == 14
+    for scale, sums in every.items():
+        theta = solve(sums, before, weight).theta
+        z = np.linalg.lstsq(before.F, theta - before.mean, rcond=None)[0]
+        want = float(weight @ residual_energy(sums, theta) + z @ z)
+        assert _energy(sums, before, weight) == pytest.approx(want, rel=1e-9)
+        k = int(np.argmin(np.abs(told.grid - scale)))
+        assert told.energy[k] == pytest.approx(want, rel=1e-6)
+    np.testing.assert_allclose(np.diff(told.grid) > 0, True)
+    assert set(COARSE) <= set(told.grid)
+
+
+def test_of_many_recordings_sixteen_spread_over_the_campaign_decide():
+    segment, asked = curved(5.0, seconds=0.6), []
+
+    def of(k):
+        def segments():
+            asked.append(k)
+            return (segment,)
+        return Unit(f"run{k}", f"run{k}", False, segments)
+
+    with_best_travel_scale(LOADS, [of(k) for k in range(31)], A)
+    assert sorted(set(asked)) == list(range(0, 31, 2))
+    asked.clear()
+    with_best_travel_scale(LOADS, [of(k) for k in range(3)], A)
+    assert sorted(set(asked)) == [0, 1, 2]
+
+
+def test_without_a_stretch_to_fit_the_user_is_told_where_to_look():
+    for chosen in ([], [Unit("run", "run", False, tuple)]):
+        with pytest.raises(CampaignError, match="see nnhydro check"):
+            with_best_travel_scale(LOADS, chosen, A)
+    assert not has_travel_scale(Loads({"drag": NormalDrag((1.0,))}))
+
+
+def test_the_vertex_is_that_of_the_parabola_and_an_end_is_itself():
+    x = np.array([1.0, 2.0, 4.0, 7.0])
+    assert _vertex(x, (x - 3.2) ** 2 + 5) == pytest.approx(3.2)
+    assert _vertex(x, x) == 1.0
+    assert _vertex(x, -x) == 7.0
+    assert _vertex(x, np.array([3.0, 2.0, 2.0, 3.0])) == pytest.approx(np.roots(np.polyder(np.polyfit(x[:3], [3.0, 2.0, 2.0], 2)))[0])
+
+
+@pytest.mark.parametrize("links", [1, 2])
+def test_the_fast_rows_are_the_general_ones_for_one_and_for_two_scales(links):
+    a = arm(links)
+    loads = state_loads(a, per_link=3)
+    free = Loads({name: term for name, term in loads.terms.items() if name != "rigid_body"})
+    pairs = []
+    for seed in (1, 2):
+        r = recording(a, loads, seed=seed, seconds=1.0, rate=50.0)
+        segment = next(iter(prepare(r, Preparation(None))))
+        motion = Motion.of(segment)
+        pairs.append((Flow(a, motion), torch.from_numpy(sensor_torque(a, loads, motion))))
+    fast, slow = rows_of(free, pairs), general(free, pairs)
+    for nu in ((3.0,), (4.0, 4.0), (3.0, 8.0)):
+        for one, other in zip(fast(nu), slow(nu), strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
+
+
+def filtered(cutoff, rows=400, dt=0.01):
+    t = dt * np.arange(rows)
+    zero = np.zeros((rows, 1))
+    return Segment("run", t, zero, zero, zero, t * 0, t * 0, zero, np.ones(rows, dtype=bool), None if cutoff is None else LowPass(cutoff))
+
+
+@pytest.mark.parametrize(("cutoff", "dt"), [(4.0, 0.01), (10.0, 0.01), (2.0, 0.05)])
+def test_some_rows_behind_a_low_pass_are_those_of_all_rows(cutoff, dt):
+    segment = filtered(cutoff, 900, dt)
+    columns = np.random.default_rng(1).standard_normal((900, 2, 3))
+    half = reach(segment)
+    assert half == int(np.ceil(6 / (cutoff * dt)))
+    inside = np.arange(half, 900 - half, 7)
+    whole = segment.seen(columns)
+    np.testing.assert_allclose(seen_rows(segment, columns, inside), whole[inside], atol=2e-5)
+    np.testing.assert_allclose(seen_rows(segment, columns, inside[3:4]), whole[inside[3:4]], atol=2e-5)
+    assert seen_rows(segment, columns, inside).shape == (len(inside), 2, 3)
+
+
+def test_near_the_ends_the_outermost_rows_go_on():
+    segment = filtered(4.0)
+    steady = np.full((400, 2), 3.0)
+    np.testing.assert_allclose(seen_rows(segment, steady, np.array([0, 1, 200, 398, 399])), 3.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("cutoff", "dt", "filters"), [(None, 0.01, False), (46.0, 0.01, False), (45.0, 0.01, False), (44.0, 0.01, True)])
+def test_rows_that_are_not_filtered_are_as_they_are(cutoff, dt, filters):
+    segment = replace(filtered(cutoff, dt=dt))
+    columns = np.random.default_rng(1).standard_normal((400, 2))
+    rows = np.array([3, 50, 51])
+    assert (reach(segment) > 0) == filters
+    assert np.array_equal(seen_rows(segment, columns, rows), columns[rows]) != filters
+
+
+def test_a_segment_of_a_stub_needs_only_its_filter_and_its_step():
+    assert reach(SimpleNamespace(low_pass=LowPass(6.0), dt=0.1)) == 0
+    assert reach(SimpleNamespace(low_pass=LowPass(6.0), dt=0.01)) == 100
