@@ -17,10 +17,12 @@ Effects = Annotated[int, typer.Option("--effects", help="Effects at once in a ca
 Seed = Annotated[int | None, typer.Option("--seed", help="The same seed gives the same campaigns; drawn where not given.")]
 Key = Annotated[Path | None, typer.Option("--key", help="File with the key; written where it does not exist. Default: key.txt in --out.")]
 Size = Annotated[str, typer.Option("--size", help="normal: 8 to 20 recordings of 6 to 12 s; small: 8 of 6 s at 50 Hz.")]
+Acts = Annotated[str, typer.Option("--acts", help="always; since, until: from one recording on, or up to one; some: in some recordings; "
+                                   "onset: from a moment within a recording on; region: in a sector of a joint's angles.")]
 
 
 def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", links: Links = None, count: Count = 1, effects: Effects = 1,
-            seed: Seed = None, key: Key = None, size: Size = "normal",
+            seed: Seed = None, key: Key = None, size: Size = "normal", acts: Acts = "always",
             quiet: bool = QUIET, json: bool = JSON) -> None:
     """Make tow-tank campaigns in which one effect (or none) is hidden, and sealed answers to score a diagnosis with `nnhydro reveal`.
 
@@ -33,7 +35,7 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
     from nnhydro.simulation.truth.campaign import Wish
 
     require(1 <= count <= 999, f"--count {count}: choose 1 to 999")
-    wishes = [Wish(name.strip(), strength, links, effects, size) for name in effect.split(",") for _ in range(count)]
+    wishes = [Wish(name.strip(), strength, links, effects, size, acts) for name in effect.split(",") for _ in range(count)]
     made = write(out, wishes, secrets.randbits(40) if seed is None else seed, key, note)
     if json:
         emit({"suite": str(out), "campaigns": [vars(m) for m in made], "key": str(key or out / "key.txt")})

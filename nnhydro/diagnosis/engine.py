@@ -19,24 +19,33 @@ from nnhydro.diagnosis.remainder import mismatch_p, remainder
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.rig import Limits
 from nnhydro.diagnosis.search import Found
-from nnhydro.diagnosis.spells import in_order
+from nnhydro.diagnosis.spell import Spell
+from nnhydro.diagnosis.spells import Order
 from nnhydro.diagnosis.uncertainty import own_values
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
+from nnhydro.effects.in_sector import InSector
 from nnhydro.identification.identify import versions, with_parameters
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 
 
 def _lasting(finding: Finding, found: Found) -> Hypothesis:
     """What predictions hold of a finding: of one with an offset in every recording, the last one."""
-    effect, order = finding.effect, in_order(found.table)
+    effect, order = finding.effect, Order.of(found.table).numbers
     if isinstance(effect, LoadEffect) or not effect.offset_of_its_own or not order:
         return effect
-    return effect.lasting(float(own_values(found.race, finding.candidate, order[-1][0])[-1]))
+    return effect.lasting(float(own_values(found.race, finding.candidate, order[-1])[-1]))
+
+
+def _where(effect: LoadEffect, spell: Spell | None) -> LoadTerm:
+    """The effect as a term, which acts in a sector only where that was found."""
+    sector = None if spell is None else spell.sector
+    return effect if sector is None else InSector(sector.joint, sector.low, sector.high, effect)
 
 
 def corrected(reference: Reference, search: Found, found: Sequence[Finding]) -> TorqueModel:
@@ -48,10 +57,11 @@ def corrected(reference: Reference, search: Found, found: Sequence[Finding]) -> 
     loads = model.loads
     if found or not reference.ours:
         loads = with_parameters(loads, before.mean + before.F @ race.values(race.chosen)[0])
-    lasting = [_lasting(f, search) for f in found if not f.effect.own_in_every_recording and f.lasts]
-    for effect in lasting:
+    kept = [f for f in found if not f.effect.own_in_every_recording and f.lasts]
+    lasting = [_lasting(f, search) for f in kept]
+    for f, effect in zip(kept, lasting, strict=True):
         if isinstance(effect, LoadEffect):
-            loads = loads.plus(f"{effect.id}_{effect.joint}" if effect.joint else effect.id, effect)
+            loads = loads.plus(f"{effect.id}_{effect.joint}" if effect.joint else effect.id, _where(effect, f.candidate.instance.spell))
     instruments = tuple(effect for effect in lasting if isinstance(effect, InstrumentEffect))
     record = {"kind": "corrected model of a diagnosis", "findings": [f.statement for f in found], "versions": versions()}
     after = StripTheory(model.arm, model.preparation, record, f"{reference.name} corrected", loads, instruments)

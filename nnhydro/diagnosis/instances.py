@@ -11,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from nnhydro.diagnosis.spell import Spell
 from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.effects.effect import Effect, InstrumentEffect, LoadEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -19,21 +20,6 @@ from nnhydro.recordings.arm import Arm
 Hypothesis = LoadEffect | InstrumentEffect
 Span = tuple[float, float]
 Key = tuple[str, int]
-
-
-@final
-@dataclass(frozen=True)
-class Spell:
-    """The part of a campaign in which an effect acts: unit numbers, and the recordings with which it begins and ends (None: open)."""
-
-    units: frozenset[int]
-    since: str | None
-    until: str | None
-
-    def sentence(self) -> str:
-        """Return it in words."""
-        return f"from {self.since} on" if self.until is None else f"up to {self.until}" if self.since is None \
-            else f"from {self.since} to {self.until}"
 
 
 @final

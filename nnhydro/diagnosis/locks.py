@@ -6,6 +6,7 @@ Lock 2  recordings left out of the fit must be predicted better: a sign-flip tes
 Besides, a finding must be material: at least 1 % of the residual energy of a joint on left-out recordings.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import final
 
@@ -42,6 +43,16 @@ def block_scores(race: Race) -> tuple[Array, Array]:
     gY = G[:, take, -1] - np.einsum("bqr,r->bq", G[:, take[:, None], take[None, :]], theta)
     energy = np.diag(total)[every] - (total[np.ix_(every, take)] * B.T).sum(axis=1)
     return gX - gY @ B, np.maximum(energy, 0.0)
+
+
+def turns(race: Race, order: Sequence[int]) -> Array:
+    """Return for every column (K,) how far its block scores, summed over units in the `order` of the campaign, leave 0 in a part of it."""
+    U, _ = block_scores(race)
+    by_unit = np.zeros((int(race.bench.blocks.unit.max()) + 1, U.shape[1]))
+    np.add.at(by_unit, race.bench.blocks.unit, U)
+    running = np.cumsum(by_unit[list(order)], axis=0)
+    reach = np.maximum(np.abs(running).max(axis=0), np.abs(running[-1] - running).max(axis=0))
+    return np.asarray(reach / np.maximum(np.sqrt((U**2).sum(axis=0)), 1e-300), np.float64)
 
 
 def _standardised(x: Array) -> Array:

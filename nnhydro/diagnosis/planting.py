@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance
-from nnhydro.diagnosis.table import columns_of
+from nnhydro.diagnosis.table import columns_of, states
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
@@ -33,13 +33,13 @@ def _noise(segment: Segment, noise: Array, rng: np.random.Generator) -> Array:
     return np.asarray(segment.seen(rng.standard_normal(segment.q.shape)) / low_pass_share(segment) * noise)
 
 
-def _planted(segment: Segment, case: Case, effects: Sequence[tuple[Instance, Array]], noise: Array, number: int,
+def _planted(segment: Segment, case: Case, effects: Sequence[tuple[Instance, Array]], noise: Array, name: str,
              place: torch.Tensor | None, rng: np.random.Generator) -> Segment:
     tau = np.asarray(segment.seen(case.model.torque(Motion.of(segment)).numpy()))
     for instance, values in effects:
-        if instance.spell is not None and number not in instance.spell.units:
-            continue
         X = columns_of([instance], case.model, segment, place)
+        if instance.spell is not None:
+            X = X * instance.spell.mask(name, None if place is None else place.numpy(), states(segment))[:, None, None]
         fixed, own = values[: X.shape[2]], len(instance.own)
         if own == len(fixed) > 1:  # a phase of this recording's own: the same size in another direction
             turn = rng.standard_normal(own)
@@ -55,7 +55,7 @@ def planted(case: Case, effects: Sequence[tuple[Instance, Array]], noise: Array,
     """
     def segments(number: int) -> tuple[Segment, ...]:
         unit = case.all_units[number]
-        return tuple(_planted(segment, case, effects, noise, number, case.places(unit, k), np.random.default_rng([seed, number, k]))
+        return tuple(_planted(segment, case, effects, noise, unit.name, case.places(unit, k), np.random.default_rng([seed, number, k]))
                      for k, segment in enumerate(unit.segments()))
 
     def unit_of(number: int, unit: Unit) -> Unit:

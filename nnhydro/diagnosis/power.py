@@ -20,9 +20,8 @@ from nnhydro.diagnosis.case import Case, opened
 from nnhydro.diagnosis.instances import Instance, instances
 from nnhydro.diagnosis.locks import P_BLOCK, statistics
 from nnhydro.diagnosis.naming import torque_peaks
-from nnhydro.diagnosis.race import Race, price
+from nnhydro.diagnosis.race import Race, price, race_of
 from nnhydro.diagnosis.scout import AT_ONCE, MANY
-from nnhydro.diagnosis.search import race_of
 from nnhydro.diagnosis.strength import Price, Where, smallest_own_strength, smallest_strength
 from nnhydro.diagnosis.table import Table
 from nnhydro.physics.threads import one_thread

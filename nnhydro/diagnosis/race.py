@@ -1,15 +1,20 @@
 """The state of the selection: which candidates stand beside the baseline, and what the set costs and explains."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.bank import Bank, Candidate
+from nnhydro.diagnosis.bank import Bank, Candidate, build
 from nnhydro.diagnosis.batch import scores
+from nnhydro.diagnosis.blocks import Blocks
+from nnhydro.diagnosis.instances import Instance
+from nnhydro.diagnosis.noise import noise_of, quiet_noise
 from nnhydro.diagnosis.score import Bench, Scored
+from nnhydro.diagnosis.table import Table
+from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -73,6 +78,23 @@ class Race:
         columns = columns_of(kept)
         theta = self.bench.scored(columns, own_of(kept)).theta
         return theta[: self.bench.p], dict(zip(columns.tolist(), theta[self.bench.p:].tolist(), strict=True))
+
+
+def race_of(table: Table, instances: Sequence[Instance], believed: StripTheory, repeats: tuple[float, ...] | None,
+            noise: np.ndarray | None = None) -> Race:
+    """Return a race over `instances` with nothing chosen; `noise` (joints,) N m is estimated where it is not given."""
+    bank, blocks = build(table, instances, believed)
+    ones = np.ones(blocks.p)
+    noise = noise_of(blocks, ones, repeats) if noise is None else noise
+    return Race(bank, Bench.of(blocks, noise, ones), noise)
+
+
+def quieter(race: Race) -> Race:
+    """Return the race on the noise of the quieter recordings, where that is less, with the same chosen."""
+    bench = race.bench
+    share = np.minimum(quiet_noise(bench.blocks, bench.prior), 1.0)
+    blocks = Blocks(bench.blocks.G / share[None, :, None, None] ** 2, bench.blocks.n, bench.blocks.unit, bench.p)
+    return replace(race, bench=Bench(blocks, bench.p, bench.prior), noise=race.noise * share)
 
 
 def columns_of(kept: Sequence[Candidate]) -> Index:

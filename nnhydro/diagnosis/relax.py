@@ -82,7 +82,8 @@ def prune(race: Race, table: Table, believed: StripTheory) -> None:
         shares = [retained(race, table, believed, c) for c in race.chosen]
         race.log += [f"{c.key[0]} joint {c.key[1]}: keeps {share:.2f} of its gain beside loose shapes of the others"
                      for c, share in zip(race.chosen, shares, strict=True)]
-        weakest = int(np.argmin(shares))
-        if shares[weakest] >= RETAINED:
+        total = race.total()
+        doubtful = [c for c, share in zip(race.chosen, shares, strict=True) if share < RETAINED]
+        if not doubtful:
             return
-        race.chosen.pop(weakest)
+        race.chosen.remove(min(doubtful, key=lambda c: race.total(without=[c]) - total))

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 from nnhydro.diagnosis.bank import build
 from nnhydro.diagnosis.instances import Instance, Key
+from nnhydro.diagnosis.locks import turns
 from nnhydro.diagnosis.race import UNPHYSICAL, Race, gains
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.table import Table
@@ -11,6 +12,7 @@ from nnhydro.models.strip_theory import StripTheory
 
 MANY = 8  # values: those with more are scouted
 BEST = 4  # values of each that go on
+BEST_TURNING = 2  # and of those that act in a part of the campaign
 AT_ONCE = 24  # instances a pass: their Gram matrix stays small
 
 
@@ -18,6 +20,7 @@ def scouted(table: Table, many: Sequence[Instance], race: Race, believed: StripT
             count: Callable[[Race], None] = lambda tried: None) -> tuple[Instance, ...]:
     """Return the best values of each key of `many` beside what `race` has chosen; `count` is shown every race in which some were tried."""
     scores: dict[Key, list[tuple[float, int, Instance]]] = {}
+    turning: dict[Key, list[tuple[float, int, Instance]]] = {}
     beside = [c.instance for c in race.chosen]
     for piece in table.pieces:
         table.compute(piece, many, believed)
@@ -27,6 +30,14 @@ def scouted(table: Table, many: Sequence[Instance], race: Race, believed: StripT
         alone = Race(bank, Bench.of(blocks, race.noise, race.bench.prior), race.noise, list(bank.candidates[: len(beside)]))
         for gain, candidate in gains(alone, bank.candidates[len(beside):]):
             scores.setdefault(candidate.key, []).append((gain, len(scores.get(candidate.key, [])), candidate.instance))
+        reach = turns(alone, range(int(blocks.unit.max()) + 1))
+        for candidate in bank.candidates[len(beside):]:
+            size = max((float(reach[k]) for k in candidate.columns), default=0.0)
+            turning.setdefault(candidate.key, []).append((size, len(turning.get(candidate.key, [])), candidate.instance))
         count(alone)
-    order = [sorted(found, key=lambda s: (-s[0], s[1]))[:BEST] for found in scores.values()]
-    return tuple(one for found in order for gain, _, one in found if gain > -UNPHYSICAL / 2)
+    best = [one for key, found in scores.items() for one in (*_first(found, BEST), *_first(turning[key], BEST_TURNING))]
+    return tuple({id(one): one for gain, _, one in best if gain > -UNPHYSICAL / 2}.values())
+
+
+def _first(found: list[tuple[float, int, Instance]], count: int) -> list[tuple[float, int, Instance]]:
+    return sorted(found, key=lambda s: (-s[0], s[1]))[:count]

@@ -8,16 +8,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
-import numpy as np
 import torch
 
-from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance, Key, finer, settled
 from nnhydro.diagnosis.locks import OWN_TRIED, P_BLOCK, Extremes, own_p
-from nnhydro.diagnosis.noise import noise_of
-from nnhydro.diagnosis.race import Race, gains, ranked
-from nnhydro.diagnosis.score import Bench
+from nnhydro.diagnosis.race import Race, gains, race_of, ranked
 from nnhydro.diagnosis.scout import MANY, scouted
 from nnhydro.diagnosis.spells import spelled
 from nnhydro.diagnosis.table import Table
@@ -28,6 +25,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 
 ROUNDS = 5
+ROUNDS_IN_PARTS = 2
 RIVALS = 5  # of each chosen effect, and of the first, that are refined with it
 SETTLED = 1.0  # change of the score between rounds that counts as none,
 STEADY = 0.002  # or this share of the first gain
@@ -44,23 +42,14 @@ class Found:
     p_value: float
 
 
-def race_of(table: Table, instances: Sequence[Instance], believed: StripTheory, repeats: tuple[float, ...] | None,
-            noise: np.ndarray | None = None) -> Race:
-    """Return a race over `instances` with nothing chosen; `noise` (joints,) N m is estimated where it is not given."""
-    bank, blocks = build(table, instances, believed)
-    ones = np.ones(blocks.p)
-    noise = noise_of(blocks, ones, repeats) if noise is None else noise
-    return Race(bank, Bench.of(blocks, noise, ones), noise)
-
-
 def with_loads(case: Case, race: Race, kept: Sequence[Candidate]) -> StripTheory:
-    """Return the baseline refitted beside `kept`, with the loads among them as terms."""
+    """Return the baseline refitted beside `kept`, with the loads among them that always act as terms."""
     z, by_column = race.values(kept)
     loads = with_parameters(case.model.loads, case.before.mean + case.before.F @ z)
     for i, candidate in enumerate(kept):
         effect = candidate.instance.with_values(torch.tensor([by_column.get(k, 0.0) for k in candidate.columns], dtype=torch.float64)) \
             if not candidate.own else None
-        if isinstance(effect, LoadEffect):
+        if isinstance(effect, LoadEffect) and candidate.instance.spell is None:
             loads = Loads({**loads.terms, f"found_{i}": effect})
     return replace(case.model, loads=loads)
 
@@ -111,6 +100,30 @@ def mismatch(table: Table, known: Sequence[Instance], repeats: tuple[float, ...]
     return min(1.0, 2 * min(extremes.p_value, p_own)), race  # two tests were made
 
 
+def _settled_in_parts(case: Case, race: Race, table: Table, believed: StripTheory, repeats: tuple[float, ...] | None, seed: int) -> Race:
+    """The race once more, with what acts in a spell refined about its values there."""
+    if all(c.instance.spell is None for c in race.chosen):
+        return race
+    for _ in range(ROUNDS_IN_PARTS):
+        again = run(race_of(table, _refined(case, race), believed, repeats), seed)
+        again.log = [*race.log, *again.log]
+        race = again
+    return race
+
+
+def _in_a_part(nothing: Found, repeats: tuple[float, ...] | None, seed: int) -> Found:
+    """What acts in a part of the campaign only, where no block test sees anything: its left-out likelihood must testify alone."""
+    race, table, believed = nothing.race, nothing.table, nothing.believed
+    spells = spelled(race, table, believed)
+    if not spells:
+        return nothing
+    made = run(race_of(table, [*spells, *(c.instance for c in race.bank.candidates)], believed, repeats), seed)
+    if made.chosen:
+        made = _settled_in_parts(table.case, made, table, believed, repeats, seed)
+    made.log = [*race.log, *made.log]
+    return replace(nothing, race=made, p_value=P_BLOCK) if made.chosen else nothing
+
+
 def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | None, seed: int,
            progress: Callable[[str], None] = lambda line: None) -> Found:
     """Return what the search settles on."""
@@ -118,7 +131,7 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
     many = [i for i in known if i.grid > MANY]
     p_value, race = mismatch(table, known, repeats, seed)
     if p_value > P_BLOCK:
-        return Found(race, table, believed, p_value)
+        return _in_a_part(Found(race, table, believed, p_value), repeats, seed)
     race, log = run(race, seed), []
     for number in range(ROUNDS):
         progress(f"round {number + 1}: {', '.join(c.key[0] for c in race.chosen) or 'nothing yet'}")
@@ -134,11 +147,11 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
         if {c.key for c in race.chosen} == keys and abs(race.total() - score) < max(SETTLED, STEADY * race.first_gain) and number:
             break
     log += ["last round", *race.log]
-    spells = spelled(race, table)
+    told = len(race.log)
+    spells = spelled(race, table, believed)
+    log += race.log[told:]
     if spells:
-        log += race.log[-len(spells):]
-        known_now = [c.instance for c in race.bank.candidates]
-        keys = {one.key for one in spells}
-        race = run(race_of(table, [*spells, *(one for one in known_now if one.key not in keys)], believed, repeats), seed)
+        race = run(race_of(table, [*spells, *(c.instance for c in race.bank.candidates)], believed, repeats), seed)
+        race = _settled_in_parts(case, race, table, believed, repeats, seed)
     race.log = [*log, *(race.log if spells else [])]
     return Found(race, table, believed, p_value)

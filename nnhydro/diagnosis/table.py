@@ -43,12 +43,15 @@ class Piece:
     tau: Array  # (n, joints) N m, as measured
     state: dict[str, Array]  # angles, rates, accelerations and carriage speed by their column name, each (n,)
     dt: float  # s from row to row, 0 in steady runs
+    recording: str
+    t: Array  # (n,) s
+    place: Array | None  # (n,) -1 to 1 over the campaign
 
 
 Beside = Callable[[Piece], Array]
 
 
-def _states(segment: Segment) -> dict[str, Array]:
+def states(segment: Segment) -> dict[str, Array]:
     """State variables by their column name, for the region where the residual lies."""
     named: dict[str, Array] = {}
     for j in range(segment.n_links):
@@ -110,8 +113,10 @@ class Table:
                 Y, c0 = columns_and_offset(model.loads, segment, model.arm)
                 y = self.case.reference.to_explain(segment, Y, c0)
                 dt = 0.0 if segment.steady else float(np.median(np.diff(segment.t[rows]))) if len(rows) > 1 else segment.dt
-                states = {name: x[rows] for name, x in _states(segment).items()}
-                made.append(Piece(number, k, np.nan_to_num(Y @ before.F)[rows], np.nan_to_num(y)[rows], segment.tau[rows], states, dt))
+                state = {name: x[rows] for name, x in states(segment).items()}
+                place = self.case.places(unit, k)
+                made.append(Piece(number, k, np.nan_to_num(Y @ before.F)[rows], np.nan_to_num(y)[rows], segment.tau[rows], state, dt,
+                                  unit.name, segment.t[rows], None if place is None else place.numpy()[rows]))
         return tuple(made)
 
     def _key(self, piece: Piece, one: Instance, believed: StripTheory) -> tuple[int, int, int, int]:
@@ -151,7 +156,7 @@ class Table:
         found = [self._columns[self._key(piece, one, believed)] for one in instances]
         files = {kept: np.load(kept, mmap_mode="r") for kept, _ in found if isinstance(kept, Path)}  # mapped while they are read only
         parts = [(files[kept] if isinstance(kept, Path) else kept)[..., where] for kept, where in found]
-        parts = [X if one.spell is None or piece.number in one.spell.units else np.zeros_like(X)
+        parts = [X if one.spell is None else X * one.spell.mask(piece.recording, piece.place, piece.state)[:, None, None]
                  for one, X in zip(instances, parts, strict=True)]
         return np.concatenate(parts, axis=2) if parts else np.zeros((*piece.y.shape, 0))
 

@@ -66,8 +66,8 @@ class Finding:
 
     @property
     def lasts(self) -> bool:
-        """Whether the effect still acts in the last recording."""
-        return self.candidate.instance.spell is None or self.candidate.instance.spell.until is None
+        """Whether the effect is known to act in what is recorded next."""
+        return self.candidate.instance.spell is None or self.candidate.instance.spell.foreseeable
 
     def document(self, before: float, after: float) -> dict[str, Any]:
         """Return the finding for diagnosis.json."""
@@ -77,7 +77,7 @@ class Finding:
 
     def _acts(self) -> dict[str, Any]:
         spell = self.candidate.instance.spell
-        return {} if spell is None else {"acts": {"since": spell.since, "until": spell.until}}
+        return {} if spell is None else {"acts": spell.document()}
 
 
 def rivals_of(race: Race, candidate: Candidate) -> list[Rival]:

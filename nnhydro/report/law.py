@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
+from nnhydro.effects.in_sector import InSector
 from nnhydro.effects.quantity import Z95
 from nnhydro.evaluation.benchmark import modelled
 from nnhydro.models.amended import Amended
@@ -26,6 +27,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.report.page.trace import Trace
 
@@ -56,10 +58,16 @@ def _physics(corrected: TorqueModel) -> StripTheory | None:
 
 def _with(model: StripTheory, old: LoadEffect | InstrumentEffect, new: LoadEffect | InstrumentEffect | None) -> StripTheory:
     """The model with `new`, or nothing, in the place of `old`."""
-    terms = {name: new if term is old else term for name, term in model.loads.terms.items()}
-    loads = Loads({name: term for name, term in terms.items() if term is not None and not isinstance(term, InstrumentEffect)})
+    terms: dict[str, LoadTerm] = {}
+    for name, term in model.loads.terms.items():
+        if isinstance(term, InSector) and term.term is old:
+            terms |= {} if not isinstance(new, LoadEffect) else {name: replace(term, term=new)}
+        elif term is not old:
+            terms[name] = term
+        elif isinstance(new, LoadEffect):
+            terms[name] = new
     instruments = (new if one is old else one for one in model.instruments)
-    return replace(model, loads=loads, instruments=tuple(one for one in instruments if isinstance(one, InstrumentEffect)))
+    return replace(model, loads=Loads(terms), instruments=tuple(one for one in instruments if isinstance(one, InstrumentEffect)))
 
 
 def _moved(effect: LoadEffect | InstrumentEffect, covariance: Array) -> Iterator[LoadEffect | InstrumentEffect]:

@@ -26,6 +26,11 @@ def print_score(score: dict[str, Any], where: str) -> None:
     if unseen["campaigns"]:
         say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after (median); "
             f"{_percent(unseen['share_of_improvement']) or '-'} of the possible improvement; made worse {_percent(unseen['made_worse'])}")
+    parts = score["placed"]
+    if parts["campaigns"]:
+        say(f"Acting in a part of the campaign: {parts['campaigns']}; the part told with an overlap of 0.6 or more in "
+            f"{_percent(parts['overlapping'])}" + ("" if not parts["moments"] else f"; moments within 0.5 s in "
+            f"{_percent(parts['moment_told'])} of {parts['moments']} (median error {_number(parts['moment_error_s']) or '-'} s)"))
     table("What was named", ("hidden", "named (times)"), [(hidden, ", ".join(f"{named} ({n})" for named, n in row.items()))
                                                          for hidden, row in score["confusion"].items()])
     for verdict in score["campaigns"]:

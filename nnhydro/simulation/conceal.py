@@ -19,6 +19,7 @@ from nnhydro.errors import ConfigError, require
 from nnhydro.files import whole_folder, write_json, write_text
 from nnhydro.simulation.seal import KEY_FILE, new_key, read_key, seal, write_key, write_sealed
 from nnhydro.simulation.truth.campaign import SIZES, Concealed, NotVisibleError, Wish, draw_campaign
+from nnhydro.simulation.truth.localised import KINDS
 from nnhydro.simulation.truth.registry import names
 from nnhydro.simulation.truth.visibility import FACTORS
 
@@ -53,6 +54,10 @@ def checked(wish: Wish, count: int, seed: int) -> None:
     require(wish.links in (None, 1, 2), f"--links {wish.links}: choose 1 or 2")
     require(1 <= count <= 999, f"--count {count}: choose 1 to 999")
     require(1 <= wish.effects <= 3, f"--effects {wish.effects}: choose 1 to 3")
+    require(wish.acts in KINDS, f"--acts {wish.acts}: choose one of {', '.join(KINDS)}")
+    local = wish.effects == 1 and wish.effect in {"random", *names()} - {"added_mass", "torque_drift"}
+    require(wish.acts == "always" or local, f"--acts {wish.acts}: needs one effect of the catalogue (or random) that is not added_mass "
+            "or torque_drift: leave --effects out")
     require(seed >= 0, f"--seed {seed}: give a whole number from 0 on")
     require(wish.effects == 1 or wish.effect in {"random", *names()} - {"added_mass"},
             f"--effects {wish.effects}: several at once need --effect random or an effect of the catalogue other than added_mass")

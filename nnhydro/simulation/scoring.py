@@ -15,6 +15,7 @@ from typing import Any, final
 import numpy as np
 
 from nnhydro.errors import ConfigError
+from nnhydro.simulation.scoring_places import Placed, number, placed
 
 HONEST = 3  # names: a longer class says too little
 
@@ -30,6 +31,7 @@ class Claim:
     joint: int | None
     confidence: float
     parameters: dict[str, Any]
+    acts: Any = None  # when or where, None: always
 
     def fits(self, effect: str) -> bool:
         """Return whether the claim names `effect`, or an honest class that holds it."""
@@ -75,13 +77,9 @@ class Verdict:
     error_before: float | None = None
     error_after: float | None = None
     notes: tuple[str, ...] = field(default=())
-
-
-def _number(value: Any) -> float | None:
-    """The value as a finite number, None where it is none: a diagnosis may come from anybody's program."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e300:
-        return None
-    return float(value)
+    part: str = "always"  # in what part of the campaign the effect acts
+    placed: Placed | None = None  # how well that was told, where the effect was named
+    confined: bool = False  # whether a claim that fits is confined to a part though its effect always acts
 
 
 def _text(value: Any) -> str | None:
@@ -95,7 +93,7 @@ def claims_of(diagnosis: Any, where: str) -> tuple[Claim, ...]:
     try:
         return tuple(Claim(str(f["effect"]), _text(f.get("family")), tuple(map(str, f.get("class") or [f["effect"]])),
                            None if f.get("joint") is None else int(f["joint"]), float(f.get("confidence", 1.0)),
-                           dict(f.get("parameters") or {})) for f in diagnosis["findings"])
+                           dict(f.get("parameters") or {}), f.get("acts")) for f in diagnosis["findings"])
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as cause:
         raise ConfigError(f"{where}: is no diagnosis ({type(cause).__name__}: {cause}): "
                           "findings need effect, class, joint, confidence") from cause
@@ -122,7 +120,7 @@ def _numbers(entry: dict[str, Any], claim: Claim) -> list[Parameter]:
             mine = [n for n, v in entry["parameters"].items() if v["unit"] == true["unit"]]
             theirs = [v for v in claim.parameters.values() if isinstance(v, dict) and v.get("unit") == true["unit"]]
             said = theirs[0] if len(mine) == len(theirs) == 1 and true["unit"] != "1" else None
-        found = _number(said.get("value")) if isinstance(said, dict) else None
+        found = number(said.get("value")) if isinstance(said, dict) else None
         if not isinstance(said, dict) or found is None:
             continue
         value, angle = float(true["value"]), name == "direction"
@@ -131,7 +129,7 @@ def _numbers(entry: dict[str, Any], claim: Claim) -> list[Parameter]:
             turns = 2 * np.pi * round(off / (2 * np.pi))
             value, off = value + turns, off - turns
         ci = said.get("ci95")
-        ends = [end for end in map(_number, ci) if end is not None] if isinstance(ci, list) else []
+        ends = [end for end in map(number, ci) if end is not None] if isinstance(ci, list) else []
         inside = bool(min(ends) <= value <= max(ends)) if len(ends) == 2 else None
         made.append(Parameter(entry["effect"], name, None if angle or value == 0 else abs(off / value), inside))
     return made
@@ -168,6 +166,9 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
     plain = [(entry, claim) for entry, claim in fitting if entry["shape"] == "plain" and claim.effect == entry["effect"]]
     right, families = all(correct) and None not in match, {claim.family for claim in claims}
     detected = _detected(diagnosis, "mismatch")
+    local = next((entry for entry in entries if entry.get("acts")), None)
+    mine = [claim for entry, claim in fitting if entry is local]
+    place = placed(local["acts"], mine[0].acts, answer["recordings"]) if local is not None and mine else None
     return Verdict(
         campaign=campaign, kind=answer["kind"], strength=answer["strength"], truth=tuple(entry["effect"] for entry in entries),
         other_shape=any(entry["shape"] == "other" for entry in entries), named=tuple(claim.effect for claim in claims), detected=detected,
@@ -177,6 +178,7 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
         false_claims=correct.count(False), class_sizes=tuple(len(claim.names) for _, claim in fitting),
         claims=tuple((claim.confidence, ok) for claim, ok in zip(claims, correct, strict=True)), pairs=_pairs(answer, truth, claims, match),
         alarm=detected or bool(claims) or _detected(diagnosis, "unexplained"),
-        parameters=tuple(number for entry, claim in plain for number in _numbers(entry, claim)),
+        parameters=tuple(one for entry, claim in plain for one in _numbers(entry, claim)),
         rivals=tuple(entry.get("rivals", {}) for entry in entries), limit=answer.get("limit"),
-        seconds=_number(diagnosis.get("seconds")))
+        seconds=number(diagnosis.get("seconds")), part="always" if local is None else local["acts"]["kind"],
+        placed=place, confined=any(claim.acts is not None for entry, claim in fitting if not entry.get("acts")))

@@ -12,6 +12,7 @@ from nnhydro.simulation.scoring import Verdict
 
 SCHEMA = "nnhydro/score/1"
 SURE = 0.9  # findings said with at least this confidence must be right as often
+OVERLAP, MOMENT = 0.6, 0.5  # overlap of regions, and s, from which on a part or a moment counts as told
 WORSE = 1.02  # an unseen error that has grown by more than 2 % is a case made worse
 COUNT = {1: "one effect", 2: "two effects", 3: "three effects"}
 
@@ -28,6 +29,22 @@ def _is_effect(count: int, strength: str, v: Verdict) -> bool:
     return v.kind == "effect" and len(v.truth) == count and v.strength == strength
 
 
+def _in_part(part: str, v: Verdict) -> bool:
+    return v.part == part
+
+
+def _placed(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+    """How well it was told when and where effects act; an effect that was not named was not placed."""
+    local = [v for v in verdicts if v.part != "always"]
+    moments = [v.placed.moment_error_s if v.placed else None for v in local if v.part == "onset"]
+    near = [error for error in moments if error is not None]
+    overlaps = [v.placed.overlap if v.placed else 0.0 for v in local]
+    return {"campaigns": len(local), "overlap": _median(overlaps), "overlapping": _share([x >= OVERLAP for x in overlaps]),
+            "moments": len(moments), "moment_error_s": _median(near),
+            "moment_told": _share([e is not None and e <= MOMENT for e in moments]),
+            "confined_wrongly": sum(v.confined for v in verdicts)}
+
+
 def groups(verdicts: Sequence[Verdict]) -> list[tuple[str, list[Verdict]]]:
     """Return the groups that have members, in the order of the targets."""
     tests: list[tuple[str, Callable[[Verdict], bool]]] = [("healthy", lambda v: v.kind == "none"),
@@ -37,6 +54,8 @@ def groups(verdicts: Sequence[Verdict]) -> list[tuple[str, list[Verdict]]]:
             tests.append((f"{words}, {strength}", partial(_is_effect, count, strength)))
     tests.append(("of these in the usual shape", lambda v: v.kind == "effect" and not v.other_shape))
     tests.append(("of these in another shape", lambda v: v.kind == "effect" and v.other_shape))
+    for part in ("since", "until", "some", "onset", "region"):
+        tests.append((f"of these acting in a part: {part}", partial(_in_part, part)))
     tests.append(("unlisted", lambda v: v.kind == "unlisted"))
     found = [(name, [v for v in verdicts if test(v)]) for name, test in tests]
     return [(name, members) for name, members in found if members]
@@ -80,5 +99,6 @@ def summary(verdicts: Sequence[Verdict], missing: Sequence[str]) -> dict[str, An
             "parameters": {"compared": len(numbers), "median_error": _median([p.error for p in numbers if p.error is not None]),
                            "coverage": _share([p.covered for p in numbers if p.covered is not None])},
             "confidence": {"threshold": SURE, "claims": len(sure), "right": _share(sure)},
-            "unseen": _unseen(verdicts), "median_seconds": _median([v.seconds for v in verdicts if v.seconds is not None]),
+            "unseen": _unseen(verdicts), "placed": _placed(verdicts),
+            "median_seconds": _median([v.seconds for v in verdicts if v.seconds is not None]),
             "confusion": confusion(verdicts), "campaigns": [asdict(v) for v in verdicts]}

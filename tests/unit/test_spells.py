@@ -1,17 +1,28 @@
-"""Effects that act in some recordings only are found with the recordings in which they do."""
+"""Effects that act in a part of the campaign only are found with the recordings, the moment or the sector in which they do."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from campaigns import planted, recording
-from rigs import arm
+from rigs import arm, run
 
 from nnhydro.diagnosis.case import opened
-from nnhydro.diagnosis.instances import Spell, instances
+from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import torque_peaks
 from nnhydro.diagnosis.search import search
+from nnhydro.diagnosis.spell import Sector, Spell
 from nnhydro.diagnosis.verdict import findings
+from nnhydro.effects.catalogue import catalogue
+from nnhydro.effects.in_sector import InSector
+from nnhydro.errors import ModelError
+from nnhydro.models.prediction import predict
+from nnhydro.models.storage import load_model, save_model
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.load_term import term_of
 from nnhydro.recordings.campaign import Campaign
 
 ARM = arm(2)
@@ -19,13 +30,13 @@ FEW = ("coulomb_friction", "viscous_friction", "torque_bias", "umbilical_stiffne
 COUNT = 12
 
 
-def rubbing(acts, seed=0, joint=1):
-    """A campaign with dry friction at `joint`, as strong in recording k as acts(k) says; by the clock the recordings ran backward."""
+def rubbing(acts, seed=0, joint=1, count=COUNT):
+    """A campaign with dry friction at `joint`, as strong in rows of recording k as acts(k, t, q) says; the clock ran backward."""
     made = []
-    for k in range(COUNT):
+    for k in range(count):
         r = recording(ARM, planted(ARM), f"run{k:02d}", seed=k + 1 + 100 * seed, noise=0.003, seconds=4.0)
         tau = np.array(r.tau)
-        tau[:, joint - 1] += acts(k) * np.tanh(r.qd[:, joint - 1] / 0.01)
+        tau[:, joint - 1] += acts(k, np.asarray(r.t), r.q) * np.tanh(r.qd[:, joint - 1] / 0.01)
         made.append(replace(r, tau=tau, clock=1e5 - 100.0 * k + np.asarray(r.t)))
     return Campaign.of(ARM, made)
 
@@ -37,8 +48,8 @@ def found(campaign, only=FEW):
 
 
 @pytest.mark.parametrize(("acts", "since", "until"), [
-    (lambda k: 1.0 * (k < 6), "run05", None),  # recorded last by the clock: run05 down to run00
-    (lambda k: 1.0 * (k >= 7), None, "run07"),
+    (lambda k, t, q: 1.0 * (k < 6), "run05", None),  # recorded last by the clock: run05 down to run00
+    (lambda k, t, q: 1.0 * (k >= 7), None, "run07"),
 ])
 def test_an_effect_that_begins_or_ends_between_two_recordings_is_found_with_the_recording(acts, since, until):
     race = found(rubbing(acts))
@@ -47,12 +58,12 @@ def test_an_effect_that_begins_or_ends_between_two_recordings_is_found_with_the_
     assert (chosen.instance.spell.since, chosen.instance.spell.until) == (since, until)
     (finding,) = findings(race)
     assert finding.parameters["level"]["value"] == pytest.approx(1.0, rel=0.1)
-    assert finding.document(1.0, 0.5)["acts"] == {"since": since, "until": until}
+    assert finding.document(1.0, 0.5)["acts"] == chosen.instance.spell.document()
     assert f"It acts {chosen.instance.spell.sentence()} only." in finding.statement
     assert finding.lasts == (until is None)
 
 
-@pytest.mark.parametrize("acts", [lambda k: 1.0, lambda k: 0.8 + 0.4 * (k % 2), lambda k: 0.7 + 0.05 * k])
+@pytest.mark.parametrize("acts", [lambda k, t, q: 1.0, lambda k, t, q: 0.8 + 0.4 * (k % 2), lambda k, t, q: 0.7 + 0.05 * k])
 def test_an_effect_that_always_acts_has_no_spell_though_it_varies(acts):
     (chosen,) = found(rubbing(acts)).chosen
     assert chosen.key == ("coulomb_friction", 1)
@@ -60,17 +71,100 @@ def test_an_effect_that_always_acts_has_no_spell_though_it_varies(acts):
 
 
 def test_an_effect_in_four_recordings_of_twelve_is_found_though_most_recordings_know_nothing_of_it():
-    (chosen,) = found(rubbing(lambda k: 1.0 * (k < 4))).chosen
+    (chosen,) = found(rubbing(lambda k, t, q: 1.0 * (k < 4))).chosen
     assert chosen.key == ("coulomb_friction", 1)
     assert chosen.instance.spell.since == "run03"
 
 
 def test_a_healthy_arm_has_no_spells():
     for seed in range(3):
-        assert found(rubbing(lambda k: 0.0, seed)).chosen == []
+        assert found(rubbing(lambda k, t, q: 0.0, seed)).chosen == []
+
+
+def test_a_moment_within_a_recording_is_told_to_a_tenth_of_a_second():
+    (chosen,) = found(rubbing(lambda k, t, q: 1.0 * ((k < 5) | ((k == 5) & (t >= 1.7))))).chosen  # run05 is the seventh by the clock
+    spell = chosen.instance.spell
+    assert (chosen.key, spell.since, spell.until) == (("coulomb_friction", 1), "run05", None)
+    assert spell.since_s == pytest.approx(1.7, abs=0.1)
+    (chosen,) = found(rubbing(lambda k, t, q: 1.0 * ((k > 5) | ((k == 5) & (t < 2.3))))).chosen
+    assert (chosen.instance.spell.until, chosen.instance.spell.since) == ("run05", None)
+    assert chosen.instance.spell.until_s == pytest.approx(2.3, abs=0.1)
+
+
+def test_an_effect_that_comes_and_goes_is_found_with_its_recordings():
+    at = {1, 4, 5, 8, 10}
+    race = found(rubbing(lambda k, t, q: 1.0 * (k in at)))
+    (chosen,), (finding,) = race.chosen, findings(race)
+    assert (chosen.key, chosen.instance.spell.inside) == (("coulomb_friction", 1), {f"run{k:02d}" for k in at})
+    assert not finding.lasts  # nobody knows whether it acts in the next one
+
+
+def test_an_effect_in_a_sector_of_the_other_joints_angle_is_found_with_it():
+    race = found(rubbing(lambda k, t, q: 1.0 * ((q[:, 1] >= 0.2) & (q[:, 1] < 1.0))))
+    (chosen,), (finding,) = race.chosen, findings(race)
+    sector = chosen.instance.spell.sector
+    assert (chosen.key, sector.joint) == (("coulomb_friction", 1), 2)
+    assert (sector.low, sector.high) == pytest.approx((0.2, 1.0), abs=0.07)
+    assert finding.parameters["level"]["value"] == pytest.approx(1.0, rel=0.1)
+    assert finding.lasts
+
+
+def test_recordings_that_no_search_has_seen_are_judged_by_their_own_place_in_the_campaign():
+    campaign = rubbing(lambda k, t, q: 1.0 * (k < 14), count=28)
+    diagnosis = diagnose(campaign, most=14, without=[name for name in catalogue() if name not in FEW])
+    (finding,) = diagnosis.findings
+    assert finding.candidate.instance.spell.since in {f"run{k:02d}" for k in range(14)}
+    assert diagnosis.proof.recordings == 14
+    assert diagnosis.proof.after < 0.3 * diagnosis.proof.before
+
+
+def test_what_is_confined_to_a_sector_is_confined_in_the_corrected_model_too(tmp_path):
+    campaign = rubbing(lambda k, t, q: 1.0 * (q[:, 0] > 0.1))
+    diagnosis = diagnose(campaign, without=[name for name in catalogue() if name not in FEW])
+    (term,) = [t for t in diagnosis.corrected.loads.terms.values() if isinstance(t, InSector)]
+    assert term.low == pytest.approx(0.1, abs=0.07)
+    r = campaign.load("run03")
+    there = [predict(model, r).tau - predict(replace(model, loads=Loads({n: t for n, t in model.loads.terms.items() if t != term})), r).tau
+             for model in (diagnosis.corrected, load_model(save_model(diagnosis.corrected, tmp_path / "model")))]
+    assert np.array_equal(*there)
+    q = np.asarray(r.q)[:, 0]
+    assert np.abs(there[0][q < term.low - 0.2]).max() < 0.05
+    assert np.abs(there[0][q > term.low + 0.2, 0]).max() > 0.8
+
+
+def test_a_spell_and_its_opposite_share_all_rows():
+    rng = np.random.default_rng(3)
+    place, state = np.sort(rng.uniform(-1, 1, 50)), {"q1_rad": rng.uniform(-2, 2, 50), "q2_rad": rng.uniform(-2, 2, 50)}
+    parts = (Spell(begin=0.1, since="b"), Spell(end=-0.2, until="a"), Spell(inside=frozenset("a")), Spell(sector=Sector(2, -0.5, None)))
+    for spell in parts:
+        inside, outside = spell.mask("a", place, state), spell.opposite.mask("a", place, state)
+        assert (inside ^ outside).all()
+    assert np.array_equal(Spell(begin=0.1).mask("a", place, state), place >= 0.1)
+    assert np.array_equal(Spell(end=0.1).mask("a", place, state), place < 0.1)
+    assert not Spell(begin=0.1).mask("a", None, state).any()
 
 
 def test_a_spell_in_words():
-    assert Spell(frozenset((1,)), "a", None).sentence() == "from a on"
-    assert Spell(frozenset((1,)), None, "b").sentence() == "up to b"
-    assert Spell(frozenset((1,)), "a", "b").sentence() == "from a to b"
+    assert Spell(since="a").sentence() == "from a on"
+    assert Spell(until="b", until_s=2.5).sentence() == "up to 2.50 s of b"
+    assert Spell(since="a", until="b").sentence() == "from a to b"
+    assert Spell(inside=frozenset("ca")).sentence() == "in a, c"
+    assert Spell(sector=Sector(2, -0.5, 0.25)).sentence() == "while joint 2 lies between -0.50 and 0.25 rad"
+
+
+def test_a_term_in_a_sector_is_the_term_there_and_nothing_elsewhere():
+    motion, term = run(2), catalogue()["viscous_friction"].started(ARM, joint=2)
+    flow = Flow(ARM, motion)
+    whole, q = term.torque(flow), motion.q[:, 0]
+    for low, high in ((-0.2, 0.4), (None, 0.1), (0.1, None), (None, None)):
+        there = InSector(1, low, high, term)
+        acts = Sector(1, low, high).holds(q.numpy())
+        assert np.array_equal(there.torque(flow).numpy(), whole.numpy() * acts[:, None])
+        assert term_of(json.loads(json.dumps(there.document()))) == there
+
+
+@pytest.mark.parametrize("broken", [{"joint": 0}, {"joint": 1.5}, {"low": "0"}, {"term": 3}, {"term": {"kind": "nobody"}}])
+def test_a_sector_that_makes_no_sense_is_refused(broken):
+    options = {"joint": 1, "low": 0.0, "high": 1.0, "term": catalogue()["viscous_friction"].started(ARM, joint=1).document()} | broken
+    with pytest.raises(ModelError):
+        term_of({"kind": "in_sector", "parameters": {}, "options": options})

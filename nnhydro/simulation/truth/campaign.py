@@ -16,12 +16,13 @@ import numpy as np
 
 from nnhydro.simulation.truth import registry
 from nnhydro.simulation.truth.arms import document, draw_arm
+from nnhydro.simulation.truth.localised import Part, draw_part
 from nnhydro.simulation.truth.motions import Plan, carry_out, plans
 from nnhydro.simulation.truth.rivals import RUNS, nearest
 from nnhydro.simulation.truth.sensors import FINE, Sensors, draw_sensors, record
 from nnhydro.simulation.truth.tank import belted, plain_torque, read
 from nnhydro.simulation.truth.visibility import FACTORS, Bench, bench, sized
-from nnhydro.simulation.truth.world import Array, Cause, Generator, Run, TrueArm
+from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm
 
 ATTEMPTS = 30
 PHASES = 8  # of a cause that acts by chance: an unseen motion's truth is the mean over them
@@ -36,13 +37,17 @@ class NotVisibleError(Exception):
 
 @dataclass(frozen=True)
 class Wish:
-    """What to hide: an id, none, random, mixed, unlisted, base_form, unlisted:..., base_form:...; how strong; on what arm."""
+    """What to hide: an id, none, random, mixed, unlisted, base_form, unlisted:..., base_form:...
+
+    How strong; on what arm; how many at once; and in what part of the campaign.
+    """
 
     effect: str = "random"
     strength: str = "strong"
     links: int | None = None
     effects: int = 1
     size: str = "normal"
+    acts: str = "always"
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,8 @@ def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
         return ()
     if effect in ("unlisted", "base_form"):
         return (str(rng.choice(registry.names(effect, links))),)
-    others = [name for name in registry.names("", links) if name not in (effect, "added_mass")]
+    never = ("added_mass",) if wish.acts == "always" else ("added_mass", "torque_drift")
+    others = [name for name in registry.names("", links) if name not in (effect, *never)]
     first = (str(rng.choice(others)),) if effect == "random" else (effect,)
     more = rng.permutation([name for name in others if name not in first])[: wish.effects - 1]
     return (*first, *(str(name) for name in more))
@@ -79,12 +85,27 @@ def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: Sensors, 
     return tuple(result)
 
 
-def _hide(rng: Generator, bench: Bench, names: Sequence[str], strength: str) -> list[tuple[Cause, float]] | None:
-    """Return the causes with their lambdas, None where one of them cannot be made visible enough."""
-    low, high = FACTORS[strength]
+def _local(rng: Generator, bench: Bench, draft: Draft, acts: str) -> tuple[Draft, Part | None] | None:
+    """Return the draft as it acts in a part of the campaign, and the part; None where it cannot."""
+    sample = draft.make(draft.low)
+    part = draw_part(rng, acts, bench.runs, sample.joint) if acts != "always" else None
+    if part is None:
+        return draft, None
+    if acts == "region" and (sample.load is None or sample.joint is None):
+        return None
+    return replace(draft, make=lambda a: replace(draft.make(a), share=part.share)), part
+
+
+def _hide(rng: Generator, bench: Bench, names: Sequence[str], wish: Wish) -> tuple[list[tuple[Cause, float]], Part | None] | None:
+    """Return the causes with their lambdas and the part in which they act; None where one of them cannot be made visible enough."""
+    low, high = FACTORS[wish.strength]
     found: list[tuple[Cause, float]] = []
+    part: Part | None = None
     for name in names:
-        draft = registry.makers()[name](rng, bench.arm)
+        local = _local(rng, bench, registry.makers()[name](rng, bench.arm), wish.acts)
+        if local is None:
+            return None
+        draft, part = local
         target = bench.limit * float(np.exp(rng.uniform(np.log(low), np.log(high))))
         cause, size = sized(bench, draft, target)
         if draft.low < draft.high and not 0.7 * low * bench.limit <= size <= 1.4 * high * bench.limit:
@@ -96,7 +117,7 @@ def _hide(rng: Generator, bench: Bench, names: Sequence[str], strength: str) -> 
         if min(alone) < 0.7 * low * bench.limit:
             return None
         found = [(cause, size) for (cause, _), size in zip(found, alone, strict=True)]
-    return found
+    return found, part
 
 
 def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause]) -> Array:
@@ -148,9 +169,10 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
     healthy = np.concatenate([belted(plain_torque(run, arm, 20), arm) for run in runs])
     sigma = sensors.level * np.sqrt((healthy**2).mean(axis=0))
     measure = bench(runs, arm, known_to, sensors, sigma, not inertia_hidden)
-    hidden = _hide(rng, measure, names, wish.strength)
-    if hidden is None:
+    made = _hide(rng, measure, names, wish)
+    if made is None:
         return None
+    hidden, part = made
     causes = [cause for cause, _ in hidden]
     files = {f"recordings/{run.name}.csv": record(run, read(run, arm, causes, plain), arm, sensors, sigma, rng, True)
              for run, plain in zip(runs, measure.healthy, strict=True)}
@@ -158,6 +180,7 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
     some = bench(runs[:RUNS], arm, known_to, sensors, sigma, not inertia_hidden)
     for entry, near in zip(answer["effects"], nearest(rng, some, hidden), strict=True):
         entry["rivals"] = near
+        entry["acts"] = part.answer() if part is not None else None
     todo = [replace(plan, seconds=seconds[0]) for plan in plans(rng, links, 9, seconds)[:3]]
     for run in _runs(rng, arm, todo, sensors, "motion", runs[-1].start + 300.0):
         files[f"unseen/{run.name}.csv"] = record(run, read(run, arm, causes), arm, sensors, sigma, rng, False)

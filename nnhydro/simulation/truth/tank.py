@@ -52,7 +52,16 @@ def joint_torque(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array |
 
 
 def read(run: Run, arm: TrueArm, causes: Sequence[Cause] = (), plain: Array | None = None) -> Reading:
-    """Return what the sensors read of `run`."""
+    """Return what the sensors read of `run`; what acts in a part of it only, as much as it acts there (one such cause at most)."""
+    everything, local = _read(run, arm, causes, plain), next((c for c in causes if c.share is not None), None)
+    if local is None or local.share is None:
+        return everything
+    w, rest = local.share(run)[:, None], _read(run, arm, [c for c in causes if c is not local], plain)
+    return Reading(*(w * a + (1 - w) * b for a, b in ((everything.q, rest.q), (everything.qd, rest.qd), (everything.qdd, rest.qdd),
+                                                      (everything.tau, rest.tau))))
+
+
+def _read(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array | None) -> Reading:
     tau = joint_torque(run, arm, causes, plain)
     q, qd, qdd = run.q, run.qd, run.qdd
     for cause in causes:

@@ -1,0 +1,45 @@
+"""A load that acts while one joint lies in a sector of its angles: a cable that catches, a seal that rubs on one side."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any, final
+
+from torch import Tensor
+
+from nnhydro.errors import ModelError, require
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import LoadTerm, term_of
+
+
+@final
+@dataclass(frozen=True)
+class InSector(LoadTerm):
+    """tau = [low <= q_j < high] tau(term); j counts from 1, angles in rad, None where open. Raises ModelError without such a joint."""
+
+    kind = "in_sector"
+
+    joint: int
+    low: float | None
+    high: float | None
+    term: LoadTerm
+
+    def __post_init__(self) -> None:
+        if isinstance(self.term, Mapping):
+            object.__setattr__(self, "term", term_of(self.term))
+        whole = isinstance(self.joint, int) and not isinstance(self.joint, bool) and self.joint >= 1
+        numbers = all(x is None or isinstance(x, float | int) for x in (self.low, self.high))
+        fits = whole and numbers and isinstance(self.term, LoadTerm)
+        require(fits, "term 'in_sector': needs joint (from 1), low, high and term", ModelError)
+        super().__post_init__()
+
+    def torque(self, flow: Flow) -> Tensor:
+        """Return the torque (n, joints) N m of the term, 0 outside the sector."""
+        require(self.joint <= flow.arm.n_links, f"term 'in_sector': joint {self.joint}: this arm has {flow.arm.n_links}", ModelError)
+        q = flow.motion.q[:, self.joint - 1:self.joint]
+        return self.term.torque(flow) * ((q >= (-inf if self.low is None else self.low)) & (q < (inf if self.high is None else self.high)))
+
+    def document(self) -> dict[str, Any]:
+        """Return the term as model files store it."""
+        return {"kind": self.kind, "parameters": {},
+                "options": {"joint": self.joint, "low": self.low, "high": self.high, "term": self.term.document()}}
