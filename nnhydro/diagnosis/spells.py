@@ -138,6 +138,8 @@ def _in_time(race: Race, table: Table, believed: StripTheory, candidate: Candida
     if race.total() - best[0] > LEAST / 2:
         one = judged(race, table, believed, candidate, others, order.spell(best[1]), 2.0 * len(order))
         yield from (one, *_sharper(race, table, believed, one, order))
+    if others and candidate not in race.chosen:
+        return  # what comes and goes explains too much of what another one's shape leaves
     some = by_turns(race, candidate, others, order.numbers, best[1])
     if some is not None and race.total() - some[0] > LEAST and (some[1] != best[1]).any():
         yield judged(race, table, believed, candidate, others, order.spell(some[1]), 2.0 ** len(order))

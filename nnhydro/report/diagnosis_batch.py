@@ -28,6 +28,7 @@ class Asked:
     column_map: Path | None = None
     rehearsals: int = 0
     limits: Limits | None = None
+    without: tuple[str, ...] = ()
 
 
 @final
@@ -46,7 +47,7 @@ def _diagnosed(asked: Asked) -> Told:
         if asked.effects is not None:
             load_plugin(asked.effects)
         campaign = verified(asked.campaign, asked.column_map)
-        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, rehearsals=asked.rehearsals,
+        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, asked.without, rehearsals=asked.rehearsals,
                           limits=asked.limits)
         write_diagnosis(result, campaign, asked.out)
         return Told(asked, result.document(), result.verdict())

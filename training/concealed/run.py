@@ -13,9 +13,14 @@ HERE = Path(__file__).parent
 RUNS = HERE / "runs"
 
 
+def defaults() -> dict:
+    """Return config.toml."""
+    return tomllib.loads((HERE / "config.toml").read_text())
+
+
 def configured(overrides: list[str]) -> dict:
     """Return config.toml with the overrides of the command line."""
-    config = tomllib.loads((HERE / "config.toml").read_text())
+    config = defaults()
     for key, _, value in (item.partition("=") for item in overrides):
         if key not in config:
             sys.exit(f"{key}: not in {HERE / 'config.toml'}: choose one of {', '.join(config)}")
@@ -28,12 +33,30 @@ def suite_of(config: dict) -> Path:
     from nnhydro.simulation.conceal import MARKER, conceal
     from nnhydro.simulation.truth.campaign import Wish
 
-    place = RUNS / "_".join(f"{key}-{value}"[:60].replace(",", "+") for key, value in config.items() if key != "jobs")
+    given = {key: value for key, value in config.items() if key not in ("jobs", "without") and (key, value) != ("acts", "always")}
+    place = RUNS / "_".join(f"{key}-{value}"[:60].replace(",", "+") for key, value in given.items())
     if not (place / MARKER).is_file():
-        wishes = [Wish(name, config["strength"], config["links"] or None, config["effects"], config["size"])
+        wishes = [Wish(name, config["strength"], config["links"] or None, config["effects"], config["size"], config["acts"])
                   for name in config["effect"].split(",") for _ in range(config["count"])]
         conceal(place, wishes, config["seed"], progress=print)
     return place
+
+
+def left_out(suite: Path, what: str) -> dict[str, tuple[str, ...]]:
+    """Return the effects that are taken out of the catalogue a campaign: none, or (`family`) the whole family of what is hidden there."""
+    from nnhydro.effects.catalogue import catalogue
+    from nnhydro.simulation.reveal import read_suite
+    from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
+
+    public = read_suite(suite)
+    if what != "family":
+        return dict.fromkeys(public, ())
+    key, found = read_key(suite / KEY_FILE), {}
+    for name, one in public.items():
+        answer = open_sealed(suite / "answers" / f"{name}.sealed", key, one["commitment"])
+        families = {entry["family"] for entry in answer["effects"]}
+        found[name] = tuple(cls.id for cls in catalogue().values() if cls.family in families)
+    return found
 
 
 def option(arguments: list[str], name: str) -> str:
@@ -52,25 +75,31 @@ def line(told) -> str:
     return f"{told.asked.campaign.name}: {named if told.document is not None else told.verdict}"
 
 
+def scored(suite: Path, workers, without: str = "") -> dict:
+    """Return the score of a suite, its campaigns diagnosed where they are not yet."""
+    from nnhydro.report.diagnosis_batch import Asked, diagnose_all
+    from nnhydro.simulation.reveal import read_suite, reveal
+
+    found, out = RUNS / f"{suite.name}_diagnoses{'_without_' + without if without else ''}", left_out(suite, without)
+    todo = [Asked(suite / name, found / name, public["baseline"], without=out[name]) for name, public in read_suite(suite).items()
+            if not (found / name / "diagnosis.json").is_file()]
+    for told in diagnose_all(todo, workers) if todo else ():
+        print(line(told), flush=True)
+    return reveal(suite, found)
+
+
 def main() -> None:
     """Make the suite, diagnose it, print and store the score."""
     from nnhydro.files import write_json
     from nnhydro.parallel import Workers
-    from nnhydro.report.diagnosis_batch import Asked, diagnose_all
     from nnhydro.report.score_table import print_score
-    from nnhydro.simulation.reveal import read_suite, reveal
 
     arguments = sys.argv[1:]
     given, backend, scheduler = (option(arguments, name) for name in ("suite", "backend", "scheduler"))
     config = configured(arguments)
     suite = Path(given) if given else suite_of(config)
-    found = RUNS / f"{suite.name}_diagnoses"
-    todo = [Asked(suite / name, found / name, public["baseline"]) for name, public in read_suite(suite).items()
-            if not (found / name / "diagnosis.json").is_file()]
     workers = Workers(1 if backend == "dask" else config["jobs"], backend or "processes", scheduler)
-    for told in diagnose_all(todo, workers) if todo else ():
-        print(line(told), flush=True)
-    score = reveal(suite, found)
+    score = scored(suite, workers, config["without"])
     print_score(score, str(suite))
     write_json(RUNS / f"{suite.name}_score.json", score)
 
