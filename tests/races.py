@@ -97,7 +97,7 @@ def fit(Z, y, prior=0.0, own=None, weight=0.0):
 
 
 class Plain:
-    """A table of `tables`' rows: the instance made by `instance(columns)` stands for these columns of them."""
+    """A table of `tables` rows: the instance made by `instance(columns)` stands for these columns; `places` of recordings by number."""
 
     def __init__(self, made, steady=(), places=None):
         joints = made[0].shape[1]
@@ -105,16 +105,20 @@ class Plain:
         self.made = made
         self.pieces = tuple(
             Piece(k, 0, table[..., :P], table[..., -1], 2 * table[..., -1],
-                  {f"dq{j + 1}_rad_s": rng.standard_normal(len(table)) for j in range(joints)}, 0.0 if k in steady else 0.05)
+                  {f"dq{j + 1}_rad_s": rng.standard_normal(len(table)) for j in range(joints)}, 0.0 if k in steady else 0.05,
+                  f"run{k}", 0.05 * np.arange(len(table)),
+                  None if places is None or k in steady else places[k] + np.linspace(0.0, 0.5, len(table)))
             for k, table in enumerate(made))
         units = tuple(SimpleNamespace(name=f"run{k}", steady=k in steady) for k in range(len(made)))
         model = SimpleNamespace(arm=SimpleNamespace(n_links=joints), preparation=SimpleNamespace(low_pass=None))
-        self.case = SimpleNamespace(all_units=units, model=model, places=places)
+        self.case = SimpleNamespace(all_units=units, model=model)
         self.computed = []
 
     def columns(self, piece, instances, believed):
         """The columns of the instances on one piece."""
         parts = [self.made[piece.number][..., [P + k for k in one.of]] for one in instances]
+        parts = [X if one.spell is None else X * one.spell.mask(piece.recording, piece.place, piece.state)[:, None, None]
+                 for one, X in zip(instances, parts, strict=True)]
         return np.concatenate(parts, axis=2) if parts else np.zeros((*piece.y.shape, 0))
 
     def compute(self, piece, instances, believed):

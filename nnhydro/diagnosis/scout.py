@@ -19,8 +19,7 @@ AT_ONCE = 24  # instances a pass: their Gram matrix stays small
 def scouted(table: Table, many: Sequence[Instance], race: Race, believed: StripTheory,
             count: Callable[[Race], None] = lambda tried: None) -> tuple[Instance, ...]:
     """Return the best values of each key of `many` beside what `race` has chosen; `count` is shown every race in which some were tried."""
-    scores: dict[Key, list[tuple[float, int, Instance]]] = {}
-    turning: dict[Key, list[tuple[float, int, Instance]]] = {}
+    scores: dict[Key, list[tuple[float, float, Instance]]] = {}
     beside = [c.instance for c in race.chosen]
     for piece in table.pieces:
         table.compute(piece, many, believed)
@@ -28,16 +27,12 @@ def scouted(table: Table, many: Sequence[Instance], race: Race, believed: StripT
         chunk = many[start:start + AT_ONCE]
         bank, blocks = build(table, [*beside, *chunk], believed)
         alone = Race(bank, Bench.of(blocks, race.noise, race.bench.prior), race.noise, list(bank.candidates[: len(beside)]))
-        for gain, candidate in gains(alone, bank.candidates[len(beside):]):
-            scores.setdefault(candidate.key, []).append((gain, len(scores.get(candidate.key, [])), candidate.instance))
         reach = turns(alone, range(int(blocks.unit.max()) + 1))
-        for candidate in bank.candidates[len(beside):]:
-            size = max((float(reach[k]) for k in candidate.columns), default=0.0)
-            turning.setdefault(candidate.key, []).append((size, len(turning.get(candidate.key, [])), candidate.instance))
+        for gain, candidate in gains(alone, bank.candidates[len(beside):]):
+            if gain > -UNPHYSICAL / 2:
+                turned = max((float(reach[k]) for k in candidate.columns), default=0.0)
+                scores.setdefault(candidate.key, []).append((gain, turned, candidate.instance))
         count(alone)
-    best = [one for key, found in scores.items() for one in (*_first(found, BEST), *_first(turning[key], BEST_TURNING))]
-    return tuple({id(one): one for gain, _, one in best if gain > -UNPHYSICAL / 2}.values())
-
-
-def _first(found: list[tuple[float, int, Instance]], count: int) -> list[tuple[float, int, Instance]]:
-    return sorted(found, key=lambda s: (-s[0], s[1]))[:count]
+    best = [one for found in scores.values() for one in (*sorted(found, key=lambda s: -s[0])[:BEST],
+                                                         *sorted(found, key=lambda s: -s[1])[:BEST_TURNING])]
+    return tuple({id(one): one for _, _, one in best}.values())

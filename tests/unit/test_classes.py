@@ -1,15 +1,13 @@
-"""Rivals and their classes, motions that would tell them apart, and effects that act in a part of a campaign: the algebra by hand."""
+"""Rivals and their classes, and motions that would tell them apart: the algebra by hand."""
 
 from math import erf, sqrt
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from races import JOINTS, NOISE, SINGLE, K, P, Plain, candidate, fit, instance, race, raced, rows, tables
+from races import JOINTS, NOISE, SINGLE, K, P, candidate, fit, race, rows, tables
 
 from nnhydro.diagnosis.contest import Contest, Judge, contest_of, least_pair
-from nnhydro.diagnosis.instances import Spell
-from nnhydro.diagnosis.spells import _spells, _turning, best_spell, in_order, spelled
 from nnhydro.diagnosis.uncertainty import likeness
 from nnhydro.diagnosis.verdict import Rival, _size, rivals_of, simplest
 
@@ -148,115 +146,6 @@ def test_a_contest_is_that_of_the_first_finding_that_has_rivals_in_its_class():
     clear = race(tables(4, {0: 0.8}), tuple(candidate(f"e{k}", (k,), effect=SimpleNamespace(family="a", general=False)) for k in range(K)),
                  chosen=(0,))
     assert contest_of(clear) is None
-
-
-def acting(acts, seed=5, units=12, value=0.8):
-    """Column 1 acts in the recordings `acts`, column 4 in all."""
-    made = tables(seed, {4: 0.3}, units=units, rows=(60, 80))
-    for k, table in enumerate(made):
-        table[..., -1] += (value if acts(k) else 0.0) * table[..., P + 1]
-    return made
-
-
-def test_spells_begin_or_end_between_recordings_and_leave_four_inside_and_two_outside():
-    found = [tuple(np.flatnonzero(inside).tolist()) for inside in _spells(list(range(8)), 8)]
-    assert set(found) == {tuple(range(k)) for k in (4, 5, 6)} | {tuple(range(k, 8)) for k in (2, 3, 4)}
-    assert len(found) == 6
-    assert list(_spells(list(range(5)), 5)) == []
-    mixed = [tuple(np.flatnonzero(inside).tolist()) for inside in _spells([5, 0, 3, 1, 7, 2], 8)]
-    assert set(mixed) == {(0, 1, 3, 5), (1, 2, 3, 7)}
-
-
-def test_the_best_spell_is_the_one_whose_columns_masked_by_hand_score_best():
-    made = acting(lambda k: k >= 6)
-    order = list(range(12))
-    found = race(made, prior=PRIOR, chosen=(4,))
-    told = best_spell(found, SINGLE[1], order)
-    np.testing.assert_array_equal(told.inside, np.arange(12) >= 6)
-    masked = [table.copy() for table in made]
-    for k, table in enumerate(masked):
-        table[..., P + 1] *= float(k >= 6)
-    by_hand = race(masked, prior=PRIOR).bench.scored(np.array([1, 4]))
-    assert told.total == pytest.approx(by_hand.total + 2, rel=1e-9)
-    assert told.better
-    assert told.outside < 0.2
-    assert told.candidate is SINGLE[1]
-
-
-def test_what_it_does_outside_is_asked_by_a_column_of_its_own_there():
-    made = acting(lambda k: k >= 6)
-    for k, table in enumerate(made):
-        table[..., -1] += (0.4 if k < 6 else 0.0) * table[..., P + 1]
-    told = best_spell(race(made, chosen=(4,)), SINGLE[1], list(range(12)))
-    r = rows(made)
-    inside = told.inside[r.unit]
-    Z = np.column_stack([r.Z[:, [0, 1, 2, P + 4]], r.Z[:, P + 1] * inside, r.Z[:, P + 1] * ~inside])
-    theta = np.linalg.lstsq(Z, r.y, rcond=None)[0]
-    assert told.outside == pytest.approx(abs(theta[5] / theta[4]), rel=1e-4)
-
-
-def test_units_that_have_no_place_are_in_no_spell_and_own_values_have_none():
-    made = acting(lambda k: k >= 6)
-    told = best_spell(race(made, chosen=(4,)), SINGLE[1], [k for k in range(12) if k != 9])
-    np.testing.assert_array_equal(np.flatnonzero(told.inside), [6, 7, 8, 10, 11])
-    own = candidate("own", (), (2,))
-    bank = (SINGLE[1], own)
-    assert best_spell(race(made, bank, chosen=(1,)), SINGLE[1], list(range(12))) is None
-    assert best_spell(race(made), SINGLE[1], list(range(5))) is None
-
-
-def test_a_spell_with_a_value_beyond_its_bounds_is_none():
-    made = acting(lambda k: k >= 6)
-    assert best_spell(race(made, low=0.0), SINGLE[1], list(range(12))) is not None
-    assert best_spell(race(made, high=0.0), SINGLE[1], list(range(12))) is None
-
-
-def placed(made, order, steady=()):
-    """A plain table whose recordings lie in that order in the campaign."""
-    where = {f"run{k}": place for place, k in enumerate(order)}
-    return Plain(made, steady, lambda unit, k: np.array([where[unit.name], 1e9]))
-
-
-def test_moving_recordings_are_put_in_the_order_of_the_campaign():
-    table = placed(tables(6, units=4), [2, 0, 3, 1], steady=(3,))
-    assert in_order(table) == [(2, "run2"), (0, "run0"), (1, "run1")]
-    table.pieces = table.pieces[1:]
-    assert in_order(table) == [(1, "run2"), (0, "run1")], "numbers are those of the units that hold rows"
-
-
-def test_the_spell_of_an_effect_is_found_with_its_first_and_last_recording_and_is_written_down():
-    order = [3, 1, 0, 2, 5, 4, 11, 10, 9, 8, 7, 6]
-    made = acting(lambda k: k in order[6:])
-    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
-    for chosen in ((4, 1), (4,)):  # chosen already, or turned up by the running sums
-        table = placed(made, order)
-        found = raced(table, known, chosen=chosen)
-        (one,) = spelled(found, table)
-        assert one.key == ("effect_1", 0)
-        assert one.spell == Spell(frozenset(order[6:]), "run11", None)
-        assert found.log[-1].startswith("effect_1 joint 0: gains ")
-        assert "by acting from run11 on, 0.0" in found.log[-1]
-
-
-def test_an_effect_that_always_acts_has_no_spell_nor_has_a_short_campaign():
-    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
-    table = placed(acting(lambda k: True), range(12))
-    assert spelled(raced(table, known, chosen=(1, 4)), table) == []
-    short = placed(acting(lambda k: k >= 3, units=5), range(5))
-    assert spelled(raced(short, known, chosen=(4,)), short) == []
-
-
-def test_turning_candidates_are_those_whose_running_sum_leaves_nothing_furthest():
-    made = acting(lambda k: k >= 6, value=0.5)
-    found = race(made, (*SINGLE, candidate("own", (), (2,))), chosen=(4,))
-    told = _turning(found, list(range(12)))
-    assert told[0] is SINGLE[1]
-    assert SINGLE[4] not in told
-    assert all(not c.own for c in told)
-    many = race(tables(7, columns=12), tuple(candidate(f"e{k}", (k,)) for k in range(12)))
-    assert len(_turning(many, list(range(7)))) == 8
-    best = race(made, (candidate("same", (0,)), candidate("same", (1,))))
-    assert [c.columns for c in _turning(best, list(range(12)))] == [(1,)]
 
 
 def test_noise_is_held_against_each_joint_of_its_own():

@@ -1,0 +1,156 @@
+"""Effects that act in some recordings of a campaign: the algebra by hand."""
+
+import numpy as np
+import pytest
+from races import SINGLE, K, P, candidate, instance, race, raced, rows, tables
+from races import Plain as Table
+
+from nnhydro.diagnosis.episodes import _spells, by_turns, in_a_row
+from nnhydro.diagnosis.spell import Spell
+from nnhydro.diagnosis.spells import Order, _turning, judged, spelled
+
+PRIOR = np.array([4.0, 0.0, 50.0])
+OTHER = [SINGLE[4]]
+
+
+def acting(acts, seed=5, units=12, value=0.8):
+    """Column 1 acts in the recordings `acts`, column 4 in all."""
+    made = tables(seed, {4: 0.3}, units=units, rows=(60, 80))
+    for k, table in enumerate(made):
+        table[..., -1] += (value if acts(k) else 0.0) * table[..., P + 1]
+    return made
+
+
+def every(count):
+    return range(1, count)
+
+
+def test_spells_begin_or_end_between_recordings_and_leave_four_inside_and_two_outside():
+    found = [tuple(np.flatnonzero(inside).tolist()) for _, inside in _spells(list(range(8)), 8, every(8))]
+    assert set(found) == {tuple(range(k)) for k in (4, 5, 6)} | {tuple(range(k, 8)) for k in (2, 3, 4)}
+    assert len(found) == 6
+    assert list(_spells(list(range(5)), 5, every(5))) == []
+    mixed = [tuple(np.flatnonzero(inside).tolist()) for _, inside in _spells([5, 0, 3, 1, 7, 2], 8, every(6))]
+    assert set(mixed) == {(0, 1, 3, 5), (1, 2, 3, 7)}
+
+
+@pytest.mark.parametrize("turn", [6, 7])
+def test_the_best_spell_is_the_one_whose_columns_masked_by_hand_score_best(turn):
+    made = acting(lambda k: k >= turn)
+    total, inside = in_a_row(race(made, prior=PRIOR), SINGLE[1], OTHER, list(range(12)))
+    np.testing.assert_array_equal(inside, np.arange(12) >= turn)
+    masked = [table.copy() for table in made]
+    for k, table in enumerate(masked):
+        table[..., P + 1] *= float(k >= turn)
+    assert total == pytest.approx(race(masked, prior=PRIOR).bench.scored(np.array([1, 4])).total + 2, rel=1e-9)
+
+
+def test_in_a_long_campaign_the_turn_is_found_to_the_recording():
+    made = acting(lambda k: k < 23, units=40)
+    _, inside = in_a_row(race(made), SINGLE[1], OTHER, list(range(40)))
+    np.testing.assert_array_equal(inside, np.arange(40) < 23)
+
+
+def test_recordings_are_dealt_to_the_effect_that_acts_in_some():
+    at = {0, 3, 4, 7, 10}
+    made = acting(lambda k: k in at)
+    found = race(made, prior=PRIOR)
+    start = in_a_row(found, SINGLE[1], OTHER, list(range(12)))[1]
+    total, inside = by_turns(found, SINGLE[1], OTHER, list(range(12)), start)
+    assert set(np.flatnonzero(inside).tolist()) == at
+    masked = [table.copy() for table in made]
+    for k, table in enumerate(masked):
+        table[..., P + 1] *= float(k in at)
+    assert total == pytest.approx(race(masked, prior=PRIOR).bench.scored(np.array([1, 4])).total + 2, rel=1e-9)
+    assert by_turns(race(acting(lambda k: True)), SINGLE[1], OTHER, list(range(12)), start) is None
+
+
+def placed(made, order, steady=()):
+    """A plain table whose recordings lie in that order in the campaign."""
+    return Table(made, steady, {number: place for place, number in enumerate(order)})
+
+
+def test_what_it_does_outside_is_asked_by_a_column_of_its_own_there():
+    made = acting(lambda k: k >= 6)
+    for k, table in enumerate(made):
+        table[..., -1] += (0.4 if k < 6 else 0.0) * table[..., P + 1]
+    table = placed(made, range(12))
+    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
+    found = raced(table, known, chosen=(4, 1))
+    four, one = found.chosen
+    told = judged(found, table, None, one, [four], Spell(begin=5.75, since="run6"), 1.0)
+    r = rows(made, found.noise)
+    inside = r.unit >= 6
+    Z = np.column_stack([r.Z[:, [0, 1, 2, P + 4]], r.Z[:, P + 1] * inside, r.Z[:, P + 1] * ~inside])
+    theta = np.linalg.lstsq(Z, r.y, rcond=None)[0]
+    sizes = np.sqrt((r.Z[:, P + 1] ** 2).sum()) * np.abs(theta[[4, 5]])
+    assert told.outside == pytest.approx(sizes[1] / sizes[0], rel=1e-3)
+    assert not told.holds
+    left = Z[:, 5] - Z[:, :5] @ np.linalg.lstsq(Z[:, :5], Z[:, 5], rcond=None)[0]
+    assert told.visible == pytest.approx(theta[4] ** 2 * (left**2).sum(), rel=1e-2)
+    assert told.beta == pytest.approx(theta[[4]], rel=1e-3)
+
+
+def test_units_that_have_no_place_are_in_no_spell_and_own_values_have_none():
+    made = acting(lambda k: k >= 6)
+    told = in_a_row(race(made), SINGLE[1], OTHER, [k for k in range(12) if k != 9])
+    np.testing.assert_array_equal(np.flatnonzero(told[1]), [6, 7, 8, 10, 11])
+    own = candidate("own", (), (2,))
+    assert in_a_row(race(made, (SINGLE[1], own)), SINGLE[1], [own], list(range(12))) is None
+    assert in_a_row(race(made), SINGLE[1], OTHER, list(range(5))) is None
+
+
+def test_a_spell_with_a_value_beyond_its_bounds_is_none():
+    made = acting(lambda k: k >= 6)
+    assert in_a_row(race(made, low=0.0), SINGLE[1], OTHER, list(range(12))) is not None
+    assert in_a_row(race(made, high=0.0), SINGLE[1], OTHER, list(range(12))) is None
+
+
+def test_moving_recordings_are_put_in_the_order_of_the_campaign():
+    table = placed(tables(6, units=4), [2, 0, 3, 1], steady=(3,))
+    order = Order.of(table)
+    assert (order.numbers, order.names) == ([2, 0, 1], ["run2", "run0", "run1"])
+    np.testing.assert_allclose(order.places, [[0, 0.5], [1, 1.5], [3, 3.5]])
+    table.pieces = table.pieces[1:]
+    assert Order.of(table).numbers == [1, 0], "numbers are those of the units that hold rows"
+
+
+def test_a_run_of_recordings_is_a_spell_with_its_place_and_any_others_are_told_by_name():
+    order = Order.of(placed(tables(6, units=4), [2, 0, 3, 1]))
+    assert order.spell(np.array([False, True, False, True])) == Spell(begin=1.75, since="run3")
+    assert order.spell(np.array([True, False, True, False])) == Spell(end=1.75, until="run0")
+    assert order.spell(np.array([True, True, False, False])) == Spell(inside=frozenset({"run0", "run1"}))
+
+
+def test_the_spell_of_an_effect_is_found_with_its_first_and_last_recording_and_is_written_down():
+    order = [3, 1, 0, 2, 5, 4, 11, 10, 9, 8, 7, 6]
+    made = acting(lambda k: k in order[6:])
+    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
+    for chosen in ((4, 1), (4,)):  # chosen already, or turned up by the running sums
+        table = placed(made, order)
+        found = raced(table, known, chosen=chosen)
+        (one,) = spelled(found, table, None)
+        assert one.key == ("effect_1", 0)
+        assert one.spell == Spell(begin=5.75, since="run11")
+        assert any(line.startswith("effect_1 joint 0: ") and "by acting from run11 on, 0.0" in line for line in found.log)
+
+
+def test_an_effect_that_always_acts_has_no_spell_nor_has_a_short_campaign():
+    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
+    table = placed(acting(lambda k: True), range(12))
+    assert spelled(raced(table, known, chosen=(1, 4)), table, None) == []
+    short = placed(acting(lambda k: k >= 3, units=5), range(5))
+    assert spelled(raced(short, known, chosen=(4,)), short, None) == []
+
+
+def test_turning_candidates_are_those_whose_running_sum_leaves_nothing_furthest():
+    made = acting(lambda k: k >= 6, value=0.5)
+    found = race(made, (*SINGLE, candidate("own", (), (2,))), chosen=(4,))
+    told = _turning(found, list(range(12)))
+    assert told[0] is SINGLE[1]
+    assert SINGLE[4] not in told
+    assert all(not c.own for c in told)
+    many = race(tables(7, columns=12), tuple(candidate(f"e{k}", (k,)) for k in range(12)))
+    assert len(_turning(many, list(range(7)))) == 8
+    best = race(made, (candidate("same", (0,)), candidate("same", (1,))))
+    assert [c.columns for c in _turning(best, list(range(12)))] == [(1,)]
