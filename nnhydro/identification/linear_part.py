@@ -88,7 +88,19 @@ def _sums(rows: Rows, columns: Tensor, shared: int, watch: Tensor) -> tuple[_Sum
     return everything, watched
 
 
-def _solutions(sums: _Sums, size: Tensor, stated: slice) -> Callable[[float], Tensor]:
+def _solved(A: Tensor, b: Tensor, shared: int, joints: int) -> Tensor:
+    """Return A^-1 b (q,); the odd features of two joints share no rows, so that each joint's block is eliminated for itself."""
+    top, right, blocks = A[:shared, :shared], b[:shared], []
+    for odd in torch.arange(shared, len(b)).chunk(joints) if len(b) > shared else ():
+        o = slice(int(odd[0]), int(odd[-1]) + 1)
+        root = torch.linalg.cholesky(A[o, o])
+        blocks.append(torch.cholesky_solve(torch.cat([A[o, :shared], b[o, None]], dim=1), root))
+        top, right = top - A[:shared, o] @ blocks[-1][:, :-1], right - A[:shared, o] @ blocks[-1][:, -1]
+    first = torch.linalg.solve(top, right)
+    return torch.cat([first, *(block[:, -1] - block[:, :-1] @ first for block in blocks)])
+
+
+def _solutions(sums: _Sums, size: Tensor, stated: slice, shared: int, joints: int) -> Callable[[float], Tensor]:
     """Return the function lambda -> theta (q,) of one member; `size` (q,) is h, `stated` the coefficients with a prior of their own."""
     there = torch.diagonal(sums.H) > FLAT * size.max()
     unit = torch.where(there, 1 / size.clamp(min=1e-300).sqrt(), torch.zeros_like(size))
@@ -99,8 +111,7 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice) -> Callable[[float], Te
     A, b = unit[:, None] * sums.H * unit + torch.diag(known), unit * sums.g
 
     def theta(penalty: float) -> Tensor:
-        found: Tensor = unit * torch.linalg.solve(A + torch.diag(penalty * free + 1e-12), b)
-        return found
+        return unit * _solved(A + torch.diag(penalty * free + 1e-12), b, shared, joints)
 
     return theta
 
@@ -115,17 +126,17 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int) -> tup
     The first tells what a member makes of recordings that it has not seen, the second is for use; members differ alike in both. `watched`
     (E, units) bool says which units a member leaves out; arm.yaml states the first `stated` coefficients of the body to be 0 +- 1.
     """
-    shared = linear.columns.shape[2] - int((rows.parity < 0).sum())
+    shared, joints = linear.columns.shape[2] - int((rows.parity < 0).sum()), rows.target.shape[1]
     prior = slice(linear.law_size, linear.law_size + stated)
     everything, seen = _sums(rows, linear.columns, shared, watched[:, rows.unit])
     size = torch.diagonal(everything.H)
-    members = [_solutions(everything.without(own), size, prior) for own in seen]
+    members = [_solutions(everything.without(own), size, prior, shared, joints) for own in seen]
 
     def left(penalty: float) -> float:
         return sum(own.error(solution(penalty)) for own, solution in zip(seen, members, strict=True))
 
     best = min(PENALTIES, key=left) if any(own.n for own in seen) else UNWATCHED
     theta = torch.stack([solution(best) for solution in members])
-    shown = _solutions(everything, size, prior)(best)
+    shown = _solutions(everything, size, prior, shared, joints)(best)
     moved = theta + (shown - theta.mean(dim=0))
-    return _part(theta, shared, rows.target.shape[1]), _part(moved, shared, rows.target.shape[1])
+    return _part(theta, shared, joints), _part(moved, shared, joints)

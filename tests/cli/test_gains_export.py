@@ -34,7 +34,7 @@ def said(capsys):
     return call
 
 
-@pytest.mark.parametrize("name", ["constant", "hybrid"])
+@pytest.mark.parametrize("name", ["constant", pytest.param("hybrid", marks=pytest.mark.slow)])
 def test_gains_writes_a_table_a_plot_and_the_matrices(place, said, tmp_path, name):
     code, out, _ = said("gains", place / name, "--out", tmp_path / "g", *(["--json"] if name == "hybrid" else []))
     assert code == 0

@@ -219,6 +219,7 @@ def test_benchmark_compares_all_models_on_recordings_held_out_once(compared):
     assert (out / "reliability.csv").exists()
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_benchmark(compared):
     def without_times(found):
         document, _ = found
@@ -230,6 +231,7 @@ def test_the_same_seed_gives_the_same_benchmark(compared):
     assert compared(models="textbook", seed=1)[0]["folds"] != compared()[0]["folds"]
 
 
+@pytest.mark.slow
 def test_the_seed_of_the_configuration_counts_unless_another_is_given(place, compared, said, tmp_path):
     (tmp_path / "seeded.toml").write_text(TINY + "seed = 5\n")
 

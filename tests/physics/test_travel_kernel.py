@@ -97,6 +97,7 @@ def test_the_kernel_equals_torch_for_every_rule_and_number_of_links(links, bspli
         assert_equal(travelling(a, seed, options, bsplines), Flow(a, motion(seed, links, 2500, kind)))
 
 
+@pytest.mark.slow  # test_travel_loops.py says the same of the loops before they are compiled
 def test_a_recording_longer_than_the_kernels_pieces_is_not_torn():
     a = arm(2)
     assert_equal(travelling(a, 1, {}), Flow(a, motion(1, 2, 2500, "from rest")))

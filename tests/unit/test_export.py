@@ -166,6 +166,7 @@ def test_the_memory_matters(hybrid, exported):
     assert relative(got, hybrid.torque(forgetful)) > 1e-3
 
 
+@pytest.mark.slow
 def test_single_precision_is_close(hybrid, tmp_path):
     export_onnx(hybrid, tmp_path / "h.onnx", "single")
     got = fed(session(tmp_path / "h.onnx"), run(2), np.float32)["tau"]

@@ -130,7 +130,7 @@ ENTRIES = st.dictionaries(TARGET, SOURCE, max_size=4)
 SECTION = st.sampled_from(["columns", "steady", "joints", "topic", "colums"])
 
 
-@settings(max_examples=80, derandomize=True, deadline=None)
+@settings(max_examples=40, derandomize=True, deadline=None)
 @given(st.dictionaries(SECTION, st.one_of(ENTRIES, SOURCE, st.lists(SOURCE, max_size=3))))
 def test_any_mapping_gives_a_recording_or_one_line(tmp_path_factory, document: dict):
     path = tmp_path_factory.mktemp("map") / "a.csv"

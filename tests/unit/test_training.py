@@ -44,9 +44,10 @@ def test_the_same_seed_gives_the_same_model_and_another_seed_another(kind):
     assert not same_tensors(one, other)
 
 
-@KINDS
-@pytest.mark.parametrize("layers", ["common", "parallel"])
-@pytest.mark.parametrize("stop", [1, 3])
+@pytest.mark.parametrize(("kind", "layers", "stop"), [("hybrid", "common", 1), ("network", "parallel", 3), *(
+    pytest.param(kind, layers, stop, marks=pytest.mark.slow) for kind, layers, stop in (
+        ("hybrid", "parallel", 3), ("network", "common", 1), ("hybrid", "common", 3), ("network", "common", 3), ("hybrid", "parallel", 1),
+        ("network", "parallel", 1)))])
 def test_a_training_that_was_stopped_and_resumed_is_the_uninterrupted_one(kind, stop, layers, tmp_path):
     config, checkpoint = tiny(model=kind, epochs=5, layers=layers), tmp_path / "state.safetensors"
 
@@ -168,7 +169,7 @@ def test_a_law_that_no_baseline_has_is_learned(kind):
 
 
 @pytest.mark.parametrize("density", [0.0, 1000.0])
-@pytest.mark.parametrize("links", [1, 2, 3])
+@pytest.mark.parametrize("links", [1, 2, pytest.param(3, marks=pytest.mark.slow)])
 def test_arms_of_any_size_wet_or_dry_are_trained_to_finite_models(links, density):
     a = arm(links, density)
     whole = campaign(a, planted(a), 3, seconds=1.0, rate=50.0)

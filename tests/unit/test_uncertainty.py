@@ -20,6 +20,8 @@ from nnhydro.recordings.splitting import units
 
 FAST = TINY.model_copy(update={"hidden": (8,), "members": 4, "epochs": 6, "validation_share": 0.3})
 
+KINDS = pytest.mark.parametrize("kind", ["network", pytest.param("hybrid", marks=pytest.mark.slow)])
+
 
 def noisy(count=10, noise=0.05):
     """Recordings with friction that no baseline has and white noise."""
@@ -62,7 +64,7 @@ def test_the_spread_is_the_sum_of_its_parts():
     assert spread_of(doubt, 0.2 * one, 4 * one, 0 * one) == pytest.approx(np.sqrt(0.16 + 4.0 + 0.01 + 144.0))
 
 
-@pytest.mark.parametrize("kind", ["network", "hybrid"])
+@KINDS
 def test_held_out_torques_lie_within_the_intervals_as_often_as_said(kind):
     whole = noisy()
     result = benchmark(whole, [kind], 3, config=FAST)
@@ -72,7 +74,7 @@ def test_held_out_torques_lie_within_the_intervals_as_often_as_said(kind):
     assert 0.87 < shares["95"] <= 1.0
 
 
-@pytest.mark.parametrize("kind", ["network", "hybrid"])
+@KINDS
 def test_intervals_are_wider_where_nothing_was_shown(kind):
     whole = noisy()
     model = train(whole, FAST.model_copy(update={"model": kind}))
@@ -89,6 +91,7 @@ def view(model, motion):
     return view_of(model.arm, motion, model.floor)
 
 
+@pytest.mark.slow
 def test_intervals_of_a_withheld_speed_range_still_cover():
     a = arm(2)
     made = [recording(a, planted(a), f"run{i}", seed=i + 1, seconds=4.0, rate=25.0, speed=0.1 * i, noise=0.05) for i in range(9)]
