@@ -43,19 +43,21 @@ class Contest:
     rest: tuple[Candidate, ...]
     behind: tuple[float, ...]
     limit: float  # score by which a member must fall behind to leave the class
+    own: tuple[float, ...] = ()  # how far those members are behind whose values are each recording's own
 
 
 def contest_of(race: Race) -> Contest | None:
     """Return the class of the first finding that holds rivals; None where every finding stands alone.
 
-    Members whose values are each recording's own are left out: no motion is planned for a phase that nobody knows.
+    For members whose values are each recording's own no motion is planned: nobody knows their phase. What they cost a recording ends them.
     """
     for chosen in race.chosen:
-        inside = [r for r in rivals_of(race, chosen) if r.in_class and not r.candidate.own]
+        every = [r for r in rivals_of(race, chosen) if r.in_class]
+        inside = [r for r in every if not r.candidate.own]
         if inside and not chosen.own:
             limit = max(NEAR, HARDLY * max(r.gain for r in inside))
             return Contest((chosen, *(r.candidate for r in inside)), tuple(c for c in race.chosen if c is not chosen),
-                           (0.0, *(r.behind for r in inside)), limit)
+                           (0.0, *(r.behind for r in inside)), limit, tuple(r.behind for r in every if r.candidate.own))
     return None
 
 
@@ -152,17 +154,27 @@ class Judge:
             found[a, b] = np.mean([bool(((x >= low) & (x <= high)).all()) and one.plausible(x) for x in drawn])
         return found
 
-    def chance(self, gain: Array, rows: float, possible: Array | None = None) -> float:
+    def _own_leave(self, recordings: int) -> float:
+        """The chance that members with values of each recording's own leave: every recording costs them as much as each one so far did."""
+        own = self.contest.own
+        if not own:
+            return 1.0
+        before = len(self.race.bench.by_unit[1])
+        later = [behind * (before + recordings) / before for behind in own]
+        truth = 1 / (1 + sum(np.exp(-max(behind, 0.0) / SOFT) for behind in own))  # that it is none of them
+        return float(truth) * min(0.5 * (1 + erf((x - NEAR) / sqrt(4 * max(x, 1.0)))) for x in later)
+
+    def chance(self, gain: Array, rows: float, possible: Array | None = None, recordings: int = 1) -> float:
         """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
 
         `gain` (members, members) is the lambda^2 that the new rows add, `rows` their number over all joints; `possible` (members, members)
-        how likely a member's values make sense where another one is the truth.
+        how likely a member's values make sense where another one is the truth; `recordings` how many are added.
         """
         ahead, weights = self._ahead(gain, rows), self._weights()
         leaves = 0.5 * (1 + np.vectorize(erf)(ahead / sqrt(2)))
         leaves = leaves if possible is None else 1 - (1 - leaves) * possible
         np.fill_diagonal(leaves, 1.0)
-        return float(weights @ leaves.min(axis=1))
+        return float(weights @ leaves.min(axis=1)) * self._own_leave(recordings)
 
     def apart_by(self, gain: Array, rows: float) -> float:
         """Return by how many standard deviations members leave the class, in the mean over all pairs, each counted for `MOST_APART`."""

@@ -86,7 +86,7 @@ class _Planner:
 
     def chance(self, one: Planned, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
-        return self.judge.chance(self.gain(one, often), often * one.rows, self.judge.possible(self.H + often * one.G))
+        return self.judge.chance(self.gain(one, often), often * one.rows, self.judge.possible(self.H + often * one.G), often)
 
     def merit(self, one: Planned, often: int) -> tuple[float, float]:
         """Return what motions are compared by where they are recorded so often: the chance, then how far they bring members apart."""

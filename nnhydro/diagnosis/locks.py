@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 SIGNS = 999
 P_BLOCK, P_LEFT_OUT = 0.01, 0.05
 MATERIAL = 0.01
-SLIGHT = 0.02  # of the largest log ratio: recordings that hardly tell do not vote
+SLIGHT, TELLS = 0.02, 2.0  # of the largest log ratio, or in score: recordings that tell less do not vote
 VIOLENT = 3.0  # of the median recording's log ratio: the most that one recording counts for
 FEWEST = 4  # recordings of which anything is said
 EXACT = 12  # recordings up to which all signs are tried
@@ -140,8 +140,12 @@ def left_out_p(before: Scored, after: Scored) -> float:
 
 
 def telling(gains: Array) -> Array:
-    """Return those `gains` (n,) that tell anything: a recording on which next to nothing changes has no vote."""
-    return gains[np.abs(gains) > max(1e-9, SLIGHT * float(np.abs(gains).max(initial=0.0)))]
+    """Return those `gains` (n,) that tell anything: a recording on which next to nothing changes has no vote.
+
+    A gain of `TELLS` in score is one whatever others gain: a single violent recording would silence them, and one vote decides nothing.
+    """
+    size = np.abs(gains)
+    return gains[size > max(1e-9, min(SLIGHT * float(size.max(initial=0.0)), TELLS))]
 
 
 def opens(gains: Array) -> bool:

@@ -20,6 +20,7 @@ from nnhydro.recordings.splitting import Unit
 COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
 MOSTLY = 0.3  # of the excess over the noise: findings that explain less of it are trusted less
+KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
 CONFIDENT = 0.5  # nothing is said with less
 
 
@@ -60,7 +61,8 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
 def explained(race: Race) -> float:
     """Return the share of the baseline's excess over the noise, in left-out score, that the chosen effects take away."""
     whole = race.total(without=race.chosen)
-    return (whole - race.total()) / max(whole, 1.0)
+    gain, rows = whole - race.total(), float(race.bench.blocks.n.sum()) * len(race.noise)
+    return gain / max(whole - KNOWN * rows / 2, gain, 1.0)
 
 
 def _least(race: Race, proof: Proof) -> Candidate | None:

@@ -260,3 +260,19 @@ def test_any_numbers_can_be_looked_over(n: int, kinds: list[str], seed: int, ste
     for oddity in survey(Campaign.of(the_arm(), both)).oddities:
         assert oddity.message
         assert oddity.severity in ("error", "warning", "note")
+
+
+def test_torques_that_no_drive_can_feel_are_asked_for_their_unit():
+    oddity = next(o for o in survey(campaign(scaled(1e-10, "tau1_Nm", "tau2_Nm"), in_all=True)).oddities if o.check == "tiny_torque")
+    assert oddity.severity == "warning"
+    assert "N m" in oddity.message
+    assert "unit" in oddity.message
+    assert "tiny_torque" not in found(campaign())
+
+
+@pytest.mark.parametrize(("drive", "said"), [({"kind": "remote"}, True), ({"kind": "remote", "angle2": "absolute"}, False),
+                                             ("direct", False)])
+def test_a_belt_whose_outer_angle_may_be_absolute_gets_a_note(drive, said):
+    oddities = [o for o in survey(campaign(arm=the_arm(drive=drive))).oddities if o.check == "belt_angle"]
+    assert len(oddities) == int(said)
+    assert all(o.severity == "note" and "angle2: absolute" in o.message for o in oddities)

@@ -3,19 +3,23 @@
 Rigs whose motions leave something ambiguous (config.toml) hide one effect each, recorded by the independent truth. Where the diagnosis
 cannot tell, the proposed motion is recorded as often as it asks, and motions drawn at random within the same limits as often, for
 comparison. Each case is stored as it ends, under runs/: a run that was ended goes on. KEY=VALUE overrides config.toml, e.g.
-`seeds=[1]`, `given="none"`; the table of all cases that are there is written to results.json by `python .../run.py table`.
+`seeds=[1]`, `given="none"`, `stated=false` (within what the rig has shown). `python training/next_experiment/run.py table` writes all cases
+that are there to results.json and prints the table of README.md.
 """
 
+import json
 import sys
 import tomllib
 from pathlib import Path
 
+from table import honest, settled, table, words
 from tank import Tank
 
 from nnhydro.diagnosis.experiment import motions_at_random
 from nnhydro.diagnosis.rig import Limits
 from nnhydro.diagnosis.studied import Studied, studied
 from nnhydro.files import write_json
+from nnhydro.identification.identify import versions
 from nnhydro.recordings.campaign import Campaign
 
 HERE = Path(__file__).parent
@@ -25,16 +29,6 @@ RUNS = HERE / "runs"
 def told(found: Studied) -> list[dict]:
     """Return what the diagnosis names."""
     return [{"class": list(f.members), "joint": f.effect.joint or None} for f in found.findings]
-
-
-def honest(names: list[dict], hidden: dict) -> bool:
-    """Whether nothing else is named than a class that holds what is hidden."""
-    return all(hidden["effect"] in one["class"] for one in names) and len(names) <= 1
-
-
-def settled(names: list[dict], hidden: dict) -> bool:
-    """Whether the one finding is what is hidden, and stands alone."""
-    return [one["class"] for one in names] == [[hidden["effect"]]] and names[0]["joint"] == hidden.get("joint")
 
 
 def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:
@@ -61,11 +55,6 @@ def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:
                   "honest_after": honest(row["after"], hidden)}
 
 
-def words(names: list[dict]) -> str:
-    """Return what is named in a line."""
-    return "; ".join("/".join(one["class"]) + (f" ({one['joint']})" if one["joint"] else "") for one in names) or "nothing"
-
-
 def line(row: dict) -> str:
     """Return a case in a line."""
     start = f"{row['rig']}: {row['hidden']['effect']} ({row['hidden'].get('joint', 'arm')}), seed {row['seed']}: {words(row['before'])}"
@@ -86,7 +75,12 @@ def configured(overrides: list[str]) -> dict:
 
 def main() -> None:
     """Run every case that is not there yet."""
-    config = configured(sys.argv[1:])
+    config = configured([item for item in sys.argv[1:] if item != "table"])
+    if "table" in sys.argv[1:]:
+        rows = [json.loads(path.read_text()) for path in sorted((RUNS / config.get("to", "table")).glob("*.json"))]
+        write_json(HERE / "results.json", {"cases": rows, "config": config, "versions": versions()})
+        print(table(rows))
+        return
     only = config.get("only", "")
     for seed in config["seeds"]:
         for rig in config["rig"]:

@@ -1,0 +1,45 @@
+"""What came of the cases, in words and as a table."""
+
+from nnhydro.diagnosis.experiment import FAIR
+
+
+def honest(names: list[dict], hidden: dict) -> bool:
+    """Whether nothing else is named than a class that holds what is hidden."""
+    return all(hidden["effect"] in one["class"] for one in names) and len(names) <= 1
+
+
+def settled(names: list[dict], hidden: dict) -> bool:
+    """Whether the one finding is what is hidden, and stands alone."""
+    return [one["class"] for one in names] == [[hidden["effect"]]] and names[0]["joint"] == hidden.get("joint")
+
+
+def words(names: list[dict]) -> str:
+    """Return what is named in a line."""
+    return "; ".join("/".join(one["class"]) + (f" ({one['joint']})" if one["joint"] else "") for one in names) or "nothing"
+
+
+def table(rows: list[dict]) -> str:
+    """Return the ambiguous cases as a Markdown table, and the shares that are settled."""
+    asked = [row for row in rows if row["proposal"] is not None and not settled(row["before"], row["hidden"])]
+    lines = ["| rig | hides | before | proposed | chance | after | at random |", "| --- | --- | --- | --- | --- | --- | --- |"]
+    for row in asked:
+        p, hidden = row["proposal"], row["hidden"]
+        random = "; ".join("settled" if one else words(names)
+                           for one, names in zip(row["settled_random"], row["after_random"], strict=True))
+        lines.append(f"| {row['rig']} | {hidden['effect']}{' (' + str(hidden['joint']) + ')' if 'joint' in hidden else ''} | "
+                     f"{words(row['before'])} | {p['recordings']} x {p['motion']['kind']} | {p['chance']:.2f} | "
+                     f"{'settled' if row['settled'] else words(row['after'])} | {random} |")
+    likely = [row for row in asked if row["proposal"]["chance"] >= FAIR]
+    at_random = [one for row in asked for one in row["settled_random"]]
+    usual = [one for row in likely for one in row["settled_random"]]
+    counts = [("cases in all", len(rows), len(rows)),
+              ("named right at once", sum(settled(r["before"], r["hidden"]) for r in rows), len(rows)),
+              ("nothing named at first", sum(not r["before"] for r in rows), len(rows)),
+              ("ambiguous, with a proposal", len(asked), len(rows)),
+              ("of these the class holds the truth, and nothing else is named", sum(r["honest"] for r in asked), len(asked)),
+              ("settled by the proposed motion", sum(r["settled"] for r in asked), len(asked)),
+              ("settled by a motion at random", sum(at_random), len(at_random)),
+              ("settled where the proposal gives itself a chance of 0.5 or more", sum(r["settled"] for r in likely), len(likely)),
+              ("settled by a motion at random there", sum(usual), len(usual)),
+              ("after the proposed motion still honest", sum(r["honest_after"] for r in asked), len(asked))]
+    return "\n".join([*lines, "", *(f"- {name}: {hits} of {tries}" for name, hits, tries in counts)])
