@@ -2,14 +2,14 @@
 
 table   what the motions of a campaign reveal, for every effect: results.json, table.md
 plants  every effect planted at its stated size on these motions, the baseline refitted, the whole catalogue tried: how often it is found,
-        that is, named at its joint or in the class of what is named there
+        that is, named, or in the class of what is named; and how often at the right joint
 
 KEY=VALUE overrides config.toml (TOML). Each plant is stored under runs/ as it ends: a run that was ended goes on.
 """
 
+import json
 import sys
 import tomllib
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from nnhydro.diagnosis.studied import named
 from nnhydro.effects.quantity import Z95
 from nnhydro.files import write_json
 from nnhydro.identification.identify import versions
-from nnhydro.recordings.campaign import Campaign, open_campaign
+from nnhydro.recordings.campaign import open_campaign
 
 HERE = Path(__file__).parent
 RUNS = HERE / "runs"
@@ -38,36 +38,38 @@ def wilson(hits: int, tries: int) -> tuple[float, float, float]:
     return share, float(centre - half), float(centre + half)
 
 
-def campaign_of(config: dict) -> Campaign:
-    """Return the campaign, or the part of it that config.toml asks for."""
+def revealed(config: dict, recordings: list[str]) -> Power:
+    """Return what `recordings` of the campaign reveal, all of them where none is named."""
     whole = open_campaign(HERE / config["campaign"])
-    names = tuple(name for name in whole.names if not config["recordings"] or name in config["recordings"])
-    return replace(whole, names=names, steady=whole.steady if config["steady"] else ())
+    names = tuple(name for name in whole.names if not recordings or name in recordings)
+    return power(replace(whole, names=names, steady=()), seed=config["seed"], progress=lambda line: print(line, file=sys.stderr))
 
 
-def seen(found: Power, config: dict) -> Iterator[Reveal]:
-    """Yield one row for each effect and joint that is revealed at some size: its first parameter that is."""
-    keys = set()
-    for row in found.rows:
-        key = row.instance.key
-        if row.size is not None and key not in keys and (not config["effects"] or key[0] in config["effects"]):
-            keys.add(key)
-            yield row
+def seen(found: Power, config: dict) -> list[Reveal]:
+    """Return one row for each effect and joint that is revealed at some size: of its parameters the one that is least like a rival."""
+    rows: dict[tuple[str, int], Reveal] = {}
+    for row in sorted(found.rows, key=lambda r: -r.likeness):
+        if row.size is not None and (not config["effects"] or row.instance.key[0] in config["effects"]):
+            rows[row.instance.key] = row
+    return list(rows.values())
 
 
 def plant(found: Power, row: Reveal, draw: int, config: dict) -> dict:
     """Return what is named where `row` is planted at its stated size."""
-    case = planted(found.case, [(row.instance, row.direction * row.size)], found.noise, config["seed"] + draw)
+    seed = config["seed"] + 1000 * draw + found.rows.index(row)  # noise of its own for every plant
+    case = planted(found.case, [(row.instance, row.direction * row.size)], found.noise, seed)
     case = replace(case, reference=reference(None, case.model.arm, case.all_units, case.model.preparation))
     told = [{"class": list(f.members), "joint": f.effect.joint} for f in named(case, None, draw).findings]
     key = row.instance.key
     return {"effect": key[0], "joint": key[1], "parameter": row.parameter, "size": row.size, "draw": draw, "named": told,
-            "found": any(key[0] in one["class"] and (one["joint"] == key[1] or len(one["class"]) > 1) for one in told)}
+            "found": any(key[0] in one["class"] for one in told),
+            "at_joint": any(key[0] in one["class"] and one["joint"] in (key[1], 0) for one in told)}
 
 
 def plants(found: Power, config: dict) -> dict:
     """Plant every effect so often; return how often it is found, by effect and in all."""
     rows: dict[str, list[bool]] = {}
+    joints: list[bool] = []
     for draw in range(config["plants"]):
         for row in seen(found, config):
             name = f"{row.instance.key[0]}_{row.instance.key[1]}"
@@ -75,19 +77,13 @@ def plants(found: Power, config: dict) -> dict:
             if not path.is_file():
                 path.parent.mkdir(exist_ok=True)
                 write_json(path, plant(found, row, draw, config))
-            one = stored(path)
+            one = json.loads(path.read_text())
             rows.setdefault(name, []).append(one["found"])
+            joints.append(one["at_joint"])
             print(f"{name:>26} {draw}  {one['found']!s:>5}  {one['named']}", flush=True)
     every = [x for one in rows.values() for x in one]
     return {"by_effect": {name: [sum(one), len(one)] for name, one in rows.items()}, "found": sum(every), "of": len(every),
-            "share_and_interval": wilson(sum(every), len(every))}
-
-
-def stored(path: Path) -> dict:
-    """Return what a JSON file holds."""
-    import json
-
-    return json.loads(path.read_text())
+            "right_joint": sum(joints), "share_and_interval": wilson(sum(every), len(every))}
 
 
 def table(found: Power) -> str:
@@ -108,15 +104,16 @@ def main() -> None:
     for item in (item for item in sys.argv[1:] if "=" in item):
         config |= tomllib.loads(item)
     asked = [item for item in sys.argv[1:] if "=" not in item] or ["table", "plants"]
-    whole = campaign_of(config)
-    found = power(whole, seed=config["seed"], progress=lambda line: print(line, file=sys.stderr))
-    result = {"recordings": list(whole.names), "power": found.document(), "config": config, "versions": versions()}
-    (HERE / "table.md").write_text(table(found))
+    result = json.loads((HERE / "results.json").read_text()) if (HERE / "results.json").is_file() else {}
+    if "table" in asked:
+        found = revealed(config, [])
+        (HERE / "table.md").write_text(table(found))
+        result["table"] = found.document()
     if "plants" in asked:
-        result["plants"] = plants(found, config)
+        result["plants"] = plants(revealed(config, config["recordings"]), config)
         share, low, high = result["plants"]["share_and_interval"]
         print(f"found {result['plants']['found']} of {result['plants']['of']}: {share:.2f} ({low:.2f} to {high:.2f})")
-    write_json(HERE / "results.json", result)
+    write_json(HERE / "results.json", result | {"config": config, "versions": versions()})
 
 
 if __name__ == "__main__":
