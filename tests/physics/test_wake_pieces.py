@@ -141,6 +141,7 @@ def test_a_power_of_time_is_consistent_with_itself(n):
     np.testing.assert_allclose((motion.travel(t + h) - motion.travel(t - h)) / (2 * h), motion.speed(t), rtol=1e-6)
     np.testing.assert_allclose((motion.speed(t + h) - motion.speed(t - h)) / (2 * h), motion.acceleration(t), rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(motion.time_at(motion.travel(t)), t)
+    assert (power_start(2.0, 0.0).acceleration(np.array([0.0, 1.0])) == 0).all()
 
 
 def test_a_sampled_motion_starts_counting_at_its_first_sample_and_may_start_with_a_jump():

@@ -4,8 +4,11 @@
 import numpy as np
 import pytest
 import torch
+from campaigns import recording
 from rigs import arm
 
+from nnhydro.errors import ConfigError
+from nnhydro.identification.config import read_config
 from nnhydro.identification.identify import _notes, estimates
 from nnhydro.identification.least_squares import Solution, correlation_time, joint_weights, solve
 from nnhydro.identification.linear_columns import Linear, Seen
@@ -13,9 +16,14 @@ from nnhydro.identification.prior import Prior, prior
 from nnhydro.identification.regressor import TorqueRegressor, _ridge
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.search import _suggested
-from nnhydro.identification.statistics import Statistics, block, residual_energy, total, weighted
+from nnhydro.identification.statistics import Statistics, block, columns_and_offset, residual_energy, total, weighted
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.load_term import LinearTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.state_loads import state_loads
+from nnhydro.recordings.preprocessing import Preparation, prepare
 
 
 def test_a_ridge_takes_the_penalty_that_does_best_on_the_rows_it_does_not_train_on():
@@ -107,7 +115,7 @@ def test_bounded_directions_stop_at_their_bounds_and_the_others_make_the_best_of
     left = y - X[..., 1:] @ [1.5, -0.5]
     A, b = 1 + 100 * X[:, 0, 0] @ X[:, 0, 0] + X[:, 1, 0] @ X[:, 1, 0], 100 * X[:, 0, 0] @ left[:, 0] + X[:, 1, 0] @ left[:, 1]
     assert told.theta[0] == pytest.approx(b / A)
-    near = Prior(np.zeros(3), np.eye(3), np.full(3, -np.inf), np.array([np.inf, told.theta[1] + 1.0, np.inf]))
+    near = Prior(np.zeros(3), np.eye(3), np.full(3, -np.inf), np.array([np.inf, 2.05, np.inf]))
     assert not solve(stats, near, np.array([100.0, 1.0])).at_bound.any()
 
 
@@ -209,3 +217,18 @@ def test_two_floats_are_the_ends_of_a_range_and_all_else_is_a_list_of_values():
     made = _suggested(Trial(), {"rate": (0.1, 1.0), "hidden": ((8,), (16, 16)), "epochs": (10, 20), "three": (0.1, 0.2, 0.3)})
     assert made == {"rate": 0.5, "hidden": (16, 16), "epochs": 20, "three": 0.3}
     assert asked[0] == ("rate", 0.1, 1.0, True)
+
+
+def test_a_model_without_linear_terms_has_no_columns_and_its_whole_torque_beside_them():
+    a = arm(2)
+    loads = Loads({name: term for name, term in state_loads(a).terms.items() if not isinstance(term, LinearTerm)})
+    segment = next(iter(prepare(recording(a, Loads({"drag": NormalDrag((1.0, 1.0))}), seconds=0.5), Preparation(None))))
+    X, c0 = columns_and_offset(loads, segment, a)
+    assert X.shape == (len(segment), 2, 0)
+    np.testing.assert_allclose(c0, loads.torque(Flow(a, Motion.of(segment))))
+    assert np.abs(c0).max() > 0
+
+
+def test_a_configuration_that_is_not_there_says_so_in_the_systems_words(tmp_path):
+    with pytest.raises(ConfigError, match=r"none.toml: cannot be read \(No such file or directory\): check the path"):
+        read_config(tmp_path / "none.toml")

@@ -228,3 +228,14 @@ def test_the_noise_is_told_joint_by_joint():
     swapped = [table[:, ::-1] for table in made]
     np.testing.assert_allclose(statistics(race(swapped, noise=NOISE[::-1]), 0)[0], seen, rtol=1e-9)
     assert JOINTS == 2
+
+
+@pytest.mark.parametrize("unit", [1e-5, 1e3])
+def test_nothing_depends_on_the_size_of_the_noise_unit_but_what_is_counted_in_it(unit):
+    made = tables(16, {1: 0.3})
+    plain, other = race(made), race(made, noise=unit * NOISE)
+    for one, two in zip(statistics(plain, 2), statistics(other, 2), strict=True):
+        np.testing.assert_allclose(two, one, rtol=1e-5, atol=1e-6)
+    assert family_wise_p(other, 2) == family_wise_p(plain, 2)
+    shares = [material(x.scored(), x.scored([SINGLE[1]])) for x in (plain, other)]
+    assert shares[1] == pytest.approx(shares[0], rel=1e-6)

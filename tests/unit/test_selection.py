@@ -9,6 +9,7 @@ from races import JOINTS, NOISE, SINGLE, K, P, Plain, instance, race, raced, tab
 from nnhydro.diagnosis.bank import build, listed
 from nnhydro.diagnosis.blocks import parts_of
 from nnhydro.diagnosis.naming import _least, explained, torque_peaks
+from nnhydro.diagnosis.race import ranked
 from nnhydro.diagnosis.scout import scouted
 from nnhydro.diagnosis.tournament import _improve, _next, run
 from nnhydro.errors import CampaignError
@@ -101,6 +102,16 @@ def test_the_best_that_fails_a_lock_makes_room_for_one_nearly_as_good():
     (gain, best) = _next(found, 0)
     assert best.key[0] == "effect_1"
     assert gain == pytest.approx(found.total() - found.total([SINGLE[1]]))
+
+
+@pytest.mark.parametrize(("value", "stands_in"), [(0.45, False), (0.85, True)])
+def test_what_gains_less_than_three_tenths_of_a_best_that_fails_does_not_stand_in_for_it(value, stands_in, monkeypatch):
+    monkeypatch.setattr("nnhydro.diagnosis.tournament.passes", lambda race, c, gain, seed: c.key[0] != "effect_0")
+    found = race(tables(6, {0: 1.2, 1: value}, units=8))
+    gains = {c.key[0]: gain for gain, c in ranked(found, found.bank.candidates)}
+    assert (gains["effect_1"] > 0.3 * gains["effect_0"]) == stands_in
+    assert gains["effect_1"] > 5
+    assert (_next(found, 0) is not None) == stands_in
 
 
 def test_a_further_effect_gains_at_least_a_fiftieth_of_the_first():
