@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from rigs import arm
 
-from nnhydro.diagnosis.feasible import Rig, _fourier, _made, _moved, _slew, _tow, _towed, draw, varied
+from nnhydro.diagnosis.feasible import _fourier, _made, _moved, _slew, _tow, _towed, draw, varied
+from nnhydro.diagnosis.rig import Rig
 from nnhydro.simulation.motions.motion_kind import State
 
 RIG = Rig(np.array([[-1.0, 2.0], [0.5, 1.0]]), np.array([1.5, 0.8]), np.array([6.0, 4.0]), 0.5, np.array([9.0, 3.0]), 10.0)
@@ -36,7 +37,7 @@ def test_a_rigs_limits_are_those_that_its_moving_recordings_stayed_in_where_they
     np.testing.assert_array_equal(rig.q, np.stack([q.min(axis=0), q.max(axis=0)], axis=1))
     np.testing.assert_array_equal(rig.rate, np.abs(qd).max(axis=0))
     np.testing.assert_array_equal(rig.acceleration, np.abs(qdd).max(axis=0))
-    np.testing.assert_array_equal(rig.tau, np.abs(np.concatenate([p.tau[p.keep] for p in parts[:2]])).max(axis=0))
+    np.testing.assert_allclose(rig.tau, 1.1 * np.abs(np.concatenate([p.tau[p.keep] for p in parts[:2]])).max(axis=0))
     assert rig.u0 == max(np.abs(p.u0).max() for p in parts[:3])
     assert rig.seconds == pytest.approx(9.9)  # the median of 9.9, 13.9 and 8.9 s
 
@@ -94,8 +95,17 @@ def test_a_slew_takes_from_a_twentieth_to_four_times_longer_than_the_quickest_th
     assert 3.9 < max(shares) < 4.001
 
 
-def test_every_slew_drawn_can_be_done():
-    assert all(_made(_slew(STILL, rng), STILL, arm(2), 50.0) is not None for rng in rngs(40))
+def test_every_slew_drawn_can_be_done_and_is_proposed_up_to_twice_the_usual_time():
+    done = []
+    for rng in rngs(60):
+        document = _slew(STILL, rng)
+        seconds = sum(document["duration_s"]) + document["pause_s"] * (len(document["duration_s"]) + 1)
+        made = _made(document, STILL, arm(2), 50.0)
+        done.append(made is not None)
+        assert made is None or made.t[-1] <= 20.0
+        assert made is not None or seconds > 19.0
+    assert any(done)
+    assert not all(done)
 
 
 def sines(rig, rng):
