@@ -154,6 +154,7 @@ def test_recordings_on_which_next_to_nothing_changes_do_not_vote():
     gains = np.array([1.0, 0.5, 0.019, -0.019, 0.021, -2.0])
     np.testing.assert_array_equal(telling(gains), [1.0, 0.5, -2.0])
     np.testing.assert_array_equal(telling(np.array([1.0, 0.021, -0.019])), [1.0, 0.021])
+    np.testing.assert_array_equal(telling(np.array([1000.0, 2.1, -2.1, 1.9])), [1000.0, 2.1, -2.1])
     assert telling(np.zeros(5)).size == 0
     assert telling(np.full(5, 1e-10)).size == 0
     assert telling(np.array([])).size == 0
