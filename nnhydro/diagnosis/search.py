@@ -111,8 +111,11 @@ def _settled_in_parts(case: Case, race: Race, table: Table, believed: StripTheor
     return race
 
 
-def _in_a_part(nothing: Found, repeats: tuple[float, ...] | None, seed: int) -> Found:
-    """What acts in a part of the campaign only, where no block test sees anything: its left-out likelihood must testify alone."""
+def in_a_part(nothing: Found, repeats: tuple[float, ...] | None, seed: int) -> Found:
+    """Return what acts in a part of the campaign only, where no block test sees anything: its left-out likelihood must testify alone.
+
+    The p of what is found is a bound. `nothing` is the search so far, `repeats` (joints,) N m the noise seen in repeats.
+    """
     race, table, believed = nothing.race, nothing.table, nothing.believed
     spells = spelled(race, table, believed)
     if not spells:
@@ -131,7 +134,7 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
     many = [i for i in known if i.grid > MANY]
     p_value, race = mismatch(table, known, repeats, seed)
     if p_value > P_BLOCK:
-        return _in_a_part(Found(race, table, believed, p_value), repeats, seed)
+        return in_a_part(Found(race, table, believed, p_value), repeats, seed)
     race, log = run(race, seed), []
     for number in range(ROUNDS):
         progress(f"round {number + 1}: {', '.join(c.key[0] for c in race.chosen) or 'nothing yet'}")

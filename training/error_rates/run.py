@@ -30,7 +30,7 @@ from nnhydro.diagnosis.planting import planted
 from nnhydro.diagnosis.power import power
 from nnhydro.diagnosis.proof import prove
 from nnhydro.diagnosis.reference import reference
-from nnhydro.diagnosis.search import mismatch
+from nnhydro.diagnosis.search import Found, in_a_part, mismatch
 from nnhydro.diagnosis.table import Table
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.files import write_json
@@ -99,8 +99,10 @@ def share(hits: int, tries: int) -> dict[str, float]:
 
 
 def alarmed(table: Table, known: tuple[Instance, ...], seed: int) -> bool:
-    """Return whether a mismatch is detected, as `nnhydro diagnose` says it: by the search or by a hum in the residual."""
+    """Return whether a mismatch is detected, as `nnhydro diagnose` says it: by the search, in a part of the campaign, or as a hum."""
     p_value, race = mismatch(table, known, None, seed)
+    if p_value > NOMINAL and in_a_part(Found(race, table, table.case.model, p_value), None, seed).race.chosen:
+        return True
     remains = prove(race, table, table.case.model).remains
     hums = (strongest(remains, joint) for joint in range(len(race.noise)))
     return p_value <= NOMINAL or any(line is not None and line.material for line in hums)
