@@ -22,8 +22,8 @@ from nnhydro.diagnosis.feasible import Proposed
 from nnhydro.diagnosis.locks import SOFT
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.score import RIDGE, Bench
-from nnhydro.diagnosis.table import Table
-from nnhydro.diagnosis.verdict import HARDLY, NEAR, rivals_of
+from nnhydro.diagnosis.table import Piece, Table
+from nnhydro.diagnosis.verdict import CLEAR, HARDLY, NEAR, rivals_of
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.preprocessing import prepare
 from nnhydro.recordings.splitting import Unit
@@ -42,7 +42,7 @@ class Contest:
     members: tuple[Candidate, ...]
     rest: tuple[Candidate, ...]
     behind: tuple[float, ...]
-    limit: float  # score by which a member must fall behind to leave the class
+    limit: Array  # (members, members) score by which a member (column) must fall behind another one (row) to leave its class
     own: tuple[float, ...] = ()  # how far those members are behind whose values are each recording's own
 
 
@@ -55,10 +55,17 @@ def contest_of(race: Race) -> Contest | None:
         every = [r for r in rivals_of(race, chosen) if r.in_class]
         inside = [r for r in every if not r.candidate.own]
         if inside and not chosen.own:
-            limit = max(NEAR, HARDLY * max(r.gain for r in inside))
-            return Contest((chosen, *(r.candidate for r in inside)), tuple(c for c in race.chosen if c is not chosen),
-                           (0.0, *(r.behind for r in inside)), limit, tuple(r.behind for r in every if r.candidate.own))
+            members = (chosen, *(r.candidate for r in inside))
+            limits = np.array([[_limit(a, b) for b in members] for a in members])
+            return Contest(members, tuple(c for c in race.chosen if c is not chosen), (0.0, *(r.behind for r in inside)), limits,
+                           tuple(r.behind for r in every if r.candidate.own))
     return None
+
+
+def _limit(one: Candidate, other: Candidate) -> float:
+    """How far `other` must fall behind `one`: further where it is the general form of its family."""
+    a, b = one.instance.effect, other.instance.effect
+    return CLEAR if b.general and a.family == b.family else NEAR
 
 
 def unit_of(motion: Proposed, name: str, case: Case) -> Unit:
@@ -104,7 +111,10 @@ class Judge:
         return np.asarray(total[np.ix_(take, take)])
 
     def planned(self, motions: Sequence[Proposed]) -> list[Planned]:
-        """Return the motions that hold rows to compare."""
+        """Return the motions that hold rows to compare.
+
+        What a constant in each new recording could explain does not count: a zero that has moved since would be taken for it.
+        """
         made = tuple(unit_of(motion, f"next_{number}", self.case) for number, motion in enumerate(motions))
 
         def last(unit: Unit, number: int) -> torch.Tensor:
@@ -114,10 +124,14 @@ class Judge:
         numbers = sorted({piece.number for piece in table.pieces})
         if not numbers:
             return []
-        _, blocks = build(table, [c.instance for c in self.candidates], self.believed)
+        joints, p = len(self.race.noise), self.race.bench.p
+
+        def constants(piece: Piece) -> Array:
+            return np.tile(np.eye(joints), (len(piece.y), 1, 1))
+
+        _, blocks = build(table, [c.instance for c in self.candidates], self.believed, constants)
         G, rows = Bench.of(blocks, self.race.noise, self.race.bench.prior).by_unit
-        joints = G.shape[1]
-        return [Planned(motions[k], one[:-1, :-1], float(n) * joints) for k, one, n in zip(numbers, G.sum(axis=1), rows, strict=True)]
+        return [Planned(motions[k], _less_offsets(one, p), float(n) * joints) for k, one, n in zip(numbers, G, rows, strict=True)]
 
     def _pairs(self, H: Array) -> Iterator[tuple[int, int, float, Array, Array]]:
         """Yield for every pair (A the truth, B in its place) lambda^2, and B's values (k,) with their covariance where A is the truth."""
@@ -138,6 +152,20 @@ class Judge:
         found = np.zeros((len(self.contest.members),) * 2)
         for a, b, size, _, _ in self._pairs(H):
             found[a, b] = size
+        return found
+
+    def gained(self, H: Array, rows: float) -> Array:
+        """Return the score (members,) that each member gains over `rows` rows with the Gram matrix H where it is the truth."""
+        p, places, rest = self.race.bench.p, self._places(), len(self.contest.rest)
+        take = np.array([*range(p), *(k for place in places[:rest] for k in place)])
+        penalty = np.concatenate([self.race.bench.prior, np.zeros(len(take) - p)]) + RIDGE * np.diag(H)[take] + 1e-12
+        A = H[np.ix_(take, take)] + np.diag(penalty)
+        found = np.zeros(len(self.contest.members))
+        for a, one in enumerate(self.contest.members):
+            values, d = self.race.values([*self.contest.rest, one])[1], np.zeros(len(H))
+            d[places[rest + a]] = [values[k] for k in sorted(one.columns)]
+            h = H[take] @ d
+            found[a] = rows / 2 * np.log1p(max(float(d @ H @ d - h @ np.linalg.solve(A, h)), 0.0) / rows)
         return found
 
     def possible(self, H: Array) -> Array:
@@ -164,13 +192,14 @@ class Judge:
         truth = 1 / (1 + sum(np.exp(-max(behind, 0.0) / SOFT) for behind in own))  # that it is none of them
         return float(truth) * min(0.5 * (1 + erf((x - NEAR) / sqrt(4 * max(x, 1.0)))) for x in later)
 
-    def chance(self, gain: Array, rows: float, possible: Array | None = None, recordings: int = 1) -> float:
+    def chance(self, gain: Array, rows: float, possible: Array | None = None, recordings: int = 1, gained: Array | None = None) -> float:
         """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
 
         `gain` (members, members) is the lambda^2 that the new rows add, `rows` their number over all joints; `possible` (members, members)
-        how likely a member's values make sense where another one is the truth; `recordings` how many are added.
+        how likely a member's values make sense where another one is the truth; `recordings` how many are added; `gained` (members,) what
+        each member gains in all where it is the truth.
         """
-        ahead, weights = self._ahead(gain, rows), self._weights()
+        ahead, weights = self._ahead(gain, rows, gained), self._weights()
         leaves = 0.5 * (1 + np.vectorize(erf)(ahead / sqrt(2)))
         leaves = leaves if possible is None else 1 - (1 - leaves) * possible
         np.fill_diagonal(leaves, 1.0)
@@ -187,11 +216,23 @@ class Judge:
         weights = np.exp(-np.maximum(np.array(self.contest.behind), 0.0) / SOFT)
         return np.asarray(weights / weights.sum(), np.float64)
 
-    def _ahead(self, gain: Array, rows: float) -> Array:
-        """By how many standard deviations each member (row), the truth, throws each other one (column) out of the class."""
-        behind = np.array(self.contest.behind)
-        ahead = behind[None, :] - behind[:, None] + rows / 2 * np.log1p(gain / rows) - self.contest.limit
+    def _ahead(self, gain: Array, rows: float, gained: Array | None = None) -> Array:
+        """By how many standard deviations each member (row), the truth, throws each other one (column) out of the class.
+
+        A rival must fall behind by a share of all that is gained, too: what hardly differs is one torque, however well it is known.
+        """
+        behind, limit = np.array(self.contest.behind), self.contest.limit
+        limit = limit if gained is None else np.maximum(limit, HARDLY * gained[:, None])
+        ahead = behind[None, :] - behind[:, None] + rows / 2 * np.log1p(gain / rows) - limit
         return np.asarray(ahead / np.sqrt(CORRELATION * np.maximum(gain, 1e-9)), np.float64)
+
+
+def _less_offsets(G: Array, p: int) -> Array:
+    """The Gram matrix (q, q) of one recording over its joints, off a constant at each joint; G (joints, P, P) holds it behind column p."""
+    joints = len(G)
+    kept = np.array([*range(p), *range(p + joints, G.shape[1] - 1)])
+    less = [one - np.outer(one[:, p + j], one[p + j]) / max(float(one[p + j, p + j]), 1e-300) for j, one in enumerate(G)]
+    return np.asarray(np.sum(less, axis=0)[np.ix_(kept, kept)], np.float64)
 
 
 def least_pair(gain: Array) -> float:

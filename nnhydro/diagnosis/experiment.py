@@ -25,7 +25,7 @@ from nnhydro.recordings.segment import Segment
 
 DRAWN, BETTERED = 60, 30  # motions tried at first, and in the neighbourhood of the best
 BEST = 5
-MOST = 5  # times that a motion is to be recorded at most
+FEWEST, MOST = 3, 6  # times that a motion is to be recorded: what one recording shows no other one confirms
 ENOUGH = 0.9  # chance from which no further repeat is asked for
 FAIR = 0.5  # chance below which a motion is called unlikely to settle anything
 STEM = "next_experiment"
@@ -78,6 +78,7 @@ class _Planner:
 
     judge: Judge
     H: Array  # Gram matrix of the recordings at hand
+    rows: float  # of theirs, over all joints
     before: Array  # (members, members) lambda^2 there
 
     def gain(self, one: Planned, often: int = 1) -> Array:
@@ -86,7 +87,9 @@ class _Planner:
 
     def chance(self, one: Planned, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
-        return self.judge.chance(self.gain(one, often), often * one.rows, self.judge.possible(self.H + often * one.G), often)
+        H, rows = self.H + often * one.G, often * one.rows
+        gained = self.judge.gained(H, self.rows + rows)
+        return self.judge.chance(self.gain(one, often), rows, self.judge.possible(H), often, gained)
 
     def merit(self, one: Planned, often: int) -> tuple[float, float]:
         """Return what motions are compared by where they are recorded so often: the chance, then how far they bring members apart."""
@@ -141,7 +144,7 @@ def next_experiment(race: Race, case: Case, believed: StripTheory, seed: int = 0
         return None
     judge, rng, arm = Judge(case, race, believed, contest), np.random.default_rng(seed), case.model.arm
     rig, rate, H = Rig.of(segments).with_limits(limits), _rate(segments), judge.recorded()
-    planner = _Planner(judge, H, judge.apart(H))
+    planner = _Planner(judge, H, float(race.bench.blocks.n.sum()) * len(race.noise), judge.apart(H))
     drawn = judge.planned(_able(draw(rig, arm, rate, DRAWN, rng), rig, case.model))
     if not drawn:
         return None
@@ -149,7 +152,7 @@ def next_experiment(race: Race, case: Case, believed: StripTheory, seed: int = 0
     near = varied([one.motion for one in first], rig, arm, rate, BETTERED, rng)
     tried = [*first, *judge.planned(_able(near, rig, case.model))]
     best, often = planner.best(tried, MOST), MOST
-    for n in range(1, MOST):
+    for n in range(FEWEST, MOST):
         one = planner.best(tried, n)
         if planner.chance(one, n) >= ENOUGH:
             best, often = one, n

@@ -90,7 +90,7 @@ def _scan(H: Array, g: Array) -> tuple[float, float, int, int]:
     np.cumsum(H, axis=0, out=Hs[1:])
     np.cumsum(g, axis=0, out=gs[1:])
     a, b = np.triu_indices(P + 1, NARROW)
-    ridge = 1e-6 * np.trace(Hs[-1]) / w * np.eye(w)
+    ridge = (1e-6 * np.trace(Hs[-1]) / w + 1e-12) * np.eye(w)  # columns may be 0 throughout
     gg = gs[b] - gs[a]
     gains = 0.5 * (gg * np.linalg.solve(Hs[b] - Hs[a] + ridge, gg[..., None])[..., 0]).sum(axis=1)
     whole = float(gains[(a == 0) & (b == P)][0])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nnhydro.diagnosis.blocks import Blocks, kept_rows
-from nnhydro.diagnosis.contest import Contest, Judge
+from nnhydro.diagnosis.contest import Contest, Judge, _less_offsets
 from nnhydro.diagnosis.experiment import Proposal
 from nnhydro.diagnosis.feasible import draw, varied
 from nnhydro.diagnosis.instances import Instance
@@ -170,7 +170,7 @@ def test_no_motion_is_towed_where_the_carriage_has_never_moved(small):
 
 
 def contest(behind, limit=10.0):
-    return Judge(None, None, None, Contest(("a", "b"), (), behind, limit))
+    return Judge(None, None, None, Contest(("a", "b"), (), behind, np.full((2, 2), limit)))
 
 
 def test_a_motion_that_adds_nothing_settles_nothing_and_a_telling_one_settles_all():
@@ -248,7 +248,7 @@ def test_a_rival_that_only_fits_with_absurd_values_is_no_rival_any_more():
     bias.instance = Instance(TorqueBias(joint=1, offset=(0.1,)))
     race = SimpleNamespace(bench=SimpleNamespace(p=0, prior=np.zeros(0)),
                            values=lambda kept: (None, dict.fromkeys([k for c in kept for k in c.columns], 1.0)))
-    judge = Judge(None, race, None, Contest((bias, hose), (), (0.0, 0.0), 10.0))
+    judge = Judge(None, race, None, Contest((bias, hose), (), (0.0, 0.0), np.full((2, 2), 10.0)))
     q = np.linspace(-0.01, 0.01, 200)
     few = np.column_stack([np.ones(200), q, np.ones(200)])
     many = np.column_stack([np.ones(200), 100 * q, np.ones(200)])
@@ -256,3 +256,18 @@ def test_a_rival_that_only_fits_with_absurd_values_is_no_rival_any_more():
     assert narrow[0, 1] > 0.2
     assert wide[0, 1] < 0.1
     assert judge.chance(np.zeros((2, 2)), 1e4, wide) > judge.chance(np.zeros((2, 2)), 1e4, narrow)
+
+
+def test_what_a_constant_in_a_new_recording_explains_does_not_count():
+    rng = np.random.default_rng(0)
+    rows = [np.column_stack([rng.standard_normal(30) + 2, np.ones(30) * (j == 0), np.ones(30) * (j == 1), rng.standard_normal(30) + 5,
+                             np.zeros(30)]) for j in range(2)]
+    G = np.stack([r.T @ r for r in rows])
+    plain = sum(np.cov(r[:, [0, 3]], rowvar=False, bias=True) * 30 for r in rows)
+    np.testing.assert_allclose(_less_offsets(G, 1), plain, rtol=1e-9)
+
+
+def test_a_rival_that_hardly_differs_stays_in_the_class_however_well_both_are_known():
+    judge, gain = contest((0.0, 0.0)), np.full((2, 2), 100.0)
+    assert judge.chance(gain, 1e4) > 0.9
+    assert judge.chance(gain, 1e4, gained=np.array([1e4, 1e4])) < 0.01
