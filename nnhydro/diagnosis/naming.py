@@ -1,7 +1,7 @@
 """The naming part of a diagnosis: search, prune, leave out what is small or unsure, and the proof of what stays."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -19,7 +19,7 @@ from nnhydro.recordings.splitting import Unit
 
 COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
-MOSTLY = 0.3  # of the excess over the noise: findings that explain less of it are trusted less
+MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it are trusted less, in proportion
 KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
 CONFIDENT = 0.5  # nothing is said with less
 
@@ -49,13 +49,18 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     prune(race, found.table, found.believed)
     drop_made_by_filter(case, race, found.believed)
     race.chosen = simplest(race)
-    trust = min(1.0, explained(race) / MOSTLY)
-    race.chosen = [f.candidate for f in findings(race) if trust * f.confidence >= CONFIDENT]
+    race.chosen = [f.candidate for f in trusted(race) if f.confidence >= CONFIDENT]
     proof = prove(race, found.table, found.believed)
     while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
         race.chosen.remove(least)
         proof = prove(race, found.table, found.believed)
-    return Named(found, findings(race), proof)
+    return Named(found, trusted(race), proof)
+
+
+def trusted(race: Race) -> list[Finding]:
+    """Return the findings with their confidence, less where together they explain little: what remains may be the cause of all."""
+    trust = min(1.0, explained(race) / MOSTLY) if race.chosen else 1.0
+    return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
 
 
 def explained(race: Race) -> float:

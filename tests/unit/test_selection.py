@@ -1,11 +1,13 @@
 """Choosing among hypotheses: the bank, swaps, the least gains, values tried alone first, what is told of it."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from races import JOINTS, NOISE, SINGLE, K, P, Plain, instance, race, raced, tables
 
+from nnhydro.diagnosis import naming
 from nnhydro.diagnosis.bank import build, listed
 from nnhydro.diagnosis.blocks import parts_of
 from nnhydro.diagnosis.naming import _least, explained, torque_peaks
@@ -194,3 +196,14 @@ def test_many_values_are_tried_a_few_at_a_time_and_impossible_ones_do_not_go_on(
     best = scouted(table, known, raced(table, [EACH[5]]), None, seen.append)
     assert [len(tried.bank.candidates) for tried in seen] == [24, 24, 2]
     assert {one.key[0] for one in best} == {f"many{k}" for k in range(1, 50)}
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.9, 0.8), (0.6, 0.8), (0.3, 0.4), (0.15, 0.2)])
+def test_findings_that_explain_little_together_are_said_with_less_confidence(monkeypatch, share, said):
+    @dataclass(frozen=True)
+    class Said:
+        confidence: float
+
+    monkeypatch.setattr(naming, "findings", lambda race: [Said(0.8)])
+    monkeypatch.setattr(naming, "explained", lambda race: share)
+    assert [f.confidence for f in naming.trusted(race(tables(1), chosen=(0,)))] == pytest.approx([said])
