@@ -71,7 +71,7 @@ def plants(found: Power, config: dict) -> dict:
     rows: dict[str, list[bool]] = {}
     joints: list[bool] = []
     for draw in range(config["plants"]):
-        for row in seen(found, config):
+        for row in seen(found, config)[: config["most"] - len(joints)]:
             name = f"{row.instance.key[0]}_{row.instance.key[1]}"
             path = RUNS / f"{name}_{draw}.json"
             if not path.is_file():
