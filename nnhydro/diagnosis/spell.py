@@ -6,7 +6,7 @@ Places run from -1 to 1 over the campaign (`places_in`), so that recordings whic
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, final
 
@@ -49,7 +49,8 @@ class Spell:
     """When and where an effect acts; what is None or infinite does not limit it.
 
     `since`, `until` are the recordings with which it begins and ends, `since_s`, `until_s` the time in them where it does so within one;
-    `inside` are the recordings in which it acts, whatever their order; `outside` turns the whole into its opposite.
+    `inside` are the recordings in which it acts, whatever their order; `outside` turns the whole into its opposite. `throughout` are the
+    studied recordings that lie in it from their first row to the last; None: all do.
     """
 
     begin: float = -inf
@@ -61,6 +62,7 @@ class Spell:
     inside: frozenset[str] | None = None
     sector: Sector | None = None
     outside: bool = False
+    throughout: frozenset[str] | None = field(default=None, compare=False)
 
     def mask(self, recording: str, place: Array | None, state: Mapping[str, Array]) -> NDArray[np.bool_]:
         """Return which rows (n,) lie in it; `place` None: nobody knows when they were recorded, and it is taken to act in none."""

@@ -58,11 +58,13 @@ class Order:
     def spell(self, inside: Units) -> Spell:
         """Return the spell of the units in `inside`, a run from the beginning or to the end, or any others by name."""
         k = [bool(inside[number]) for number in self.numbers]
+        names = frozenset(name for name, acts in zip(self.names, k, strict=True) if acts)
         turn = next((i for i in range(1, len(k)) if k[i] != k[i - 1]), len(k))
         if any(k[i] != k[i - 1] for i in range(turn + 1, len(k))):
-            return Spell(inside=frozenset(name for name, acts in zip(self.names, k, strict=True) if acts))
+            return Spell(inside=names, throughout=names)
         between = float(self.places[turn - 1, 1] + self.places[turn, 0]) / 2
-        return Spell(end=between, until=self.names[turn - 1]) if k[0] else Spell(begin=between, since=self.names[turn])
+        made = Spell(end=between, until=self.names[turn - 1]) if k[0] else Spell(begin=between, since=self.names[turn])
+        return replace(made, throughout=names)
 
 
 @final
@@ -158,6 +160,8 @@ def _sharper(race: Race, table: Table, believed: StripTheory, one: Judged, order
         return
     _, place, name, t = found
     spell = Spell(begin=place, since=name, since_s=t) if begins else Spell(end=place, until=name, until_s=t)
+    here = order.names.index(name)
+    spell = replace(spell, throughout=frozenset(order.names[here + 1:] if begins else order.names[:here]))
     yield judged(race, table, believed, one.candidate, one.others, spell, 2.0 * sum(len(piece.t) for piece in table.pieces))
 
 

@@ -101,6 +101,18 @@ def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[T
     return "rows in the order of the recordings", np.arange(sum(int(t.segment.keep.sum()) for t in traces), dtype=float)
 
 
+def _acting(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
+    """Which compared rows lie wholly in the part of the campaign in which the finding acts."""
+    spell, parts = finding.candidate.instance.spell, []
+    for trace in traces:
+        inside = np.full(int(trace.segment.keep.sum()), spell is None or spell.throughout is None
+                         or trace.segment.recording in spell.throughout)
+        if spell is not None and spell.sector is not None:
+            inside &= spell.sector.holds(trace.segment.q[trace.segment.keep, spell.sector.joint - 1])
+        parts.append(inside)
+    return np.concatenate(parts)
+
+
 def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], name: str) -> Law | None:
     """Return the law of `finding` on the compared rows of `traces`, whose model `name` is `corrected`.
 
@@ -113,15 +125,16 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
     def torque(of: StripTheory) -> Array:
         return np.concatenate([modelled(of, t.segment)[t.segment.keep] for t in traces])
 
+    rows = _acting(finding, traces)
     full = torque(model)
     law = full - torque(_with(model, effect, None))
-    if not law.any():
+    if not law[rows].any():
         return None
     joint = effect.joint or 1 + int(np.argmax((law**2).sum(axis=0)))
     moved = [torque(_with(model, effect, other))[:, joint - 1] - full[:, joint - 1] for other in _moved(effect, finding.covariance)]
     rest = np.concatenate([t.residual(name)[t.segment.keep, joint - 1] for t in traces]) + law[:, joint - 1]
     label, x = driver(effect, joint, traces, model)
-    return _binned(joint, label, x, rest, law[:, joint - 1], moved)
+    return _binned(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])
 
 
 def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> Law:

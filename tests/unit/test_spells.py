@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_of
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.report.law import _acting
 
 ARM = arm(2)
 FEW = ("coulomb_friction", "viscous_friction", "torque_bias", "umbilical_stiffness")
@@ -168,3 +170,17 @@ def test_a_sector_that_makes_no_sense_is_refused(broken):
     options = {"joint": 1, "low": 0.0, "high": 1.0, "term": catalogue()["viscous_friction"].started(ARM, joint=1).document()} | broken
     with pytest.raises(ModelError):
         term_of({"kind": "in_sector", "parameters": {}, "options": options})
+
+
+def test_the_law_of_what_acts_in_a_part_is_drawn_over_the_rows_of_that_part():
+    def trace(name):
+        keep, q = np.array([False, True, True, True]), np.array([[0.0], [0.1], [0.5], [0.9]])
+        return SimpleNamespace(segment=SimpleNamespace(recording=name, keep=keep, q=q))
+
+    def finding(spell):
+        return SimpleNamespace(candidate=SimpleNamespace(instance=SimpleNamespace(spell=spell)))
+
+    traces = [trace("a"), trace("b")]
+    assert _acting(finding(None), traces).all()
+    assert _acting(finding(Spell(sector=Sector(1, 0.3, None))), traces).tolist() == [False, True, True] * 2
+    assert _acting(finding(Spell(begin=0.0, since="a", since_s=1.0, throughout=frozenset("b"))), traces).tolist() == [False] * 3 + [True] * 3
