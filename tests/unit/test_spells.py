@@ -183,4 +183,5 @@ def test_the_law_of_what_acts_in_a_part_is_drawn_over_the_rows_of_that_part():
     traces = [trace("a"), trace("b")]
     assert _acting(finding(None), traces).all()
     assert _acting(finding(Spell(sector=Sector(1, 0.3, None))), traces).tolist() == [False, True, True] * 2
-    assert _acting(finding(Spell(begin=0.0, since="a", since_s=1.0, throughout=frozenset("b"))), traces).tolist() == [False] * 3 + [True] * 3
+    later = Spell(begin=0.0, since="a", since_s=1.0, throughout=frozenset("b"))
+    assert _acting(finding(later), traces).tolist() == [False] * 3 + [True] * 3
