@@ -25,6 +25,8 @@ from nnhydro.report.page.residual_map import residual_maps, shade
 from nnhydro.report.page.svg import FINE, Scale, path, round_step, thinned
 from nnhydro.report.page.trace import diagnosis_traces, spread, traces_of
 
+ALWAYS = SimpleNamespace(instance=SimpleNamespace(spell=None))  # the candidate of a finding that acts in the whole campaign
+
 
 def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):
     x = np.linspace(0, 1, 7)
@@ -136,8 +138,8 @@ def rubbing(level=0.3, std=0.01):
     effect = candidates(catalogue()["coulomb_friction"], a)[1].with_linear(torch.tensor([level], dtype=torch.float64))
     true = replace(without, loads=without.loads.plus("coulomb_friction_2", effect))
     c = campaign(a, true.loads, count=3)
-    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals", "candidate"))
-    return c, without, true, Finding(effect=effect, statement="Joint 2 rubs.", covariance=np.array([[std**2]]), **rest)
+    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
+    return c, without, true, Finding(effect=effect, statement="Joint 2 rubs.", candidate=ALWAYS, covariance=np.array([[std**2]]), **rest)
 
 
 def test_the_law_of_a_finding_is_its_torque_with_the_interval_of_its_value():
@@ -171,8 +173,8 @@ def test_every_effect_has_a_law_but_one_with_a_phase_or_a_time_of_its_own(id_):
     else:
         model = replace(base, instruments=(effect,))
     p = len(effect.linear_values())
-    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals", "candidate"))
-    finding = Finding(effect=effect, statement="", covariance=1e-6 * np.eye(p), **rest)
+    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
+    finding = Finding(effect=effect, statement="", candidate=ALWAYS, covariance=1e-6 * np.eye(p), **rest)
     law = law_of(finding, model, diagnosis_traces(campaign(a, base.loads, count=2, seconds=2.0), base, model), "corrected")
     assert (law is None) == (effect.own_in_every_recording or effect.signature.depends_on == ("clock",))
     if law is not None:
