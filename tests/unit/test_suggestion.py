@@ -20,6 +20,7 @@ from nnhydro.diagnosis.unknown import Learned, learned
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.report.diagnosis_folder import write_diagnosis
 from nnhydro.report.unknown_law import unknown_laws
 
 FEW = ("viscous_friction", "torque_bias")  # cards that take part, to be quick
@@ -90,10 +91,11 @@ def test_the_nearest_card_says_which_lock_keeps_it_out():
 
 
 @pytest.mark.slow
-def test_a_suggestion_is_told_and_changes_no_prediction():
+def test_a_suggestion_is_told_and_changes_no_prediction(tmp_path):
     whole = with_law(lambda r: 0.35 * r.q[:, 0] * r.qd[:, 1])
-    told = diagnose(whole)
+    told = diagnose(whole, without=[name for name in catalogue() if name not in ("torque_bias", "torque_gain")])  # no card is near
     assert told.findings == []
+    assert told.detected
     assert told.remainder.suggestions[0].terms[0].feature.name == "q1 · dq2"
     assert "A suggestion, not a finding" in told.verdict()
     motion = Motion.of(opened(whole).case.all_units[0].segments()[0])
@@ -102,5 +104,10 @@ def test_a_suggestion_is_told_and_changes_no_prediction():
     assert law.joint == 2
     assert (law.half > 0).all()
     document = told.document()["unexplained"]
-    assert document["nearest"]
     assert document["suggestions"][0]["statement"] == told.remainder.suggestions[0].sentence()
+    write_diagnosis(told, whole, tmp_path / "out")
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert document["suggestions"][0]["statement"] in page
+    assert all(near["why"] in page for near in document["nearest"])
+    assert f"Residual of joint 2 over {law.driver}" in page
+    assert (tmp_path / "out" / "unexplained.csv").is_file()
