@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from races import SINGLE, K, P, candidate, instance, race, raced, rows, tables
+from races import SINGLE, K, P, candidate, fit, instance, race, raced, rows, tables
 from races import Plain as Table
 
-from nnhydro.diagnosis.episodes import _spells, by_turns, in_a_row
+from nnhydro.diagnosis.episodes import Small, _spells, by_turns, in_a_row
 from nnhydro.diagnosis.spell import Spell
 from nnhydro.diagnosis.spells import Order, _turning, judged, spelled
 
@@ -154,3 +154,14 @@ def test_turning_candidates_are_those_whose_running_sum_leaves_nothing_furthest(
     assert len(_turning(many, list(range(7)))) == 8
     best = race(made, (candidate("same", (0,)), candidate("same", (1,))))
     assert [c.columns for c in _turning(best, list(range(12)))] == [(1,)]
+
+
+def test_a_recording_is_dealt_to_an_effect_where_its_fitted_torque_takes_energy_away():
+    made = acting(lambda k: k in {0, 3, 4, 7, 10}, value=0.4)
+    start, r = np.arange(12) < 6, rows(made)
+    told = Small(race(made, prior=PRIOR), SINGLE[1], OTHER).dealt(start)
+    column = r.Z[:, P + 1] * start[r.unit]
+    theta = fit(np.column_stack([r.Z[:, :P], column, r.Z[:, P + 4]]), r.y, PRIOR)
+    left = r.y - r.Z[:, :P] @ theta[:P] - r.Z[:, P + 4] * theta[P + 1]
+    gained = left**2 - (left - theta[P] * r.Z[:, P + 1]) ** 2
+    np.testing.assert_array_equal(told, [gained[r.unit == u].sum() > 0 for u in range(12)])

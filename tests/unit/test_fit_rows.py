@@ -232,3 +232,8 @@ def test_a_model_without_linear_terms_has_no_columns_and_its_whole_torque_beside
 def test_a_configuration_that_is_not_there_says_so_in_the_systems_words(tmp_path):
     with pytest.raises(ConfigError, match=r"none.toml: cannot be read \(No such file or directory\): check the path"):
         read_config(tmp_path / "none.toml")
+
+
+def test_of_nothing_nothing_is_known_beforehand():
+    none = prior(Loads({}), arm(2))
+    assert [x.shape for x in (none.mean, none.F, none.lowest, none.highest)] == [(0,), (0, 0), (0,), (0,)]

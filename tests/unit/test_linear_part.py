@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from nnhydro.identification.linear_part import LinearPart, linear_part
+from nnhydro.identification.linear_part import LinearPart, _solved, linear_part
 from nnhydro.identification.training_rows import Rows
 
 JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
@@ -119,3 +119,15 @@ def test_the_torque_of_the_linear_part_is_that_of_its_columns():
         for j in range(JOINTS):
             want = columns[:, j, :SHARED] @ part.shared[e] + columns[:, j, SHARED:] @ part.odd[e, :, j]
             torch.testing.assert_close(tau[:, e, j], want)
+
+
+@pytest.mark.parametrize("joints", [1, 2, 3])
+@pytest.mark.parametrize("odd", [0, 4])
+def test_joint_by_joint_the_whole_system_is_solved(joints, odd):
+    rows = torch.randn(200, 5 + joints * odd, generator=torch.Generator().manual_seed(1)).double()
+    for j in range(joints):
+        rows[j * (200 // joints):(j + 1) * (200 // joints), 5:5 + j * odd] = 0.0
+        rows[j * (200 // joints):(j + 1) * (200 // joints), 5 + (j + 1) * odd:] = 0.0
+    rows = rows[:joints * (200 // joints)]
+    A, b = rows.T @ rows + 0.1 * torch.eye(rows.shape[1]).double(), torch.randn(rows.shape[1]).double()
+    torch.testing.assert_close(_solved(A, b, 5, joints), torch.linalg.solve(A, b))

@@ -5,7 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from races import NOISE, SINGLE, P, blocks_of, candidate, fit, race, rows, tables
+from rigs import arm
 
+from nnhydro.diagnosis.experiment import Proposal
+from nnhydro.diagnosis.feasible import draw
 from nnhydro.diagnosis.lines import Line
 from nnhydro.diagnosis.moments import Rows, _scan, moment, sector
 from nnhydro.diagnosis.nearest import Near, _why, nearest
@@ -307,3 +310,24 @@ def test_what_the_user_states_of_a_rig_takes_the_place_of_what_was_shown():
                          ({"dq_rad_s": [1.0, 2.0, 3.0]}, "dq_rad_s")):
         with pytest.raises(ConfigError, match=said):
             SHOWN.with_limits(Limits.model_validate(broken))
+
+
+def test_where_the_arm_rests_about_the_moment_its_middle_is_told():
+    made = recordings(lambda place: place >= -0.25, n=200, noise=0.1)
+    for one in made:
+        still = (one.piece.place > -0.4) & (one.piece.place < -0.1)  # two fifths of run1
+        one.x[still] = 0.0
+    _, place, _, _ = moment(made, np.array([1.5]), ["run1", "run2"], True)
+    assert place == pytest.approx(-0.25, abs=0.02)
+
+
+def test_a_motion_is_written_as_columns_that_are_read_again(tmp_path):
+    motion = draw(SHOWN, arm(2), 50.0, 1, np.random.default_rng(1))[0]
+    made = Proposal(None, motion, 3, 1.0, 0.9, 0.1, arm(2))
+    made.write(tmp_path / "next.csv")
+    header, *lines = (tmp_path / "next.csv").read_text().splitlines()
+    columns = motion.columns(arm(2))
+    assert header.split(",") == list(columns)
+    np.testing.assert_allclose(np.array([[float(x) for x in line.split(",")] for line in lines]), np.column_stack(list(columns.values())),
+                               rtol=1e-8, atol=1e-12)
+    assert (tmp_path / "next.csv").read_text().endswith("\n")

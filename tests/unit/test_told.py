@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from campaigns import campaign, planted
 from races import P, Plain, candidate, instance, raced, tables
 from rigs import arm
 
@@ -12,8 +13,10 @@ from nnhydro.diagnosis.instances import Instance, _half_way, finer, instances, s
 from nnhydro.diagnosis.locate import Location, Residual
 from nnhydro.diagnosis.rehearsal import World, _own_size, _world, confident, label, worlds
 from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.table import states
 from nnhydro.diagnosis.unknown import _folds, _memory, inputs, learned
 from nnhydro.effects.catalogue import catalogue, effect_of_id
+from nnhydro.recordings.preprocessing import Preparation, prepare
 
 
 def test_between_two_values_lies_their_geometric_mean_where_both_are_positive_else_their_mean():
@@ -234,3 +237,21 @@ def test_a_verdict_without_findings_says_whether_there_is_a_mismatch_and_what_hu
     assert diagnosis(0.5).verdict().startswith("Nothing is missing")
     assert "no known effect explains it" in diagnosis(0.001).verdict()
     assert diagnosis(0.001, hums=["a hum of 1 N m"]).verdict().endswith(" There is a hum of 1 N m.")
+
+
+def test_parts_of_two_rows_teach_as_well():
+    rng, made = np.random.default_rng(1), []
+    for k in range(120):
+        made.append(Residual(f"run{k % 6}", rng.standard_normal((2, 1)), {"q1_rad": rng.uniform(-1, 1, 2)}, 0.1))
+    assert learned(made, 0, explain=False)
+
+
+def test_states_are_told_joint_by_joint_and_the_carriage_where_it_moves():
+    whole = campaign(arm(2), planted(arm(2)), 2, seconds=1.0)
+    still, towed = (next(iter(prepare(r, Preparation(None)))) for r in whole.recordings())
+    told = states(towed)
+    assert list(told) == ["q1_rad", "dq1_rad_s", "ddq1_rad_s2", "q2_rad", "dq2_rad_s", "ddq2_rad_s2", "u0_m_s"]
+    np.testing.assert_array_equal(told["q2_rad"], towed.q[:, 1])
+    np.testing.assert_array_equal(told["ddq2_rad_s2"], towed.qdd[:, 1])
+    np.testing.assert_array_equal(told["dq1_rad_s"], towed.qd[:, 0])
+    assert "u0_m_s" not in states(still)
