@@ -141,7 +141,9 @@ def test_a_contest_is_that_of_the_first_finding_that_has_rivals_in_its_class():
     assert told.members == (bank[0], *(one.candidate for one in inside))
     assert told.rest == (bank[4],)
     assert told.behind == (0.0, *(one.behind for one in inside))
-    assert told.limit == pytest.approx(max(10.0, 0.02 * inside[0].gain))
+    further = [c.instance.effect.general and c.instance.effect.family == "a" for c in told.members]  # the general form of the family
+    np.testing.assert_array_equal(told.limit, np.tile(np.where(further, 20.0, 10.0), (len(told.members), 1)))
+    assert any(further)
     assert bank[1] in told.members
     clear = race(tables(4, {0: 0.8}), tuple(candidate(f"e{k}", (k,), effect=SimpleNamespace(family="a", general=False)) for k in range(K)),
                  chosen=(0,))
