@@ -1,10 +1,11 @@
-"""Is the smallest size that `nnhydro power` states found four times in five? `python training/power/run.py [table] [plants] [KEY=VALUE]`.
+"""Is the smallest size that `nnhydro power` states found four times in five? `python training/power/run.py [WORD] [KEY=VALUE]`.
 
-table   what the motions of a campaign reveal, for every effect: results.json, table.md
-plants  every effect planted at its stated size on these motions, the baseline refitted, the whole catalogue tried: how often it is found,
-        that is, named, or in the class of what is named; and how often at the right joint
+table    what the motions of a campaign reveal, for every effect: results.json, table.md
+plants   every effect planted at its stated size on these motions, the baseline refitted, the whole catalogue tried: how often it is found,
+         that is, named, or in the class of what is named; and how often at the right joint
+summary  counts the plants that are there, under runs/: a run that was ended goes on
 
-KEY=VALUE overrides config.toml (TOML). Each plant is stored under runs/ as it ends: a run that was ended goes on.
+KEY=VALUE overrides config.toml (TOML). Without a word: table, plants, summary.
 """
 
 import json
@@ -66,24 +67,29 @@ def plant(found: Power, row: Reveal, draw: int, config: dict) -> dict:
             "at_joint": any(key[0] in one["class"] and one["joint"] in (key[1], 0) for one in told)}
 
 
-def plants(found: Power, config: dict) -> dict:
-    """Plant every effect so often; return how often it is found, by effect and in all."""
-    rows: dict[str, list[bool]] = {}
-    joints: list[bool] = []
+def plants(found: Power, config: dict) -> None:
+    """Plant every effect so often; each is stored as it ends, and one that is there is not planted again."""
+    done = 0
     for draw in range(config["plants"]):
-        for row in seen(found, config)[: config["most"] - len(joints)]:
-            name = f"{row.instance.key[0]}_{row.instance.key[1]}"
-            path = RUNS / f"{name}_{draw}.json"
+        for row in seen(found, config)[: config["most"] - done]:
+            done += 1
+            path = RUNS / f"{row.instance.key[0]}_{row.instance.key[1]}_{draw}.json"
             if not path.is_file():
                 path.parent.mkdir(exist_ok=True)
                 write_json(path, plant(found, row, draw, config))
-            one = json.loads(path.read_text())
-            rows.setdefault(name, []).append(one["found"])
-            joints.append(one["at_joint"])
-            print(f"{name:>26} {draw}  {one['found']!s:>5}  {one['named']}", flush=True)
-    every = [x for one in rows.values() for x in one]
-    return {"by_effect": {name: [sum(one), len(one)] for name, one in rows.items()}, "found": sum(every), "of": len(every),
-            "right_joint": sum(joints), "share_and_interval": wilson(sum(every), len(every))}
+                one = json.loads(path.read_text())
+                print(f"{path.stem:>28}  {one['found']!s:>5}  {one['named']}", flush=True)
+
+
+def summary() -> dict:
+    """Return how often what was planted was found, by effect and joint and in all."""
+    rows = [json.loads(path.read_text()) for path in sorted(RUNS.glob("*.json"))]
+    mine: dict[str, list[bool]] = {}
+    for row in rows:
+        mine.setdefault(f"{row['effect']} {row['joint'] or 'arm'}", []).append(row["found"])
+    hits = sum(row["found"] for row in rows)
+    return {"by_effect": {name: [sum(some), len(some)] for name, some in mine.items()}, "found": hits, "of": len(rows),
+            "right_joint": sum(row["at_joint"] for row in rows), "share_and_interval": wilson(hits, len(rows)), "plants": rows}
 
 
 def table(found: Power) -> str:
@@ -103,16 +109,18 @@ def main() -> None:
     config = tomllib.loads((HERE / "config.toml").read_text())
     for item in (item for item in sys.argv[1:] if "=" in item):
         config |= tomllib.loads(item)
-    asked = [item for item in sys.argv[1:] if "=" not in item] or ["table", "plants"]
+    asked = [item for item in sys.argv[1:] if "=" not in item] or ["table", "plants", "summary"]
     result = json.loads((HERE / "results.json").read_text()) if (HERE / "results.json").is_file() else {}
     if "table" in asked:
         found = revealed(config, [])
         (HERE / "table.md").write_text(table(found))
         result["table"] = found.document()
     if "plants" in asked:
-        result["plants"] = plants(revealed(config, config["recordings"]), config)
-        share, low, high = result["plants"]["share_and_interval"]
-        print(f"found {result['plants']['found']} of {result['plants']['of']}: {share:.2f} ({low:.2f} to {high:.2f})")
+        plants(revealed(config, config["recordings"]), config)
+    if "summary" in asked:
+        found = result["plants"] = summary()
+        share, low, high = found["share_and_interval"]
+        print(f"found {found['found']} of {found['of']}: {share:.2f} ({low:.2f} to {high:.2f}); at the right joint {found['right_joint']}")
     write_json(HERE / "results.json", result | {"config": config, "versions": versions()})
 
 
