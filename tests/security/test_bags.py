@@ -74,7 +74,7 @@ def test_a_chunk_that_unpacks_to_more_than_a_recorder_writes_is_refused(kind, tm
 def test_gigabytes_of_zeros_are_stopped_at_the_limit_in_time_and_memory(make, compress, ratio, monkeypatch):
     assert unpacking.MOST <= 250_000_000
     monkeypatch.setattr(unpacking, "MOST", 50_000_000)
-    frame, start = compress(bytes(20_000_000)), time.perf_counter()
+    frame, start = compress(bytes(20_000_000)), time.process_time()
     assert len(unpacked(make, frame, ratio)) == 20_000_000
     tracemalloc.start()
     with pytest.raises(RecordingError, match="more than 50 MB"):
@@ -82,7 +82,7 @@ def test_gigabytes_of_zeros_are_stopped_at_the_limit_in_time_and_memory(make, co
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 200_000_000
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5
 
 
 @pytest.mark.parametrize(("make", "compress"), [(bz2.BZ2Decompressor, bz2.compress), (zstd.ZstdDecompressor, zstd.compress),
