@@ -180,7 +180,7 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
     some = bench(runs[:RUNS], arm, known_to, sensors, sigma, not inertia_hidden)
     for entry, near in zip(answer["effects"], nearest(rng, some, hidden), strict=True):
         entry["rivals"] = near
-        entry["acts"] = part.answer() if part is not None else None
+        entry |= {} if part is None else {"acts": part.answer()}
     todo = [replace(plan, seconds=seconds[0]) for plan in plans(rng, links, 9, seconds)[:3]]
     for run in _runs(rng, arm, todo, sensors, "motion", runs[-1].start + 300.0):
         files[f"unseen/{run.name}.csv"] = record(run, read(run, arm, causes), arm, sensors, sigma, rng, False)
