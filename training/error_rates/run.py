@@ -23,14 +23,12 @@ from scipy.signal import lfilter
 from scipy.stats import beta
 
 from nnhydro.diagnosis.case import Case, opened
-from nnhydro.diagnosis.instances import Instance, instances
-from nnhydro.diagnosis.lines import strongest
+from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import named, torque_peaks
 from nnhydro.diagnosis.planting import planted
 from nnhydro.diagnosis.power import power
-from nnhydro.diagnosis.proof import prove
 from nnhydro.diagnosis.reference import reference
-from nnhydro.diagnosis.search import Found, in_a_part, mismatch
+from nnhydro.diagnosis.search import mismatch
 from nnhydro.diagnosis.table import Table
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.files import write_json
@@ -98,16 +96,6 @@ def share(hits: int, tries: int) -> dict[str, float]:
     return {"share": hits / tries, "low": low, "high": high, "hits": hits, "tries": tries}
 
 
-def alarmed(table: Table, known: tuple[Instance, ...], seed: int) -> bool:
-    """Return whether a mismatch is detected, as `nnhydro diagnose` says it: by the search, in a part of the campaign, or as a hum."""
-    p_value, race = mismatch(table, known, None, seed)
-    if p_value > NOMINAL and in_a_part(Found(race, table, table.case.model, p_value), None, seed).race.chosen:
-        return True
-    remains = prove(race, table, table.case.model).remains
-    hums = (strongest(remains, joint) for joint in range(len(race.noise)))
-    return p_value <= NOMINAL or any(line is not None and line.material for line in hums)
-
-
 def false_alarms(config: dict) -> None:
     """Print how often healthy arms are called ill."""
     rows = []
@@ -122,7 +110,7 @@ def false_alarms(config: dict) -> None:
                     case = opened(now).case
                     table, known = Table(case), instances(now.arm, torque_peaks(case.all_units))
                 noisy = disturbed(case, kind, config["noise"] * rms(now), config["seed"] + draw)
-                hits += alarmed(table.of(noisy), known, draw)
+                hits += mismatch(table.of(noisy), known, None, draw)[0] <= NOMINAL
             rows.append({"motion": motion, "noise": kind} | share(hits, config["draws"]))
             found = rows[-1]
             print(f"{motion:>12} {kind:>10} {found['tries']:>6} {found['hits']:>7} {found['share']:>7.4f}   "
