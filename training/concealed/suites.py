@@ -51,7 +51,7 @@ def reliability(scores: list[dict]) -> list[dict]:
 
 def look_alikes(scores: list[dict]) -> dict:
     """Return what was said of effects that the campaign cannot tell from another: its lambda against them is below the limit."""
-    cases = [v for score in scores for v in score["campaigns"] if len(v["rivals"]) == 1 and v["limit"]
+    cases = [v for score in scores for v in score["campaigns"] if v["kind"] == "effect" and len(v["rivals"]) == 1 and v["limit"]
              and any(size < v["limit"] for size in v["rivals"][0].values())]
     honest = sum(v["right"] for v in cases)
     return {"look_alikes": share(honest, len(cases)), "sizes": [v["class_sizes"] for v in cases],
