@@ -58,8 +58,14 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
 
 
 def trusted(race: Race) -> list[Finding]:
-    """Return the findings with their confidence, less where together they explain little: what remains may be the cause of all."""
-    trust = min(1.0, explained(race) / MOSTLY) if race.chosen else 1.0
+    """Return the findings with their confidence, less where together they explain little: what remains may be the cause of all.
+
+    How much is expected of them the card of the strongest says (`Effect.foreseen`).
+    """
+    if not race.chosen:
+        return []
+    strongest = max(race.chosen, key=lambda c: race.total(without=[c]))
+    trust = min(1.0, explained(race) / (MOSTLY * strongest.instance.effect.foreseen))
     return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
 
 

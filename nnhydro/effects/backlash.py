@@ -30,6 +30,7 @@ class Backlash(InstrumentEffect):
         mistaken_for=("joint_elasticity", "coulomb_friction", "stribeck_friction"),
     )
     acts = "joint"
+    foreseen = 0.4  # when the play is crossed hangs on the smallest torques, and the jump there is most of it
     stage = 1
     torque_scaled = ("impulse",)
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from races import JOINTS, NOISE, SINGLE, K, P, Plain, instance, race, raced, tables
+from races import JOINTS, NOISE, SINGLE, K, P, Plain, candidate, instance, race, raced, tables
 
 from nnhydro.diagnosis import naming
 from nnhydro.diagnosis.bank import build, listed
@@ -206,4 +206,7 @@ def test_findings_that_explain_little_together_are_said_with_less_confidence(mon
 
     monkeypatch.setattr(naming, "findings", lambda race: [Said(0.8)])
     monkeypatch.setattr(naming, "explained", lambda race: share)
-    assert [f.confidence for f in naming.trusted(race(tables(1), chosen=(0,)))] == pytest.approx([said])
+    bank = (candidate("plain", (0,), effect=SimpleNamespace(foreseen=1.0)), candidate("gap", (1,), effect=SimpleNamespace(foreseen=0.4)))
+    for planted, chosen, told in (({}, (0,), said), ({0: 0.8}, (0, 1), said), ({1: 0.8}, (0, 1), 0.8 * min(1.0, share / 0.24))):
+        made = race(tables(1, planted), bank, chosen=chosen)  # of a gap nobody expects more
+        assert [f.confidence for f in naming.trusted(made)] == pytest.approx([told])
