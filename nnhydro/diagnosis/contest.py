@@ -135,17 +135,28 @@ class Judge:
 
     def _pairs(self, H: Array) -> Iterator[tuple[int, int, float, Array, Array]]:
         """Yield for every pair (A the truth, B in its place) lambda^2, and B's values (k,) with their covariance where A is the truth."""
-        p, places, rest = self.race.bench.p, self._places(), len(self.contest.rest)
-        beside = [k for place in places[:rest] for k in place]
-        for a, A in enumerate(self.contest.members):
-            values, d = self.race.values([*self.contest.rest, A])[1], np.zeros(len(H))
-            d[places[rest + a]] = [values[k] for k in sorted(A.columns)]
+        places, rest = self._places(), len(self.contest.rest)
+        for a in range(len(self.contest.members)):
+            d = self._values(a, len(H))
             for b in (b for b in range(len(self.contest.members)) if b != a):
-                take = np.array([*range(p), *beside, *places[rest + b]])
-                penalty = np.concatenate([self.race.bench.prior, np.zeros(len(take) - p)]) + RIDGE * np.diag(H)[take] + 1e-12
-                inverse, h = np.linalg.inv(H[np.ix_(take, take)] + np.diag(penalty)), H[take] @ d
+                take, A = self._beside(H, places[rest + b])
+                inverse, h = np.linalg.inv(A), H[take] @ d
                 fit, own = inverse @ h, slice(len(take) - len(places[rest + b]), len(take))
-                yield a, b, max(float(d @ H @ d - h @ fit), 0.0), fit[own], CORRELATION * inverse[own, own]
+                yield a, b, max(float(d @ H @ d - h @ fit), 0.0), fit[own], np.asarray(CORRELATION * inverse[own, own], np.float64)
+
+    def _values(self, a: int, q: int) -> Array:
+        """The fitted values (q,) of member `a` at its places among all columns."""
+        places, member = self._places(), self.contest.members[a]
+        values, d = self.race.values([*self.contest.rest, member])[1], np.zeros(q)
+        d[places[len(self.contest.rest) + a]] = [values[k] for k in sorted(member.columns)]
+        return d
+
+    def _beside(self, H: Array, more: Sequence[int] = ()) -> tuple[Array, Array]:
+        """The places (k,) of the baseline, the other findings and `more`, and what a fit of them inverts (k, k)."""
+        p = self.race.bench.p
+        take = np.array([*range(p), *(k for place in self._places()[:len(self.contest.rest)] for k in place), *more])
+        penalty = np.concatenate([self.race.bench.prior, np.zeros(len(take) - p)]) + RIDGE * np.diag(H)[take] + 1e-12
+        return take, H[np.ix_(take, take)] + np.diag(penalty)
 
     def apart(self, H: Array) -> Array:
         """Return lambda^2 (members, members): what is left of member A's torque (row) when B (column) is fitted in its place."""
@@ -156,14 +167,10 @@ class Judge:
 
     def gained(self, H: Array, rows: float) -> Array:
         """Return the score (members,) that each member gains over `rows` rows with the Gram matrix H where it is the truth."""
-        p, places, rest = self.race.bench.p, self._places(), len(self.contest.rest)
-        take = np.array([*range(p), *(k for place in places[:rest] for k in place)])
-        penalty = np.concatenate([self.race.bench.prior, np.zeros(len(take) - p)]) + RIDGE * np.diag(H)[take] + 1e-12
-        A = H[np.ix_(take, take)] + np.diag(penalty)
+        take, A = self._beside(H)
         found = np.zeros(len(self.contest.members))
-        for a, one in enumerate(self.contest.members):
-            values, d = self.race.values([*self.contest.rest, one])[1], np.zeros(len(H))
-            d[places[rest + a]] = [values[k] for k in sorted(one.columns)]
+        for a in range(len(found)):
+            d = self._values(a, len(H))
             h = H[take] @ d
             found[a] = rows / 2 * np.log1p(max(float(d @ H @ d - h @ np.linalg.solve(A, h)), 0.0) / rows)
         return found

@@ -1,6 +1,6 @@
 """The next experiment: the motion that tells the members of a class apart, where the recordings at hand cannot; as a file ready to run.
 
-    max over feasible motions  min over pairs (A, B)  lambda_AB^2               (`contest`)
+    max over feasible motions  of the chance that every wrong member leaves the class               (`contest`)
 """
 
 from collections.abc import Sequence

@@ -12,7 +12,6 @@ from nnhydro.diagnosis.suggestion import Suggestion, suggested
 from nnhydro.diagnosis.unknown import Learned, learned
 
 ABOVE = 1.5  # of the noise: an error from which something systematic may be said to remain,
-JOINTS = 2  # that a learner is tried at, as a rule
 CLEARLY = 0.25  # or R2 of the learner at one joint: what the larger torques of another one hide in the error over all
 
 
@@ -39,7 +38,7 @@ class Remainder:
 
 def mismatch_p(found_p: float, rest: Remainder) -> float:
     """Return the p of "nothing is missing": by the search, by lines in the spectrum, by what a learner clearly predicts."""
-    clear = [JOINTS * one.p_value for one in rest.learned if one.real and one.r2 >= CLEARLY]
+    clear = [len(rest.learned) * one.p_value for one in rest.learned if one.real and one.r2 >= CLEARLY]
     return min([found_p, *(TESTS * line.p_value for line in rest.lines), *clear])
 
 

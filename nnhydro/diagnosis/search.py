@@ -100,14 +100,19 @@ def mismatch(table: Table, known: Sequence[Instance], repeats: tuple[float, ...]
     return min(1.0, 2 * min(extremes.p_value, p_own)), race  # two tests were made
 
 
-def _settled_in_parts(case: Case, race: Race, table: Table, believed: StripTheory, repeats: tuple[float, ...] | None, seed: int) -> Race:
-    """The race once more, with what acts in a spell refined about its values there."""
-    if all(c.instance.spell is None for c in race.chosen):
-        return race
-    for _ in range(ROUNDS_IN_PARTS):
-        again = run(race_of(table, _refined(case, race), believed, repeats), seed)
-        again.log = [*race.log, *again.log]
-        race = again
+def _in_parts(found: Found, repeats: tuple[float, ...] | None, seed: int) -> Race | None:
+    """The race again with what may act in a part of the campaign, refined about its values there; None where nothing may."""
+    table, believed = found.table, found.believed
+    spells = spelled(found.race, table, believed)
+    if not spells:
+        return None
+    race = run(race_of(table, [*spells, *(c.instance for c in found.race.bank.candidates)], believed, repeats), seed)
+    if any(c.instance.spell is not None for c in race.chosen):
+        for _ in range(ROUNDS_IN_PARTS):
+            again = run(race_of(table, _refined(table.case, race), believed, repeats), seed)
+            again.log = [*race.log, *again.log]
+            race = again
+    race.log = [*found.race.log, *race.log]
     return race
 
 
@@ -116,15 +121,8 @@ def in_a_part(nothing: Found, repeats: tuple[float, ...] | None, seed: int) -> F
 
     The p of what is found is a bound. `nothing` is the search so far, `repeats` (joints,) N m the noise seen in repeats.
     """
-    race, table, believed = nothing.race, nothing.table, nothing.believed
-    spells = spelled(race, table, believed)
-    if not spells:
-        return nothing
-    made = run(race_of(table, [*spells, *(c.instance for c in race.bank.candidates)], believed, repeats), seed)
-    if made.chosen:
-        made = _settled_in_parts(table.case, made, table, believed, repeats, seed)
-    made.log = [*race.log, *made.log]
-    return replace(nothing, race=made, p_value=P_BLOCK) if made.chosen else nothing
+    race = _in_parts(nothing, repeats, seed)
+    return nothing if race is None or not race.chosen else replace(nothing, race=race, p_value=P_BLOCK)
 
 
 def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | None, seed: int,
@@ -150,11 +148,6 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
         if {c.key for c in race.chosen} == keys and abs(race.total() - score) < max(SETTLED, STEADY * race.first_gain) and number:
             break
     log += ["last round", *race.log]
-    told = len(race.log)
-    spells = spelled(race, table, believed)
-    log += race.log[told:]
-    if spells:
-        race = run(race_of(table, [*spells, *(c.instance for c in race.bank.candidates)], believed, repeats), seed)
-        race = _settled_in_parts(case, race, table, believed, repeats, seed)
-    race.log = [*log, *(race.log if spells else [])]
-    return Found(race, table, believed, p_value)
+    race.log = log
+    found = Found(race, table, believed, p_value)
+    return replace(found, race=_in_parts(found, repeats, seed) or race)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import column
+from nnhydro.effects.in_sector import within
 
 Array = NDArray[np.float64]
 
@@ -29,8 +30,7 @@ class Sector:
 
     def holds(self, q: Array) -> NDArray[np.bool_]:
         """Return which angles (n,) rad lie in it."""
-        result: NDArray[np.bool_] = (q >= (-inf if self.low is None else self.low)) & (q < (inf if self.high is None else self.high))
-        return result
+        return np.asarray(within(q, self.low, self.high))
 
     def sentence(self) -> str:
         """Return it in words."""

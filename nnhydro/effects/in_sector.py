@@ -3,13 +3,21 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 from torch import Tensor
 
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LoadTerm, term_of
+
+Angles = TypeVar("Angles", bound=Any)  # an array or a tensor
+
+
+def within(q: Angles, low: float | None, high: float | None) -> Angles:
+    """Return low <= q < high for angles (n, ...) rad, element by element; None: open to that side."""
+    inside: Angles = (q >= (-inf if low is None else low)) & (q < (inf if high is None else high))
+    return inside
 
 
 @final
@@ -36,8 +44,7 @@ class InSector(LoadTerm):
     def torque(self, flow: Flow) -> Tensor:
         """Return the torque (n, joints) N m of the term, 0 outside the sector."""
         require(self.joint <= flow.arm.n_links, f"term 'in_sector': joint {self.joint}: this arm has {flow.arm.n_links}", ModelError)
-        q = flow.motion.q[:, self.joint - 1:self.joint]
-        return self.term.torque(flow) * ((q >= (-inf if self.low is None else self.low)) & (q < (inf if self.high is None else self.high)))
+        return self.term.torque(flow) * within(flow.motion.q[:, self.joint - 1:self.joint], self.low, self.high)
 
     def document(self) -> dict[str, Any]:
         """Return the term as model files store it."""

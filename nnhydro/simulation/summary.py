@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nnhydro.simulation.scoring import Verdict
+from nnhydro.simulation.truth.localised import PARTS
 
 SCHEMA = "nnhydro/score/1"
 SURE = 0.9  # findings said with at least this confidence must be right as often
@@ -54,7 +55,7 @@ def groups(verdicts: Sequence[Verdict]) -> list[tuple[str, list[Verdict]]]:
             tests.append((f"{words}, {strength}", partial(_is_effect, count, strength)))
     tests.append(("of these in the usual shape", lambda v: v.kind == "effect" and not v.other_shape))
     tests.append(("of these in another shape", lambda v: v.kind == "effect" and v.other_shape))
-    for part in ("since", "until", "some", "onset", "region"):
+    for part in PARTS:
         tests.append((f"of these acting in a part: {part}", partial(_in_part, part)))
     tests.append(("unlisted", lambda v: v.kind == "unlisted"))
     found = [(name, [v for v in verdicts if test(v)]) for name, test in tests]

@@ -17,9 +17,10 @@ import numpy as np
 
 from nnhydro.simulation.truth.world import Array, Generator, Run
 
-KINDS = ("always", "since", "until", "some", "onset", "region")
-MOST_ALONE = 4  # recordings at least on the side where it acts,
-FEWEST_WITHOUT = 3  # and on the other
+PARTS = ("since", "until", "some", "onset", "region")
+KINDS = ("always", *PARTS)
+FEWEST_WITH = 4  # recordings in which it acts, at least,
+FEWEST_WITHOUT = 3  # and in which it does not
 EDGE = 0.01  # rad
 
 
@@ -54,13 +55,13 @@ class Part:
 def draw_part(rng: Generator, kind: str, runs: Sequence[Run], joint: int | None) -> Part | None:
     """Draw where a cause of `joint` acts; None for always."""
     names = [run.name for run in runs]
-    first = int(rng.integers(FEWEST_WITHOUT, len(names) - MOST_ALONE + 1))
+    first = int(rng.integers(FEWEST_WITHOUT, len(names) - FEWEST_WITH + 1))
     if kind == "since":
         return Part(kind, frozenset(names[first:]), later=True)
     if kind == "until":
         return Part(kind, frozenset(names[:len(names) - first]))
     if kind == "some":
-        count = int(rng.integers(MOST_ALONE, len(names) - FEWEST_WITHOUT + 1))
+        count = int(rng.integers(FEWEST_WITH, len(names) - FEWEST_WITHOUT + 1))
         return Part(kind, frozenset(str(name) for name in rng.choice(names, count, replace=False)))
     if kind == "onset":
         run = runs[first]
