@@ -231,8 +231,9 @@ def learned_(r2=0.5, p=0.001, joint=1, on=("q1_rad",)):
 
 
 @pytest.mark.parametrize(("found", "learners", "lines", "p"), [
-    (0.5, (), (), 0.5), (0.5, (learned_(0.3, 0.002),), (), 0.004), (0.5, (learned_(0.2, 0.002),), (), 0.5),
-    (0.5, (learned_(0.3, 0.02),), (), 0.5), (0.5, (), (0.01,), 0.04), (0.003, (learned_(0.3, 0.002),), (0.01,), 0.003),
+    (0.5, (), (), 0.5), (0.5, (learned_(0.3, 0.002),), (), 0.002), (0.5, (learned_(0.2, 0.002),), (), 0.5),
+    (0.5, (learned_(0.3, 0.02),), (), 0.5), (0.5, (), (0.01,), 0.04), (0.001, (learned_(0.3, 0.002),), (0.01,), 0.001),
+    (0.5, (learned_(0.3, 0.002), learned_(-0.1, 0.9, 2)), (), 0.004), (0.5, (learned_(0.3, 0.002), learned_(0.4, 0.001, 2)), (), 0.002),
 ])
 def test_a_mismatch_is_what_search_lines_and_a_clear_learner_say_each_paid_for(found, learners, lines, p):
     rest = Remainder(True, 0.1, learners, tuple(Line(1, x, 5.0, 0.1, 0.5) for x in lines))
