@@ -285,6 +285,7 @@ def test_two_motions_separate_drag_from_inertia():
     curve = coefficients_across_motions((1.0, 2.0), 2.0)
     assert curve.C_M[0] == pytest.approx(1.0, abs=0.02)
     assert (np.diff(curve.C_M) < 0.02).all()
+    np.testing.assert_allclose(curve.s_over_D, np.arange(0.5, 2.05, 0.1), err_msg="ten values a diameter, from where half a one is behind")
 
 
 @pytest.mark.slow
@@ -309,7 +310,7 @@ def test_merging_far_vortices_leaves_the_curves_alone():
         (lambda: power_start(1.0, -0.5), r"0 \(impulsive\) or more"),
         (lambda: sampled_motion([0, 1, 2, 3], [0, 1, -1, 1]), "cut the run there"),
         (lambda: sampled_motion([0, 1, 1, 3], [0, 1, 1, 1]), "increase strictly"),
-        (lambda: simulate_wake(sampled_motion([0, 1, 2, 3], [0, 1, 1, 1]), 1.0, 9.0), "shorten travel"),
+        (lambda: simulate_wake(sampled_motion([0, 1, 2, 3], [0, 1, 1, 1]), 0.5, 9.0), "covers 5.25 diameters, 9 were"),
         (lambda: simulate_wake(constant_acceleration(1.0), 0.0, 1.0), "diameter"),
         (lambda: WakeChoices(step=0.5), "0.02 is usual"),
         (lambda: WakeChoices(core=0.0), "core is 0"),

@@ -179,6 +179,12 @@ def test_curves_lie_on_an_even_grid_from_rest_to_the_end():
     several = coefficients_across_motions((1.0, 3.0), 1.0, window=0.5, spacing=0.25)
     np.testing.assert_allclose(several.s_over_D, [0.5, 0.75, 1.0])
     np.testing.assert_allclose(several.misfit, 0.0, atol=1e-9)  # two motions fix two coefficients
+    for n in (1.0, 3.0):
+        h = simulate_wake(power_start(3.0, n), 0.071, 1.0, density=1000.0)
+        ideal = np.pi / 4 * 1000.0 * 0.071**2 * h.dU
+        load = _on_grid(several.s_over_D, h.s_over_D, -(h.F_X + ideal) / (500.0 * 0.071 * h.U**2), 0.0, 0.5)
+        lever = np.pi / 2 * n / (n + 1) / several.s_over_D  # D dU/dt / U^2 of U ~ t^n
+        np.testing.assert_allclose(several.C_D + (several.C_M - 1) * lever, load, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("changes", "fine"), [

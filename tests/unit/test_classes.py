@@ -156,3 +156,17 @@ def test_noise_is_held_against_each_joint_of_its_own():
     louder = race([np.concatenate([t[:, :1], 3 * t[:, 1:]], axis=1) for t in made], bank, noise=NOISE * [1.0, 3.0], chosen=(0,))
     np.testing.assert_allclose(Judge(None, louder, None, judge.contest).recorded(), judge.recorded(), rtol=1e-9)
     assert JOINTS == 2
+
+
+def test_members_with_values_of_each_recordings_own_leave_as_recordings_cost_them_what_each_has_cost_so_far():
+    behind, before, added = (4.0, 9.0), 6, 3
+    told = Contest(("a", "b"), (), (0.0, 5.0), 10.0, behind)
+    judge = Judge(None, SimpleNamespace(bench=SimpleNamespace(by_unit=(None, np.ones(before)))), None, told)
+    truth = 1 / (1 + np.exp(-4.0 / 6) + np.exp(-9.0 / 6))
+    later = [x * (before + added) / before for x in behind]
+    leave = [(1 + erf((x - 10.0) / sqrt(4 * x))) / 2 for x in later]
+    assert judge._own_leave(added) == pytest.approx(truth * min(leave))
+    gain = np.array([[0.0, 80.0], [80.0, 0.0]])
+    alone = Judge(None, None, None, Contest(("a", "b"), (), (0.0, 5.0), 10.0))
+    assert alone._own_leave(added) == 1.0
+    assert judge.chance(gain, 500.0, recordings=added) == pytest.approx(alone.chance(gain, 500.0) * truth * min(leave))

@@ -56,6 +56,12 @@ def test_a_proposed_motion_stays_within_the_rig_and_uses_it():
 def test_the_smallest_training_is_allowed():
     chosen = TrainingConfig(hidden=(1,), members=1, epochs=1, patience=1)
     assert chosen.hidden == (1,)
+    assert TrainingConfig(hidden=(4096,)).hidden == (4096,)
+    assert TrainingConfig(cutoff_hz=0.5).cutoff_hz == 0.5
+    with pytest.raises(ValueError, match="cutoff_hz"):
+        TrainingConfig(cutoff_hz=0.0)
+    with pytest.raises(ValueError, match="1 to 4096 neurons"):
+        TrainingConfig(hidden=(8, 4097))
     with pytest.raises(ValueError, match="1 to 4096 neurons"):
         TrainingConfig(hidden=(0,))
 

@@ -91,6 +91,22 @@ def test_what_it_does_outside_is_asked_by_a_column_of_its_own_there():
     assert told.beta == pytest.approx(theta[[4]], rel=1e-3)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_however_little_it_does_outside_it_is_told_as_it_is(seed):
+    made = tables(seed, {4: 0.3}, units=12, rows=(30, 40))
+    for k, table in enumerate(made):
+        table[..., -1] += (k >= 6) * table[..., P + 1]
+    table = placed(made, range(12))
+    found = raced(table, [instance(f"effect_{k}", (k,)) for k in range(K)], chosen=(4, 1))
+    four, one = found.chosen
+    told = judged(found, table, None, one, [four], Spell(begin=5.75, since="run6"), 1.0)
+    r = rows(made, found.noise)
+    inside = r.unit >= 6
+    Z = np.column_stack([r.Z[:, [0, 1, 2, P + 4]], r.Z[:, P + 1] * inside, r.Z[:, P + 1] * ~inside])
+    theta = np.linalg.lstsq(Z, r.y, rcond=None)[0]
+    assert told.outside == pytest.approx(abs(theta[5] / theta[4]), rel=0.02, abs=5e-4)
+
+
 def test_units_that_have_no_place_are_in_no_spell_and_own_values_have_none():
     made = acting(lambda k: k >= 6)
     told = in_a_row(race(made), SINGLE[1], OTHER, [k for k in range(12) if k != 9])
@@ -165,3 +181,12 @@ def test_a_recording_is_dealt_to_an_effect_where_its_fitted_torque_takes_energy_
     left = r.y - r.Z[:, :P] @ theta[:P] - r.Z[:, P + 4] * theta[P + 1]
     gained = left**2 - (left - theta[P] * r.Z[:, P + 1]) ** 2
     np.testing.assert_array_equal(told, [gained[r.unit == u].sum() > 0 for u in range(12)])
+
+
+def test_dealing_ends_where_nothing_changes(monkeypatch):
+    at, dealt, real = {0, 3, 4, 7, 10}, [], Small.dealt
+    monkeypatch.setattr(Small, "dealt", lambda small, inside: dealt.append(inside) or real(small, inside))
+    made = acting(lambda k: k in at)
+    _, inside = by_turns(race(made, prior=PRIOR), SINGLE[1], OTHER, list(range(12)), np.isin(np.arange(12), [*at]))
+    assert set(np.flatnonzero(inside).tolist()) == at
+    assert len(dealt) == 1

@@ -237,3 +237,11 @@ def test_a_configuration_that_is_not_there_says_so_in_the_systems_words(tmp_path
 def test_of_nothing_nothing_is_known_beforehand():
     none = prior(Loads({}), arm(2))
     assert [x.shape for x in (none.mean, none.F, none.lowest, none.highest)] == [(0,), (0, 0), (0,), (0,)]
+
+
+def test_a_fold_is_judged_by_a_model_that_has_not_seen_it(monkeypatch):
+    from nnhydro.identification import search
+
+    monkeypatch.setattr(search, "train_units", lambda chosen, *given: [*chosen])
+    seen = search._fold_error(["a", "b", "c", "d"], [1, 3], None, None, None, lambda model, judged: (model, judged))
+    assert seen == (["a", "c"], ["b", "d"])

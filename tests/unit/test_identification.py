@@ -215,6 +215,17 @@ def test_the_correlation_time_of_an_autoregression_is_known_in_closed_form(r):
     assert correlation_time(x) == pytest.approx((1 + r) / (1 - r), rel=0.1)
 
 
+@pytest.mark.parametrize("n", [8, 41, 60])
+def test_the_correlation_time_is_the_sum_of_correlations_up_to_five_times_itself(n):
+    rng = np.random.default_rng(n)
+    x = np.convolve(rng.standard_normal(n + 2), [1.0, 0.8, 0.5], "valid")
+    d = x - x.mean()
+    rho = np.array([d[:n - k] @ d[k:] for k in range(n // 2)]) / (d @ d)
+    times = 2 * np.cumsum(rho) - 1
+    ends = [k for k in range(len(times)) if k >= 5 * times[k]]
+    assert correlation_time(x) == pytest.approx(max(times[ends[0] if ends else -1], 1.0), rel=1e-9)
+
+
 def test_the_correlation_time_of_nothing_is_one():
     assert correlation_time(np.zeros(100)) == 1.0
     assert correlation_time(np.arange(5.0)) == 1.0

@@ -167,6 +167,20 @@ def test_two_effects_of_their_own_both_keep_their_gains_and_one_alone_is_not_ask
     assert alone.log == []
 
 
+def test_of_what_keeps_too_little_beside_loose_shapes_the_weakest_goes_first(monkeypatch):
+    asked = []
+    monkeypatch.setattr("nnhydro.diagnosis.relax.retained", lambda race, *given: asked.append(given[-1]) or 0.34)
+    table = Plain(tables(13, {0: 0.8, 2: 0.2, 4: 0.5}))
+    found = raced(table, EACH, chosen=(0, 2, 4))
+    prune(found, table, None)
+    assert [c.key[0] for c in found.chosen] == ["effect_0"], "the last stays"
+    assert [c.key[0] for c in asked] == ["effect_0", "effect_2", "effect_4", "effect_0", "effect_4"]
+    monkeypatch.setattr("nnhydro.diagnosis.relax.retained", lambda *given: 0.36)
+    kept = raced(table, EACH, chosen=(0, 2, 4))
+    prune(kept, table, None)
+    assert len(kept.chosen) == 3, "a third of the gain and a little more is enough"
+
+
 def moved_case(table, others, passed=2.0):
     """A case with moved ones, `Table` of which is the plain table itself."""
     table.passed_hz = passed

@@ -70,6 +70,15 @@ def test_members_solve_on_the_rows_that_they_train_on_with_the_penalty_that_watc
     torch.testing.assert_close(moved.odd.mean(dim=0), shown[SHARED:].reshape(JOINTS, ODD).T, rtol=1e-4, atol=1e-5)
 
 
+def test_what_is_stated_counts_where_rows_hardly_tell_the_coefficient():
+    rows, linear, watched = problem()
+    linear.columns[..., LAW] *= 2e-3  # what was asked for is now five hundred deviations away, and half of it is believed
+    own, _ = linear_part(rows, linear, watched, STATED)
+    _, members, _ = by_hand(rows, linear, watched)
+    assert 1.0 < float(members[0, LAW]) < 150.0
+    torch.testing.assert_close(own.shared, members[:, :SHARED], rtol=1e-3, atol=1e-4)
+
+
 def test_members_differ_from_their_mean_alike_in_both():
     own, moved = linear_part(*problem(), STATED)
     for one, other in ((own.shared, moved.shared), (own.odd, moved.odd)):

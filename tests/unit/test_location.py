@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nnhydro.diagnosis.lines import Line, _ratios, strongest
-from nnhydro.diagnosis.locate import Residual, _band, _explained, locate
+from nnhydro.diagnosis.locate import Residual, _band, _explained, _region, locate
 from nnhydro.diagnosis.placebo import whiteness
 from nnhydro.diagnosis.planting import low_pass_share
 from nnhydro.recordings.low_pass import LowPass
@@ -30,6 +30,14 @@ def test_a_state_of_one_value_explains_nothing_and_one_of_two_values_a_step():
     assert explained == pytest.approx(1.0)
     np.testing.assert_allclose(mean, [5.0, 7.0])
     assert _explained(np.arange(30.0), np.full(30, 3.0))[0] == 0.0
+
+
+@pytest.mark.parametrize(("size", "region"), [
+    ([0.9, 0.6, 1.0, 0.4, 0.9], [0.0, 3.0]), ([0.4, 0.9, 1.0, 0.6, 0.51], [1.0, 5.0]), ([1.0, 0.4, 0.9, 0.4, 0.4], [0.0, 1.0]),
+    ([0.4, 0.4, 0.4, 0.4, 1.0], [4.0, 5.0]), ([0.6, 0.6, 0.6, 0.6, 1.0], [0.0, 5.0]),
+])
+def test_a_region_goes_on_to_either_side_of_the_largest_as_long_as_more_than_half_is_left(size, region):
+    assert _region(np.arange(6.0), np.array(size)) == region
 
 
 def residuals(r_of, count=6, rows=400, seed=1, dt=0.02, joints=1):
@@ -113,6 +121,13 @@ def test_the_band_of_a_sine_is_its_frequency_and_that_of_noise_nearly_everything
     low, high = _band(white, 0)
     assert low == pytest.approx(1.25, abs=0.5)
     assert high == pytest.approx(23.75, abs=0.5)
+
+
+def test_the_band_leaves_a_twentieth_of_the_power_on_either_side():
+    t = 0.02 * np.arange(1000)
+    for power, end in ((0.04, 4.0), (0.12, 10.0)):  # of the second sine, beside 1
+        two = np.sin(2 * np.pi * 4.0 * t) + np.sqrt(power) * np.sin(2 * np.pi * 10.0 * t)
+        assert _band([Residual("a", two[:, None], {}, 0.02)], 0) == pytest.approx([4.0, end], abs=0.3)
 
 
 def test_steady_and_short_parts_have_no_band_and_the_slowest_sampling_sets_its_end():
@@ -225,6 +240,20 @@ def test_one_lag_that_repeats_is_one_lag_in_twenty():
     y = rng.standard_normal(30000)
     y[3:] += 0.9 * y[:-3].copy()
     assert whiteness([Residual("a", y[:, None], {}, 0.02)], 0) <= 0.15
+
+
+def test_the_bound_of_a_lag_is_bartletts_with_the_correlations_seen_before_it():
+    told, by_hand = [], []
+    for seed in range(40):
+        x = np.random.default_rng(seed).standard_normal((2, 120, 1))
+        x[:, 1:] += 0.7 * x[:, :-1].copy()  # neighbours are correlated, which makes all further lags scatter more
+        parts = [Residual(f"run{k}", one, {}, 0.02) for k, one in enumerate(x)]
+        c = [sum(float((one[:len(one) - k] * one[k:]).sum()) for one in x - x.mean(axis=1, keepdims=True)) for k in range(21)]
+        r = np.array(c[1:]) / c[0]
+        beyond = [abs(r[k]) > 1.96 * np.sqrt((1 + 2 * (r[:k] ** 2).sum()) / 240) for k in range(20)]
+        told.append(whiteness(parts, 0))
+        by_hand.append(np.mean(beyond))
+    assert told == pytest.approx(by_hand)
 
 
 def test_steady_short_and_silent_parts_say_nothing_of_whiteness():

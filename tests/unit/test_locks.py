@@ -45,6 +45,16 @@ def test_block_scores_are_products_of_the_residual_with_what_the_choice_leaves_o
     assert (energy >= 0).all()
 
 
+def test_beside_values_of_each_recordings_own_block_scores_are_those_off_their_columns():
+    made = tables(1, {0: 0.4, 2: 0.2})
+    bank = (SINGLE[0], candidate("own", (), (3,)), SINGLE[2], SINGLE[5])
+    U, _ = block_scores(race(made, bank, prior=PRIOR, chosen=(0, 1)))
+    r, left, X = projected(made, (0, 3), PRIOR)
+    want = np.stack([(X * left[:, None])[r.block == b].sum(axis=0) for b in range(int(r.block.max()) + 1)])
+    np.testing.assert_allclose(U[:, [2, 5]], want[:, [2, 5]], rtol=1e-5, atol=1e-4)
+    np.testing.assert_allclose(U[:, [0, 3]], 0.0, atol=1e-3)
+
+
 def B_of(made, chosen):
     """The baseline's share (K, P) of each column, which its prior holds."""
     r = rows(made)

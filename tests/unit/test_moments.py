@@ -4,13 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from races import NOISE, SINGLE, P, blocks_of, candidate, fit, race, rows, tables
+from races import NOISE, SINGLE, P, Plain, blocks_of, candidate, fit, instance, race, raced, rows, tables
 from rigs import arm
 
 from nnhydro.diagnosis.experiment import Proposal
 from nnhydro.diagnosis.feasible import draw
 from nnhydro.diagnosis.lines import Line
-from nnhydro.diagnosis.moments import Rows, _scan, moment, sector
+from nnhydro.diagnosis.moments import Rows, _scan, left_by, moment, projected, sector
 from nnhydro.diagnosis.nearest import Near, _why, nearest
 from nnhydro.diagnosis.noise import flexible_noise, quiet_noise
 from nnhydro.diagnosis.remainder import Remainder, mismatch_p
@@ -45,6 +45,13 @@ def test_the_moment_is_where_the_likelihood_of_rows_turns(begins):
     e = np.concatenate([((one.r**2 - (one.r - c) ** 2) / 2).sum(axis=1) for one, c in zip(made[1:3], change, strict=True)])
     after = np.array([e[k:].sum() if begins else e[:k].sum() for k in range(len(e) + 1)])
     assert gain == pytest.approx(after.max() - after[[0, 40, 80]].max())
+
+
+@pytest.mark.parametrize(("at", "name"), [(-0.2, "run1"), (0.3, "run2")])
+def test_the_moment_may_lie_in_either_of_the_two_recordings(at, name):
+    _, place, told, _ = moment(recordings(lambda place: place >= at), np.array([1.5]), ["run1", "run2"], True)
+    assert told == name
+    assert place == pytest.approx(at, abs=0.03)
 
 
 def test_a_moment_between_two_recordings_or_near_the_end_of_one_is_none_within():
@@ -197,6 +204,15 @@ def test_terms_come_in_the_order_in_which_they_explain_most_and_dead_features_no
     assert all(c[1] == 0 for c in dead.path(every, 2))
 
 
+@pytest.mark.parametrize(("apart", "dead"), [(0.005, True), (0.02, False)])
+def test_a_feature_is_dead_where_the_nuisance_leaves_less_than_a_ten_thousandth_of_its_energy(apart, dead):
+    full, told = sums(prior=(0.0, 0.0))
+    full[..., 3] = full[..., 0] + apart * full[..., 3]
+    full[..., -1] += 5.0 / apart * (full[..., 3] - full[..., 0])  # what is left of it is in the torque
+    near = _Sums(np.einsum("unp,unq->upq", full, full), told.joint, told.prior, told.names)
+    assert all((c[1] == 0) == dead for c in near.path(np.ones(6, dtype=bool), 2))
+
+
 def test_a_suggested_terms_interval_is_the_jackknifes_over_recordings():
     _, told = sums(units=8)
     (one,) = _terms(told, 0)
@@ -307,6 +323,10 @@ def test_what_the_user_states_of_a_rig_takes_the_place_of_what_was_shown():
     assert part.q is SHOWN.q
     assert part.rate is SHOWN.rate
     assert SHOWN.with_limits(None) is SHOWN
+    assert Limits.model_validate({"u0_m_s": 100, "seconds": 3600}).u0_m_s == 100
+    for given in ({"u0_m_s": 100.5}, {"u0_m_s": -0.1}, {"seconds": 3600.5}, {"seconds": 0}):
+        with pytest.raises(ValueError, match=next(iter(given))):
+            Limits.model_validate(given)
     for broken, said in (({"q_rad": [[-1, 1]]}, "1 ranges for an arm of 2"), ({"q_rad": [[1, 1], [0, 1]]}, "the lower angle first"),
                          ({"dq_rad_s": [1.0, 2.0, 3.0]}, "dq_rad_s")):
         with pytest.raises(ConfigError, match=said):
@@ -332,3 +352,37 @@ def test_a_motion_is_written_as_columns_that_are_read_again(tmp_path):
     np.testing.assert_allclose(np.array([[float(x) for x in line.split(",")] for line in lines]), np.column_stack(list(columns.values())),
                                rtol=1e-8, atol=1e-12)
     assert (tmp_path / "next.csv").read_text().endswith("\n")
+
+
+def test_the_lowest_angles_are_a_part_of_their_own():
+    made = recordings(lambda place: np.zeros(len(place)), count=8, n=120, noise=0.05)
+    q = np.concatenate([one.piece.state["q2_rad"] for one in made])
+    edge = np.quantile(q, 1 / 60)
+    for one in made:
+        one.r[:] += 1.5 * one.x[..., 0] * np.where(one.piece.state["q2_rad"] < edge, -1.0, 1.0)[:, None]
+    x, r = np.concatenate([one.x[..., 0] for one in made]), np.concatenate([one.r for one in made])
+    inside = q >= edge
+    gain, over, found = sector(made, 2, np.array([0]))
+    assert (found.low, found.high) == (pytest.approx(edge), None)
+    alone, whole = (0.5 * (x[rows_] * r[rows_]).sum() ** 2 / (x[rows_] ** 2).sum() for rows_ in (inside, np.ones(len(q), dtype=bool)))
+    assert gain == pytest.approx(alone, rel=1e-4)
+    assert over == pytest.approx(alone - whole, rel=1e-3)
+
+
+def test_rows_are_what_the_baseline_and_the_others_leave_over_the_noise_of_their_joint():
+    made = tables(11, {0: 0.5, 4: 0.4}, units=3)
+    known = [instance(f"effect_{k}", (k,)) for k in (0, 1, 4)]
+    table, theta = Plain(made), np.array([1.0, -2.0, 0.5, 0.3])
+    for one, full in zip(left_by(table, None, known[1], [known[2]], theta, NOISE), made, strict=True):
+        rest = full[..., -1] - full[..., [0, 1, 2, P + 4]] @ theta
+        np.testing.assert_allclose(one.r, rest / NOISE)
+        np.testing.assert_allclose(one.x, full[..., [P + 1]] / NOISE[:, None])
+    bench = raced(table, [known[2], *known[:2]]).bench
+    r = rows(made)
+    Z = r.Z[:, [0, 1, 2, P + 4]]
+    off = [x - Z @ np.linalg.lstsq(Z, x, rcond=None)[0] for x in (r.Z[:, P], r.Z[:, P + 1], r.y)]
+    told = projected(table, None, known[:2], [known[2]], bench, NOISE)
+    for j in range(2):
+        seen = [np.column_stack([one.x[:, j], one.r[:, j]]) for one in told]
+        for x, want in zip(np.concatenate(seen).T, off, strict=True):
+            np.testing.assert_allclose(x, want[r.joint == j], rtol=1e-4, atol=1e-5)

@@ -9,7 +9,7 @@ import pytest
 
 from nnhydro.diagnosis.blocks import Blocks, kept_rows
 from nnhydro.diagnosis.contest import Contest, Judge, _less_offsets
-from nnhydro.diagnosis.experiment import Proposal
+from nnhydro.diagnosis.experiment import Proposal, _Planner
 from nnhydro.diagnosis.feasible import draw, varied
 from nnhydro.diagnosis.instances import Instance
 from nnhydro.diagnosis.planned import planned
@@ -179,6 +179,37 @@ def test_a_motion_that_adds_nothing_settles_nothing_and_a_telling_one_settles_al
     assert judge.chance(np.full((2, 2), 400.0), 1000.0) > 0.99
 
 
+def test_a_motion_recorded_often_adds_its_rows_so_often_to_those_at_hand():
+    asked = {}
+
+    class Asked:
+        """A judge that notes what it is asked."""
+
+        def apart(self, H):
+            return H
+
+        def gained(self, H, rows):
+            asked["gained"] = H, rows
+            return np.ones(2)
+
+        def possible(self, H):
+            asked["possible"] = H
+
+        def chance(self, *given):
+            asked["chance"] = given
+            return 0.4
+
+    H, G = np.eye(2), np.array([[0.0, 3.0], [3.0, 0.0]])
+    planner = _Planner(Asked(), H, 500.0, np.array([[0.0, 1.0], [2.0, 0.0]]))
+    assert planner.chance(SimpleNamespace(G=G, rows=40.0), 3) == 0.4
+    np.testing.assert_array_equal(asked["gained"][0], H + 3 * G)
+    assert asked["gained"][1] == 500.0 + 3 * 40.0
+    np.testing.assert_array_equal(asked["possible"], H + 3 * G)
+    gain, rows, _, often, _ = asked["chance"]
+    np.testing.assert_array_equal(gain, [[1.0, 8.0], [7.0, 1.0]])
+    assert (rows, often) == (120.0, 3)
+
+
 def test_a_member_that_is_behind_already_is_sooner_settled():
     gain = np.full((2, 2), 25.0)
     assert contest((0.0, 8.0)).chance(gain, 1e4) > contest((0.0, 0.0)).chance(gain, 1e4)
@@ -207,12 +238,13 @@ def test_an_effect_a_third_as_large_is_missed(small):
 
 
 @pytest.mark.parametrize(("chance_of_it", "words"), [
-    (0.93, "record the proposed slew (4.0 s) 3 times: it settles the matter with a chance of 93 %"),
-    (0.04, "no motion is likely to tell coulomb_friction at joint 2 from stribeck_friction")])
+    (0.93, "record the proposed slew (4.0 s) 3 times: it settles the matter with a chance of 93 % (a motion drawn at random: 60 %)."),
+    (0.04, "no motion is likely to tell coulomb_friction at joint 2 from stribeck_friction"),
+    (0.494, "recorded 3 times, settles the matter with a chance of 49 %.")])
 def test_a_proposal_that_would_hardly_settle_anything_says_so(chance_of_it, words):
     members = tuple(SimpleNamespace(key=(effect, 2)) for effect in ("coulomb_friction", "stribeck_friction"))
     motion = SimpleNamespace(document={"kind": "slew"}, t=np.linspace(0, 4, 9))
-    assert words in Proposal(SimpleNamespace(members=members), motion, 3, 1.0, chance_of_it, 0.1, None).statement()
+    assert words in Proposal(SimpleNamespace(members=members), motion, 3, 1.0, chance_of_it, 0.6, None).statement()
 
 
 def test_a_size_that_can_be_revealed_has_a_strength_and_one_that_cannot_has_none(small):

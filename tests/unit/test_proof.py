@@ -141,3 +141,23 @@ def test_what_is_planted_is_planted_at_the_moved_cut_offs_too():
         healthy = ready.case.model.torque(Motion.of(now)).numpy()
         added = (now.tau - now.seen(healthy))[now.keep, 1]
         assert np.corrcoef(added, now.qdd[now.keep, 1])[0, 1] > 0.99
+
+
+@pytest.mark.parametrize(("size", "members"), [(0.03, 1), (0.01, 3)])
+def test_a_finding_is_as_sure_as_it_and_what_its_class_holds_are_among_all_rivals(size, members):
+    made = []
+    for k in range(6):
+        r = recording(ARM, planted(ARM), f"run{k}", seed=k + 1, noise=0.003, seconds=4.0)
+        made.append(replace(r, tau=np.asarray(r.tau) + size * np.tanh(r.qd / 0.01) * [1.0, 0.0]))
+    case = opened(Campaign.of(ARM, made)).case
+    names = ("coulomb_friction", "stribeck_friction", "viscous_friction")
+    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key[0] in names and i.key[1] == 1][:8]
+    race = race_of(Table(case), known, case.model, None)
+    race.chosen = [next(c for c in race.bank.candidates if c.key == ("coulomb_friction", 1))]
+    (finding,) = findings(race)
+    assert len(finding.members) == members
+    weight = np.exp(-np.maximum([rival["behind"] for rival in finding.rivals], 0) / 6)
+    support = [rival["support"] for rival in finding.rivals]
+    assert support == pytest.approx(weight / (1 + weight.sum()), rel=2e-3, abs=1e-12)
+    same = sum(x for x, rival in zip(support, finding.rivals, strict=True) if rival["effect"] in finding.members)
+    assert finding.confidence == pytest.approx(min(1 - sum(support) + same, 0.99), rel=1e-9)

@@ -8,7 +8,7 @@ from races import JOINTS, NOISE, SINGLE, TRUTH, K, P, blocks_of, candidate, fit,
 
 from nnhydro.diagnosis.batch import scores
 from nnhydro.diagnosis.blocks import kept_rows, parts_of
-from nnhydro.diagnosis.noise import flexible_noise, noise_of
+from nnhydro.diagnosis.noise import flexible_noise, noise_of, quiet_noise
 from nnhydro.diagnosis.race import UNPHYSICAL, gains, price, ranked
 from nnhydro.recordings.preprocessing import LowPass
 
@@ -311,3 +311,19 @@ def test_repeats_can_lower_the_noise_and_never_raise_it_and_none_is_nothing():
     silent = blocks_of(tables(16, noise=0 * NOISE))
     torque = np.sqrt(np.concatenate([table[..., -1] ** 2 for table in tables(16, noise=0 * NOISE)]).mean(axis=0))
     np.testing.assert_allclose(noise_of(silent, prior, (0.0, 0.0)), 1e-6 * torque, rtol=1e-6)
+
+
+def test_the_tighter_the_prior_the_more_is_left_to_the_noise_up_to_all_that_the_baseline_told():
+    blocks = blocks_of(tables(7))
+    told = np.array([flexible_noise(blocks, np.full(P, prior)) for prior in (0.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e12)])
+    assert (np.diff(told, axis=0) > 0).all()
+    r = rows(tables(7), np.ones(2))
+    for j in range(2):
+        X, y = r.Z[r.joint == j][:, P:], r.y[r.joint == j]
+        left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
+        assert told[-1, j] == pytest.approx(np.sqrt((left**2).sum() / (len(y) - (P + K) / 2)), rel=1e-3)
+
+
+def test_one_joint_has_a_quiet_noise_too():
+    made = [table[:, :1] for table in tables(9, units=8)]
+    np.testing.assert_allclose(quiet_noise(blocks_of(made), np.zeros(P)), quiet_noise(blocks_of(tables(9, units=8)), np.zeros(P))[:1])

@@ -210,3 +210,48 @@ def test_findings_that_explain_little_together_are_said_with_less_confidence(mon
     for planted, chosen, told in (({}, (0,), said), ({0: 0.8}, (0, 1), said), ({1: 0.8}, (0, 1), 0.8 * min(1.0, share / 0.24))):
         made = race(tables(1, planted), bank, chosen=chosen)  # of a gap nobody expects more
         assert [f.confidence for f in naming.trusted(made)] == pytest.approx([told])
+
+
+@pytest.fixture
+def naming_of(monkeypatch):
+    """`named` over a race, in which only the findings' confidence and what a proof says are of the test's own making."""
+    def told(found, confidence, gains):
+        said = SimpleNamespace(race=found, table=None, believed=None)
+        made = {"search": lambda *given: said, "instances": lambda *given: [], "torque_peaks": lambda units: (),
+                "prune": lambda *given: None, "drop_made_by_filter": lambda *given: None,
+                "simplest": lambda race: race.chosen, "explained": lambda race: 1.0,
+                "findings": lambda race: [Told(confidence[c.key[0]], c) for c in race.chosen],
+                "prove": lambda race, *given: proof_of(1.0, 0.1, **{c.key[0]: 0.1 + gains[c.key[0]] for c in race.chosen})}
+        for name, value in made.items():
+            monkeypatch.setattr(naming, name, value)
+        case = SimpleNamespace(model=SimpleNamespace(arm=None), all_units=())
+        return [f.candidate.key[0] for f in naming.named(case).findings]
+    return told
+
+
+@dataclass(frozen=True)
+class Told:
+    """What naming asks of a finding."""
+
+    confidence: float
+    candidate: object
+
+
+FORESEEN = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=1.0)) for k in range(K))
+
+
+def test_what_is_likelier_wrong_than_right_is_not_said(naming_of):
+    made = race(tables(23, dict.fromkeys(range(4), 0.6)), FORESEEN, chosen=(0, 1, 2, 3))
+    told = naming_of(made, dict(zip((f"effect_{k}" for k in range(4)), (0.9, 0.49, 0.5, 0.51), strict=True)),
+                     {f"effect_{k}": 1.0 for k in range(4)})
+    assert told == ["effect_0", "effect_2", "effect_3"]
+
+
+def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of):
+    made = tables(20, {0: 0.8, 4: 0.12, 3: 0.12})
+    sure = {f"effect_{k}": 0.9 for k in range(K)}
+    for gains, left in (((0.5, 0.01, 0.02), [0]), ((0.5, 0.2, 0.02), [0, 4]), ((0.5, 0.2, 0.2), [0, 4, 3])):
+        told = naming_of(race(made, FORESEEN, chosen=(0, 4, 3)), sure, dict(zip(("effect_0", "effect_4", "effect_3"), gains, strict=True)))
+        assert told == [f"effect_{k}" for k in left]
+    alone = naming_of(race(tables(20, {4: 0.12}), FORESEEN, chosen=(4,)), sure, {"effect_4": 0.0})
+    assert alone == ["effect_4"], "beside nothing else it need not add a share"

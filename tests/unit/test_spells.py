@@ -113,11 +113,16 @@ def test_an_effect_in_a_sector_of_the_other_joints_angle_is_found_with_it():
 
 def test_recordings_that_no_search_has_seen_are_judged_by_their_own_place_in_the_campaign():
     campaign = rubbing(lambda k, t, q: 1.0 * (k < 14), count=28)
-    diagnosis = diagnose(campaign, most=14, without=[name for name in catalogue() if name not in FEW])
+    said: list[str] = []
+    diagnosis = diagnose(campaign, most=14, without=[name for name in catalogue() if name not in FEW], progress=said.append)
     (finding,) = diagnosis.findings
     assert finding.candidate.instance.spell.since in {f"run{k:02d}" for k in range(14)}
     assert diagnosis.proof.recordings == 14
     assert diagnosis.proof.after < 0.3 * diagnosis.proof.before
+    assert diagnosis.noise_floor < diagnosis.proof.after < 1.4 * diagnosis.noise_floor, "what is left is little more than the noise"
+    assert said[0] == "round 1: nothing yet"
+    assert said[-1] == "proof: 0 of 14 recordings that took no part"
+    assert diagnosis.rehearsal is None, "nobody asked for one"
 
 
 def test_what_is_confined_to_a_sector_is_confined_in_the_corrected_model_too(tmp_path):

@@ -126,6 +126,8 @@ def test_the_smallest_strength_is_found_four_times_in_five_and_a_tenth_less_is_n
         assert chance(least / 1.02, where, PAID) < 0.8
     assert smallest_strength(spread(units=3), PAID) is None
     assert smallest_strength(spread(), Price(9.0, 1, 1.0)) is None, "48 blocks never reach 9"
+    assert smallest_strength(spread(), Price(4.0, 1, 0.9 * 1e8 / 2)) == pytest.approx(1e4 * np.sqrt(0.9), rel=0.03)
+    assert smallest_strength(spread(), Price(4.0, 1, 1.1 * 1e8 / 2)) is None, "none beyond 10,000 is tried"
 
 
 def test_strength_grows_as_the_root_of_the_correlation_of_rows():

@@ -255,3 +255,33 @@ def test_states_are_told_joint_by_joint_and_the_carriage_where_it_moves():
     np.testing.assert_array_equal(told["ddq2_rad_s2"], towed.qdd[:, 1])
     np.testing.assert_array_equal(told["dq1_rad_s"], towed.qd[:, 0])
     assert "u0_m_s" not in states(still)
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.2, ("q1_rad", "dq1_rad_s")), (0.05, ("q1_rad",))])
+def test_an_input_is_named_that_is_worth_a_quarter_of_what_is_predicted(share, named):
+    """Mixing an input up costs twice its share of the variance: once what it told, once what it now tells wrongly."""
+    given = parts(count=12, rows=200)
+    for part in given:
+        part.r[:, 0] = np.sqrt(1 - share) * np.sign(part.state["q1_rad"]) + np.sqrt(share) * np.sign(part.state["dq1_rad_s"])
+    (one,) = learned(given, 0)
+    assert one.depends_on == named
+
+
+def test_every_world_is_planted_and_named_as_often_as_asked_each_time_with_noise_of_its_own(monkeypatch):
+    from nnhydro.diagnosis import rehearsal
+
+    made = tables(3, {0: 0.6, 4: 0.3})
+    known = [instance(f"e{k}", (k,), effect=SimpleNamespace(general=False, family="f")) for k in range(6)]
+    found, noise, asked, said = raced(Plain(made), known, chosen=(0, 4)), [], [], []
+    monkeypatch.setattr(rehearsal, "planted", lambda case, effects, size, seed: noise.append(seed) or effects)
+    one = SimpleNamespace(members=("a", "b"), effect=SimpleNamespace(joint=2))
+    monkeypatch.setattr(rehearsal, "named", lambda case, repeats, seed, without: asked.append((seed, without)) or
+                        SimpleNamespace(findings=[one] if len(asked) % 2 else []))
+    told = rehearsal.rehearse(None, found, 2, 7, ("x",), said.append)
+    assert noise == [7 + 1000 * number + draw for number in range(5) for draw in range(2)]
+    assert len(set(noise)) == len(noise), "no noise is planted twice"
+    assert asked == [(7, ("x",)), (8, ("x",))] * 5
+    assert said == [f"rehearsal {k} of 10" for k in range(1, 11)]
+    assert told["draws"] == 2
+    assert [world["instead_of"] for world in told["worlds"]] == [None, "e0", "e0", "e4", "e4"]
+    assert told["worlds"][0] == {"planted": ["e0", "e4"], "instead_of": None, "named": {"a joint 2": 1, "b joint 2": 1}}

@@ -11,6 +11,7 @@ import torch
 
 from nnhydro.errors import CampaignError
 from nnhydro.identification import doubt
+from nnhydro.identification import gradient_fit as gradient
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.doubt import _factor, _variance_terms, support, with_doubt, with_trust
 from nnhydro.identification.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
@@ -65,6 +66,22 @@ def test_the_error_of_a_row_is_what_linear_part_and_network_leave_in_units_of_th
     said = rows.scale * r * mirrored(ensemble, rows.x, rows.parity)
     want = (((said - left) / rows.target.pow(2).mean(dim=0).sqrt()) ** 2).sum(dim=2)
     torch.testing.assert_close(_Task.of(rows).errors(ensemble, slice(None)), want, rtol=1e-5, atol=1e-6)
+
+
+def test_every_step_follows_the_slope_of_each_members_mean_error_over_the_rows_that_it_may_use(monkeypatch):
+    rows, layout = some_rows(n=50), Ensemble.fresh((3, 4, 2), 2, 1)
+    state, task, train = TrainingState.fresh(layout), _Task.of(rows), torch.ones(2, 50, dtype=torch.bool)
+    train[1, 7:] = False  # member 2 finds seven rows, in one of the two batches perhaps none
+    kept = []
+    monkeypatch.setattr(gradient, "_adamw", lambda state, slopes, *given: kept.append(slopes))
+    gradient._epoch(state, layout, task, train, TrainingConfig(batch=30, seed=4))
+    order = torch.randperm(50, generator=torch.Generator().manual_seed(4 * 1_000_003))
+    for slopes, index in zip(kept, (order[:30], order[30:]), strict=True):
+        weights = [w.clone().requires_grad_(True) for w in state.weights]
+        errors = task.errors(layout.replaced(weights), slice(None))
+        mean = [errors[k, [i for i in index.tolist() if train[k, i]]].mean().nan_to_num(0.0) for k in range(2)]
+        for told, want in zip(slopes, torch.autograd.grad(sum(mean), weights), strict=True):
+            torch.testing.assert_close(told, want, rtol=1e-4, atol=1e-6)
 
 
 def test_members_keep_the_weights_with_which_the_rows_that_they_watch_were_predicted_best():

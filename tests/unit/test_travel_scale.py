@@ -164,6 +164,15 @@ def test_some_rows_behind_a_low_pass_are_those_of_all_rows(cutoff, dt):
     assert seen_rows(segment, columns, inside).shape == (len(inside), 2, 3)
 
 
+def test_what_a_row_sees_does_not_depend_on_who_else_is_asked():
+    segment = filtered(4.0, 900)
+    columns = 1e6 * np.random.default_rng(1).standard_normal((900, 2))
+    half = reach(segment)
+    together = seen_rows(segment, columns, np.array([300, 301, 302 + half]))
+    for told, row in zip(together, (300, 301, 302 + half), strict=True):
+        np.testing.assert_allclose(told, seen_rows(segment, columns, np.array([row]))[0], rtol=0, atol=1e-8)
+
+
 def test_near_the_ends_the_outermost_rows_go_on():
     segment = filtered(4.0)
     steady = np.full((400, 2), 3.0)

@@ -197,8 +197,8 @@ def test_what_noise_adds_to_an_amplitude_is_taken_off_and_recordings_without_the
     none = [fitted(race(tables(seed, units=40), (own,), chosen=(0,))).of(own)[0][0] for seed in range(6)]
     assert np.median(none) < 0.05, "noise alone gives a root mean square of a tenth"
     made, size = phased()
-    for table in made[:3]:
-        table[..., P + 2] = 0.0
+    for table, share in zip(made[:3], (0.0, 1e-4, 3e-4), strict=True):  # less than a millionth of the energy
+        table[..., P + 2] *= share
     values, _ = fitted(race(made, (SINGLE[0], own), chosen=(0, 1))).of(own)
     assert values == pytest.approx([np.sqrt((size[3:] ** 2).mean())], rel=0.03)
 
@@ -230,3 +230,12 @@ def test_likeness_is_the_cosine_of_the_fitted_torques_off_what_the_rest_explains
     assert likeness(found, SINGLE[0], SINGLE[1]) == pytest.approx(cosine, rel=1e-5)
     assert likeness(found, SINGLE[0], SINGLE[0]) == pytest.approx(1.0)
     assert likeness(found, SINGLE[0], candidate("own", (), (2,))) == 0.0
+
+
+def test_what_is_not_known_of_a_shape_adds_to_what_its_tangent_says(monkeypatch):
+    bank = tuple(shaped(v, k) for k, v in enumerate((1.0, 2.0, 4.0)))
+    found = race(tables(4, {1: 0.5}), bank, chosen=(1,))
+    spread = _spreads(found, bank[1])["v"]
+    told = fitted(found).of(bank[1])[1]
+    monkeypatch.setattr("nnhydro.diagnosis.uncertainty._spreads", lambda *given: {"v": 0.0})
+    np.testing.assert_allclose(told - fitted(found).of(bank[1])[1], np.diag([0.0, spread**2]), atol=1e-12)

@@ -1,0 +1,102 @@
+"""Where fits start and how far they may go: figures of the sources, typed here, and what physics allows."""
+
+import pytest
+import torch
+from rigs import arm, run
+from scipy.interpolate import CubicSpline
+
+from nnhydro.physics.coefficients.keulegan_carpenter import added_mass_coefficient, drag_ratio
+from nnhydro.physics.coefficients.law import law_of
+from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, cardinal_matrix, curve, fixed
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import term_kinds
+from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.bspline_drag import BsplineDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.loads.state_added_mass import StateAddedMass
+from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.motion import tensor
+from nnhydro.physics.state_loads import bspline_loads, state_loads
+
+FINE = torch.linspace(0, 12, 1201, dtype=torch.float64)  # diameters
+
+
+@pytest.mark.parametrize("kind", term_kinds())
+def test_a_fit_starts_within_what_physics_allows(kind):
+    for f in term_kinds()[kind].parameters():
+        low, high = f.metadata["bounds"]
+        assert low <= f.metadata["start"] <= high, f.name
+        assert all(low <= value <= high for value in f.metadata["grid"]), f.name
+
+
+def test_drag_starts_from_the_curve_of_figure_7():
+    """McLain & Rock (1998): C_D rises from 0 to 1.03 after 3.7 diameters, falls to 0.745 and stays at 0.78."""
+    C_D = StateDrag.started(arm(1)).curve(FINE)
+    top = int(C_D.argmax())
+    assert (float(FINE[top]), float(C_D[top])) == pytest.approx((3.70, 1.030), abs=0.006)
+    assert bool((C_D[:top].diff() > 0).all())
+    low = top + int(C_D[top:].argmin())
+    assert (float(FINE[low]), float(C_D[low])) == pytest.approx((6.4, 0.745), abs=0.06)
+    assert float(C_D[133]) == pytest.approx(0.43, abs=0.002), "after a sixth of 8 diameters"
+    assert bool((C_D[FINE >= 8.0] - 0.78).abs().max() < 1e-9)
+    assert float(C_D[0]) == 0.0
+
+
+def test_added_mass_starts_from_the_curve_of_figure_7():
+    """McLain & Rock (1998): C_M falls from 1 to 0.2 after 4.2 diameters and comes back to 0.36."""
+    term = StateAddedMass.started(arm(1))
+    C_M = term.curve(FINE) + fixed(FINE, term.tau_s[0])
+    low = int(C_M.argmin())
+    assert (float(FINE[low]), float(C_M[low])) == pytest.approx((4.20, 0.200), abs=0.006)
+    assert bool((C_M[:low].diff() < 0).all())
+    assert [float(C_M[k]) for k in (0, 133, 667)] == pytest.approx([1.0, 0.84, 0.332], abs=0.002)
+    assert bool((C_M[FINE >= 8.0] - 0.36).abs().max() < 1e-9)
+
+
+def test_the_curve_is_the_cubic_spline_without_bend_at_rest_and_without_slope_at_the_end():
+    cardinal_matrix.cache_clear()
+    u = torch.linspace(0, 1.3, 200, dtype=torch.float64)
+    for k in range(KNOTS + 1):
+        ordinates = torch.eye(KNOTS + 1, dtype=torch.float64)[k]
+        spline = CubicSpline(torch.linspace(0, 1, KNOTS + 1, dtype=torch.float64), ordinates, bc_type=((2, 0.0), (1, 0.0)))
+        want = tensor(spline(u.clamp(max=1.0)))
+        told = fixed(5 * u, 5.0) if k == 0 else basis(5 * u, 5.0)[:, k - 1]
+        torch.testing.assert_close(told, want, rtol=0, atol=1e-12)
+    ordinates = torch.arange(1.0, 7.0, dtype=torch.float64)
+    at_knots = curve(torch.arange(7, dtype=torch.float64), 6.0, -2.0, ordinates)
+    assert at_knots.tolist() == pytest.approx([-2.0, 1, 2, 3, 4, 5, 6])
+
+
+@pytest.mark.parametrize("term", [StateDrag, StateAddedMass])
+def test_on_two_links_each_has_the_curve_of_its_own_ordinates(term):
+    names = [f.name for f in term.parameters() if f.metadata["linear"]]
+    one, two = (dict.fromkeys(names, value) for value in ((0.3,), (0.9,)))
+    both = {name: (*one[name], *two[name]) for name in names}
+    at, tau_s = tensor([2.0, 5.0, 30.0]), (8.0,)
+    for link, alone in enumerate((one, two)):
+        torch.testing.assert_close(term(**both, tau_s=tau_s).curve(at, link), term(**alone, tau_s=tau_s).curve(at))
+        torch.testing.assert_close(term(**alone, tau_s=tau_s).curve(at, link), term(**alone, tau_s=tau_s).curve(at)), "one for all links"
+
+
+def test_sums_start_from_the_travel_of_their_terms():
+    for loads, term in ((state_loads(arm(2)), StateDrag), (bspline_loads(arm(2)), BsplineDrag)):
+        own = [t.tau_s for t in loads.terms.values() if hasattr(t, "tau_s")]
+        assert own == [term.started(arm(2)).tau_s] * 3
+
+
+def test_what_is_not_known_yet_is_ideal_flow_and_bounds_leave_room_for_what_was_measured():
+    ideal = AddedMass.started(arm(2))
+    assert ideal.C_M == (1.0, 1.0), "a cylinder in ideal flow carries the water that it displaces"
+    bounds = {f.name: f.metadata["bounds"] for term in (AddedMass, RigidBody) for f in term.parameters()}
+    assert bounds["C_M"][0] == 0.0, "no water is carried by a link that nothing pushes"
+    assert bounds["mass"][0] == 0.0, "nothing is lighter than nothing, and a link may come near to it"
+    low, high = {f.name: f.metadata["bounds"] for f in BsplineDrag.parameters()}["c"]
+    assert low < 0 < high, "coefficients of splines, other than drag itself, may be negative"
+
+
+@pytest.mark.parametrize("kind", ["keulegan_carpenter"])
+def test_a_cylinder_is_smooth_where_nobody_says_that_it_is_rough(kind):
+    state = StateDrag.started(arm(2)).state(Flow(arm(2), run(2)))
+    torch.testing.assert_close(law_of(kind).drag(state), drag_ratio(state.KC))
+    torch.testing.assert_close(law_of(kind).added_mass(state), added_mass_coefficient(state.KC))
+    assert not torch.equal(law_of(f"{kind}=1").drag(state), law_of(kind).drag(state))
