@@ -178,6 +178,12 @@ def _with_rivals(race: Race, rows: Sequence[Reveal]) -> list[Reveal]:
     return made
 
 
+def _threshold(races: Sequence[Race], seed: int) -> float:
+    """The statistic that chance exceeds over all columns of `races` as seldom as the locks ask for, one of the two tests that are made."""
+    null = np.max([statistics(race, seed)[1].max(axis=1) for race in races], axis=0)
+    return float(np.quantile(null, 1 - P_BLOCK / 2))
+
+
 @one_thread()
 def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
           without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None) -> Power:
@@ -195,8 +201,7 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
     for start in range(0, len(many), AT_ONCE):
         progress(f"effects with many shapes: {start} of {len(many)}")
         races.append(race_of(table, many[start:start + AT_ONCE], believed, None, noise))
-    null = np.max([statistics(race, seed)[1].max(axis=1) for race in races], axis=0)
-    threshold = float(np.quantile(null, 1 - P_BLOCK / 2))  # two tests are made
+    threshold = _threshold(races, seed)
     correlated = correlation(table)
     by_key: dict[tuple[str, int, str], list[Reveal]] = {}
     for race in races:

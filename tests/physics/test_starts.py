@@ -5,12 +5,14 @@ import torch
 from rigs import arm, run
 from scipy.interpolate import CubicSpline
 
+from nnhydro.identification.travel_scale import COARSE
 from nnhydro.physics.coefficients.keulegan_carpenter import added_mass_coefficient, drag_ratio
 from nnhydro.physics.coefficients.law import law_of
 from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, cardinal_matrix, curve, fixed
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_kinds
 from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.bspline_added_mass import BsplineAddedMass
 from nnhydro.physics.loads.bspline_drag import BsplineDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.state_added_mass import StateAddedMass
@@ -82,6 +84,20 @@ def test_sums_start_from_the_travel_of_their_terms():
     for loads, term in ((state_loads(arm(2)), StateDrag), (bspline_loads(arm(2)), BsplineDrag)):
         own = [t.tau_s for t in loads.terms.values() if hasattr(t, "tau_s")]
         assert own == [term.started(arm(2)).tau_s] * 3
+    splines = bspline_loads(arm(2), 5).terms
+    for name, term in (("bspline_drag", BsplineDrag), ("bspline_added_mass", BsplineAddedMass)):
+        assert splines[name].c == term.started(arm(2)).c * 5
+
+
+def test_drag_and_added_mass_share_a_travel_scale_and_the_room_of_their_curves():
+    def bounds(term, name):
+        return next(f.metadata["bounds"] for f in term.parameters() if f.name == name)
+
+    for drag, mass, names in ((StateDrag, StateAddedMass, ("d1", "m1")), (BsplineDrag, BsplineAddedMass, ("c", "c"))):
+        assert bounds(drag, "tau_s") == bounds(mass, "tau_s")
+        assert bounds(drag, names[0]) == bounds(mass, names[1])
+        low, high = bounds(drag, "tau_s")
+        assert low <= COARSE[0] < COARSE[-1] <= high, "what is searched lies within"
 
 
 def test_what_is_not_known_yet_is_ideal_flow_and_bounds_leave_room_for_what_was_measured():

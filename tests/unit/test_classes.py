@@ -1,11 +1,12 @@
 """Rivals and their classes, and motions that would tell them apart: the algebra by hand."""
 
+from dataclasses import dataclass
 from math import erf, sqrt
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from races import JOINTS, NOISE, SINGLE, K, P, candidate, fit, race, rows, tables
+from races import JOINTS, NOISE, SINGLE, K, P, Plain, candidate, fit, instance, race, raced, rows, tables
 
 from nnhydro.diagnosis.contest import Contest, Judge, contest_of, least_pair
 from nnhydro.diagnosis.uncertainty import likeness
@@ -170,3 +171,26 @@ def test_members_with_values_of_each_recordings_own_leave_as_recordings_cost_the
     alone = Judge(None, None, None, Contest(("a", "b"), (), (0.0, 5.0), 10.0))
     assert alone._own_leave(added) == 1.0
     assert judge.chance(gain, 500.0, recordings=added) == pytest.approx(alone.chance(gain, 500.0) * truth * min(leave))
+
+
+@dataclass(frozen=True)
+class NoCase:
+    """What planning asks of a case."""
+
+    all_units: object = None
+    places: object = None
+
+
+def test_motions_that_nobody_has_recorded_count_with_their_rows_of_all_joints_less_what_constants_explain(monkeypatch):
+    later = tables(5, units=2)
+    known = [instance(f"e{k}", (k,)) for k in (0, 1)]
+    found = raced(Plain(tables(4)), known, chosen=(0,))
+    monkeypatch.setattr("nnhydro.diagnosis.contest.unit_of", lambda *given: None)
+    monkeypatch.setattr("nnhydro.diagnosis.contest.Table", lambda case: Plain(later))
+    judge = Judge(NoCase(), found, None, Contest(tuple(found.bank.candidates), (), (0.0, 5.0), 10.0))
+    told = judge.planned(["one", "two"])
+    assert [one.motion for one in told] == ["one", "two"]
+    for one, table in zip(told, later, strict=True):
+        assert one.rows == 2 * len(table)
+        X = (table[..., [*range(P), P, P + 1]] - table[..., [*range(P), P, P + 1]].mean(axis=0)) / NOISE[:, None]
+        np.testing.assert_allclose(one.G, np.einsum("njp,njq->pq", X, X), rtol=1e-6, atol=1e-6)

@@ -118,6 +118,19 @@ def test_the_typical_shape_is_that_of_the_middle_size_among_those_that_are_found
     assert told.found_of == (sum(size is not None for size in sizes), len(sizes))
 
 
+def test_the_threshold_pays_for_every_column_of_every_race():
+    from races import race as raced
+    from races import tables
+
+    from nnhydro.diagnosis.locks import statistics
+    from nnhydro.diagnosis.power import _threshold
+
+    races = [raced(tables(seed)) for seed in (1, 2, 3)]
+    largest = np.stack([statistics(one, 5)[1] for one in races]).max(axis=(0, 2))
+    assert _threshold(races, 5) == pytest.approx(np.sort(largest)[-5], abs=0.02), "four of 999 draws exceed it"
+    assert _threshold(races, 5) > _threshold(races[:1], 5)
+
+
 def test_the_nearest_rival_is_the_other_effect_that_explains_most_of_what_the_baseline_leaves():
     made = tables(4, units=8)
     for table in made:

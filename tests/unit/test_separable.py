@@ -207,3 +207,11 @@ def test_a_campaign_finds_its_travel_scale_one_recording_at_a_time():
     assert found.grid[found.energy.argmin()] == pytest.approx(7.3, abs=0.2)
     with pytest.raises(CampaignError, match="nnhydro check"):
         with_best_travel_scale(state_loads(ARM), [], ARM)
+
+
+@pytest.mark.parametrize(("best", "edge"), [(10.0, True), (10.0004, True), (10.01, False), (10.99, False), (10.9996, True), (11.0, True)])
+def test_a_minimum_within_a_thousandth_of_the_grids_end_lies_at_the_edge(best, edge):
+    def at(nu):
+        return np.array([[[1e-9, 0.0], [0.0, 1.0 + (nu[0] - best) ** 2]]])
+
+    assert separable(at, [np.linspace(10.0, 11.0, 5)]).at_bound == edge

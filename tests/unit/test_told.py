@@ -14,7 +14,7 @@ from nnhydro.diagnosis.locate import Location, Residual
 from nnhydro.diagnosis.rehearsal import World, _own_size, _world, confident, label, worlds
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.table import states
-from nnhydro.diagnosis.unknown import _folds, _memory, inputs, learned
+from nnhydro.diagnosis.unknown import Learned, _folds, _memory, inputs, learned
 from nnhydro.effects.catalogue import catalogue, effect_of_id
 from nnhydro.recordings.preprocessing import Preparation, prepare
 
@@ -285,3 +285,24 @@ def test_every_world_is_planted_and_named_as_often_as_asked_each_time_with_noise
     assert told["draws"] == 2
     assert [world["instead_of"] for world in told["worlds"]] == [None, "e0", "e0", "e4", "e4"]
     assert told["worlds"][0] == {"planted": ["e0", "e4"], "instead_of": None, "named": {"a joint 2": 1, "b joint 2": 1}}
+
+
+@pytest.mark.parametrize(("p", "after", "findings", "clear", "detected"), [
+    (0.005, 0.16, (), False, True), (0.02, 0.16, (), False, False), (0.005, 0.14, (), False, False),  # block test, and half more than noise
+    (0.005, 0.16, ("one",), False, False), (0.005, 0.16, ("one",), True, True),  # beside a finding a learner must confirm
+    (0.02, 0.11, ("one",), True, True),  # what a learner clearly predicts is there, however loud other joints are
+])
+def test_something_remains_where_blocks_and_errors_say_so_or_a_learner_clearly_does(monkeypatch, p, after, findings, clear, detected):
+    from nnhydro.diagnosis import remainder as module
+
+    race = SimpleNamespace(noise=np.ones(2))
+    told = SimpleNamespace(found=SimpleNamespace(race=race, p_value=p, table=None, believed=None), findings=findings)
+    one = Learned(2, 0.3 if clear else 0.2, 0.001 if clear else 0.5, ("q1_rad",))
+    for name, value in {"family_wise_p": lambda *given: p / 2, "learned": lambda *given, **keys: [one], "strongest": lambda *given: None,
+                        "suggested": lambda *given: None, "nearest": lambda race, joints, seed: [joints]}.items():
+        monkeypatch.setattr(module, name, value)
+    rest = module.remainder(told, SimpleNamespace(remains=[], after=after), 0.1, 3)
+    assert rest.detected == detected
+    assert rest.share == after
+    assert rest.nearest == (([2] if clear else [1, 2],) if detected else ())
+    assert [x.joint for x in rest.learned] == ([2] if p <= 0.01 or clear else [])
