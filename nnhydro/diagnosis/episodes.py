@@ -80,7 +80,7 @@ def in_a_row(race: Race, candidate: Candidate, others: Sequence[Candidate], orde
 
     found = best(range(step, len(order), step))
     if found is not None and step > 1:
-        found = best(range(max(found[1] - step + 1, 1), min(found[1] + step, len(order))))
+        found = best(range(found[1] - step + 1, found[1] + step))
     return (found[0], found[2]) if found is not None and found[0] < UNPHYSICAL else None
 
 

@@ -133,7 +133,7 @@ def motions_at_random(case: Case, count: int, seed: int, limits: Limits | None =
 
 
 @one_thread()
-def next_experiment(race: Race, case: Case, believed: StripTheory, seed: int = 0, limits: Limits | None = None) -> Proposal | None:
+def next_experiment(race: Race, case: Case, believed: StripTheory, seed: int, limits: Limits | None = None) -> Proposal | None:
     """Return the motion that would settle the first ambiguous finding of a finished race; None where nothing is ambiguous or moves.
 
     `believed` is what unsettled instruments read (`Found.believed`); `limits` are those of the rig that its user states, the others are

@@ -111,6 +111,20 @@ def test_members_are_apart_by_what_the_other_and_the_refit_leave_of_ones_torque(
     assert least_pair(apart) == pytest.approx(min(apart[a, b] for a in range(3) for b in range(3) if a != b))
 
 
+@pytest.mark.parametrize("prior", [0.0, PRIOR])
+def test_what_a_member_gains_where_it_is_the_truth_is_the_score_that_its_torque_takes_away(prior):
+    made, bank = competing()
+    _, judge = contest(made, bank, (0, 1, 2), rest=(4,), prior=prior)
+    r, n = rows(made), 900.0
+    told = judge.gained(judge.recorded(), n)
+    for a, A in enumerate((0, 1, 2)):
+        torque = fit(r.Z[:, [0, 1, 2, P + A, P + 4]], r.y, prior)[P] * r.Z[:, P + A]
+        Z = r.Z[:, [0, 1, 2, P + 4]]
+        theta = fit(Z, torque, prior)
+        left = ((torque - Z @ theta) ** 2).sum() + (np.broadcast_to(prior, P) * theta[:P] ** 2).sum()
+        assert told[a] == pytest.approx(n / 2 * np.log(1 + left / n), rel=1e-4)
+
+
 def test_twice_the_recordings_tell_members_twice_as_far_apart():
     made, bank = competing()
     _, judge = contest(made, bank, (0, 1))

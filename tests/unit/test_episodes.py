@@ -1,13 +1,18 @@
 """Effects that act in some recordings of a campaign: the algebra by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from races import SINGLE, K, P, candidate, fit, instance, race, raced, rows, tables
 from races import Plain as Table
+from rigs import arm
 
+from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.episodes import Small, _spells, by_turns, in_a_row
-from nnhydro.diagnosis.spell import Spell
+from nnhydro.diagnosis.spell import Sector, Spell
 from nnhydro.diagnosis.spells import Order, _turning, judged, spelled
+from nnhydro.effects.catalogue import effect_of_id
 
 PRIOR = np.array([4.0, 0.0, 50.0])
 OTHER = [SINGLE[4]]
@@ -190,3 +195,29 @@ def test_dealing_ends_where_nothing_changes(monkeypatch):
     _, inside = by_turns(race(made, prior=PRIOR), SINGLE[1], OTHER, list(range(12)), np.isin(np.arange(12), [*at]))
     assert set(np.flatnonzero(inside).tolist()) == at
     assert len(dealt) == 1
+
+
+def test_a_spell_is_one_of_as_many_as_were_tried(monkeypatch):
+    """Runs from or up to a recording, any recordings, rows of a moment, pairs of quantiles of each joint's angle."""
+    from nnhydro.diagnosis import spells
+
+    class Piece(SimpleNamespace):
+        t = range(70)
+
+    table, order = SimpleNamespace(pieces=[Piece()] * 12), Order(list(range(12)), [f"run{k}" for k in range(12)], np.zeros((12, 2)))
+    monkeypatch.setattr(spells, "judged", lambda race, table, believed, c, others, spell, options: SimpleNamespace(
+        candidate=c, others=(), spell=Spell(since="run3"), options=options, beta=np.ones(1)))
+    halves, some = np.arange(12) >= 6, np.arange(12) % 2 == 0
+    monkeypatch.setattr(spells, "in_a_row", lambda *given: (0.0, halves))
+    monkeypatch.setattr(spells, "by_turns", lambda *given: (0.0, some))
+    monkeypatch.setattr(spells, "moment", lambda *given: (99.0, 0.1, "run3", 1.5))
+    monkeypatch.setattr(spells, "left_by", lambda *given: [])
+    monkeypatch.setattr(spells, "projected", lambda *given: [])
+    monkeypatch.setattr(spells, "race_of", lambda *given: SimpleNamespace(
+        bank=SimpleNamespace(candidates=[one]), scored=lambda kept: SimpleNamespace(theta=np.zeros(4)), bench=SimpleNamespace(p=3)))
+    monkeypatch.setattr(spells, "sector", lambda *given: (99.0, 50.0, Sector(1, 0.0, 1.0)))
+    effect = effect_of_id("viscous_friction").started(arm(2), joint=1)
+    one = Candidate(instance("a", (0,), effect=effect), (0,))
+    race = SimpleNamespace(total=lambda: 100.0, chosen=[], noise=np.ones(2), bank=SimpleNamespace(candidates=[one]))
+    assert [told.options for told in spells._in_time(race, table, None, one, [], order)] == [2 * 12, 2 * 12 * 70, 2**12]
+    assert [told.options for told in spells._in_space(race, table, None, [])] == [2 * 60**2 / 2]

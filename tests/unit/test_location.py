@@ -195,6 +195,14 @@ def test_p_falls_with_the_line_and_pays_for_every_frequency():
     assert line.joint == 1
 
 
+@pytest.mark.parametrize("frequency", [3.0, 7.31, 11.37])
+def test_frequencies_are_tried_as_finely_as_the_longest_recording_can_tell_them(frequency):
+    line = strongest([*hums(3.0, count=8, frequency=frequency), *hums(3.0, count=4, rows=400, frequency=frequency, seed=2)], 1)
+    steps = (line.frequency_hz - 1.0) * 600 * 0.02  # from 1 Hz on, one over 12 s apart
+    assert steps == pytest.approx(round(steps), abs=1e-6)
+    assert line.frequency_hz == pytest.approx(frequency, abs=1.5 / 12)
+
+
 def test_slow_lines_are_motions_and_lines_near_the_end_of_the_spectrum_are_not_looked_at():
     assert abs(strongest(hums(5.0, frequency=0.6), 1).frequency_hz - 0.6) > 0.3
     assert abs(strongest(hums(5.0, frequency=24.6), 1).frequency_hz - 24.6) > 0.3

@@ -47,6 +47,16 @@ def test_the_gain_of_a_recording_is_what_the_value_that_the_others_taught_takes_
             assert gains[draw, u] == pytest.approx(value * U[draw, mine].sum() - value**2 / 2 * where.e[mine].sum())
 
 
+def test_a_recording_that_shows_nearly_all_is_predicted_by_what_little_the_others_taught():
+    e = np.array([0.97, 0.01, 0.01, 0.01])
+    U = np.array([[9.0, 0.2, -0.1, 0.3]])
+    gains = _gains(U, Where(e, np.arange(4), 1.0, 100.0), 1)[0]
+    value = 0.4 / 0.03
+    assert gains[0] == pytest.approx(value * 9.0 - value**2 / 2 * 0.97)
+    value = 9.5 / 0.99
+    assert gains[2] == pytest.approx(value * -0.1 - value**2 / 2 * 0.01)
+
+
 def test_further_columns_cost_half_a_score_each_shared_by_the_recordings():
     for correlation in (1.0, 2.0):
         where, U = spread(units=5, blocks=2, correlation=correlation), np.ones((1, 10))
