@@ -288,6 +288,11 @@ def test_two_motions_separate_drag_from_inertia():
     np.testing.assert_allclose(curve.s_over_D, np.arange(0.5, 2.05, 0.1), err_msg="ten values a diameter, from where half a one is behind")
 
 
+def test_motions_that_nobody_names_are_those_of_speeds_that_grow_ever_later():
+    usual, named = coefficients_across_motions(travel=0.6), coefficients_across_motions((1 / 3, 1.0, 3.0), 0.6)
+    np.testing.assert_array_equal(usual.C_D, named.C_D)
+
+
 @pytest.mark.slow
 def test_curves_converge_at_first_order_in_the_step():
     coarse, middle, fine = (vortex_coefficients(4.0, WakeChoices(step=step)) for step in (0.04, 0.02, 0.01))

@@ -85,6 +85,16 @@ def test_members_disagree_more_outside_the_data():
     assert model.predict(4 * x, return_std=True)[1].mean() > 2 * std.mean()
 
 
+def test_networks_learn_in_units_of_what_the_line_leaves():
+    rng = np.random.default_rng(1)
+    x = rng.standard_normal((200, 3))
+    y = 50.0 + 100.0 * x[:, 0] + 0.01 * np.sin(5 * x[:, 1])
+    made = TorqueRegressor(hidden=(4,), epochs=1, members=1, validation_share=0.1).fit(x, y)
+    left = y - made.offset_ - made._inputs(x) @ made.linear_[:, 0]
+    assert made.scale_ == pytest.approx([np.sqrt((left**2).mean())], rel=1e-6)
+    assert made.scale_[0] < 0.1
+
+
 def test_whole_groups_are_watched():
     x, y, groups = table(240)
     model = TorqueRegressor(**QUICK)
