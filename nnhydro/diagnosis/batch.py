@@ -52,7 +52,7 @@ def scores(bench: Bench, columns: Index, candidates: Sequence[tuple[int, ...]]) 
         H = G[:, :, places[:, :, None], places[:, None, :]]  # (units, joints, c, r, r)
         Hx = np.matmul(H, left[:, None, :, :, None])[..., 0]
         g = G[:, :, places, -1]
-        energy = np.maximum(G[:, :, -1, -1][..., None] + ((Hx - 2 * g) * left[:, None]).sum(axis=-1), 0.0)  # (units, joints, c)
+        energy = G[:, :, -1, -1][..., None] + ((Hx - 2 * g) * left[:, None]).sum(axis=-1)  # (units, joints, c)
         rows = n[:, None, None]
         totals.append((rows / 2 * np.log(np.maximum(energy / rows, FLOOR))).sum(axis=(0, 1))
                       + 0.5 * (bench.prior * theta[-1][:, : bench.p] ** 2).sum(axis=1))

@@ -82,8 +82,7 @@ def prune(race: Race, table: Table, believed: StripTheory) -> None:
         shares = [retained(race, table, believed, c) for c in race.chosen]
         race.log += [f"{c.key[0]} joint {c.key[1]}: keeps {share:.2f} of its gain beside loose shapes of the others"
                      for c, share in zip(race.chosen, shares, strict=True)]
-        total = race.total()
         doubtful = [c for c, share in zip(race.chosen, shares, strict=True) if share < RETAINED]
         if not doubtful:
             return
-        race.chosen.remove(min(doubtful, key=lambda c: race.total(without=[c]) - total))
+        race.chosen.remove(min(doubtful, key=lambda c: race.total(without=[c])))

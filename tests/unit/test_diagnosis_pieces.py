@@ -57,9 +57,10 @@ def test_the_smallest_training_is_allowed():
     chosen = TrainingConfig(hidden=(1,), members=1, epochs=1, patience=1)
     assert chosen.hidden == (1,)
     assert TrainingConfig(hidden=(4096,)).hidden == (4096,)
-    assert TrainingConfig(cutoff_hz=0.5).cutoff_hz == 0.5
-    with pytest.raises(ValueError, match="cutoff_hz"):
-        TrainingConfig(cutoff_hz=0.0)
+    assert (TrainingConfig(cutoff_hz=0.5).cutoff_hz, TrainingConfig(bound=0.5).bound) == (0.5, 0.5)
+    for name in ("cutoff_hz", "bound"):
+        with pytest.raises(ValueError, match=name):
+            TrainingConfig(**{name: 0.0})
     with pytest.raises(ValueError, match="1 to 4096 neurons"):
         TrainingConfig(hidden=(8, 4097))
     with pytest.raises(ValueError, match="1 to 4096 neurons"):

@@ -79,6 +79,8 @@ def test_a_residual_of_no_state_is_spread_and_its_loud_recordings_are_named():
     assert place.conditions == {}
     (even,) = locate(residuals(lambda k, s: (1.9 if k == 2 else 1.0) * rng.choice([-1.0, 1.0], 400)), np.array([0.1]))
     assert even.where == "spread over all states", "less than four times the energy of the median recording is not loud"
+    parts = residuals(lambda k, s: (2.1 if k == 2 else 1.0) * rng.choice([-1.0, 1.0], 400))
+    assert locate(parts, np.array([0.1]))[0].recordings == ["run2"], "a little more than four times is"
     for count, named in ((3, []), (4, ["run2"])):  # of three nobody knows which is usual
         parts = residuals(lambda k, s: (6.0 if k == 2 else 1.0) * rng.choice([-1.0, 1.0], 400), count=count)
         assert locate(parts, np.array([0.1]))[0].recordings == named

@@ -10,6 +10,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
+from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.regressor import TorqueRegressor
 
 QUICK = {"hidden": (8,), "members": 1, "epochs": 20, "batch": 64}
@@ -83,6 +84,10 @@ def test_members_disagree_more_outside_the_data():
     mean, std = model.predict(x, return_std=True)
     assert std.shape == mean.shape == y.shape
     assert model.predict(4 * x, return_std=True)[1].mean() > 2 * std.mean()
+
+
+def test_the_networks_are_as_large_as_those_of_a_training_where_nobody_says_otherwise():
+    assert TorqueRegressor().get_params()["hidden"] == TrainingConfig().hidden
 
 
 def test_networks_learn_in_units_of_what_the_line_leaves():

@@ -190,3 +190,27 @@ def test_the_law_of_what_acts_in_a_part_is_drawn_over_the_rows_of_that_part():
     assert _acting(finding(Spell(sector=Sector(1, 0.3, None))), traces).tolist() == [False, True, True] * 2
     later = Spell(begin=0.0, since="a", since_s=1.0, throughout=frozenset("b"))
     assert _acting(finding(later), traces).tolist() == [False] * 3 + [True] * 3
+
+
+def test_shapes_that_a_round_does_not_refine_are_all_tried_again_in_it(monkeypatch):
+    from nnhydro.diagnosis import search as module
+
+    case = opened(rubbing(lambda k, t, q: 1.0, count=6)).case
+    many = {"wall_proximity", "flow_memory", "vortex_shedding"}
+    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key[0] in (*FEW, *many)]
+    scout, refine, asked, refined = module.scouted, module._refined, [], []
+
+    def scouted(table, some, *given):
+        asked.append({one.key[0] for one in some})
+        return scout(table, some, *given)
+
+    def finer(*given):
+        made = refine(*given)
+        refined.append({one.key[0] for one in made})
+        return made
+
+    monkeypatch.setattr(module, "scouted", scouted)
+    monkeypatch.setattr(module, "_refined", finer)
+    assert [c.key for c in search(case, known, None, 0).race.chosen] == [("coulomb_friction", 1)]
+    assert asked == [many, *(many - one for one in refined)]
+    assert any(asked[1:])

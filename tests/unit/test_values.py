@@ -142,6 +142,16 @@ def test_a_shape_is_known_no_better_than_its_rivals_predict_worse():
     assert _spreads(found, bank[0])["v"] == pytest.approx(np.sqrt(4 * np.exp(-behind) / (1 + np.exp(-behind))), rel=1e-6)
 
 
+def test_a_shape_that_predicts_no_worse_than_the_chosen_counts_as_much():
+    bank = tuple(shaped(v, k, span=(v, v)) for k, v in enumerate((1.0, 3.0)))
+    made = tables(7, {0: 0.4})
+    for table in made:
+        table[..., P + 1] = table[..., P] + 0.02 * table[..., P + 1]
+    found = race(made, bank, chosen=(1,))
+    assert found.total([bank[0]], [bank[1]]) < found.total()
+    assert _spreads(found, bank[1])["v"] == pytest.approx(np.sqrt(4 / (1 + 1)), rel=1e-6)
+
+
 def phased(seed=8, units=9):
     """Tables in which column 2 has an amplitude of about 1.5 of each recording's own sign and size."""
     rng, made = np.random.default_rng(seed), tables(seed, {0: 0.3}, units=units)
@@ -216,6 +226,19 @@ def test_a_shape_with_values_of_each_recordings_own_has_the_width_of_the_parabol
     assert values[1:] == pytest.approx([1.0])
     assert covariance[1, 1] == pytest.approx(6 * 4 / (2 * behind), rel=1e-6)
     assert covariance[0, 1] == 0.0
+
+
+@pytest.mark.parametrize(("apart", "told"), [(0.095, True), (0.11, False)])
+def test_a_value_fifty_behind_tells_nothing_of_the_parabola(apart, told):
+    made, _ = phased()
+    for table in made:
+        table[..., P + 3] = np.sqrt(1 - apart**2) * table[..., P + 2] + apart * table[..., P + 3]
+    bank = tuple(shaped(v, None, "own", (v, v), own=(k,)) for k, v in ((2, 1.0), (3, 3.0)))
+    found = race(made, bank, chosen=(0,))
+    behind = found.total([bank[1]], [bank[0]]) - found.total()
+    assert 45 < behind < 70
+    assert (behind < 50) == told
+    assert (_spreads(found, bank[0])["v"] > 0) == told
 
 
 def test_likeness_is_the_cosine_of_the_fitted_torques_off_what_the_rest_explains():
