@@ -177,6 +177,20 @@ def test_saturation_only_clips():
     np.testing.assert_allclose(read(run, ARM, [cause]).tau[:, 0], tau.clip(-level, level))
 
 
+def test_what_acts_in_a_part_is_read_there_as_if_it_always_acted_and_elsewhere_as_if_it_never_did():
+    run = motion()
+    rubs, offset = draft("coulomb_friction", joint=2).make(0.5), draft("encoder_offset", joint=1, shape="plain").make(0.1)
+    other, share = draft("torque_crosstalk", joint=2).make(0.1), np.clip(run.t - 3.0, 0.0, 1.0)
+    for cause in (rubs, offset):
+        with_it, without, local = (read(run, ARM, causes) for causes in (
+            [cause, other], [other], [replace(cause, share=lambda run: share), other]))
+        for name in ("q", "qd", "tau"):
+            one, none, told = (getattr(reading, name) for reading in (with_it, without, local))
+            np.testing.assert_array_equal(told[share == 1], one[share == 1])
+            np.testing.assert_array_equal(told[share == 0], none[share == 0])
+        assert np.abs(with_it.tau - without.tau).max() + np.abs(with_it.q - without.q).max() > 0.01
+
+
 def test_a_delay_shifts_both_channels_and_a_lag_keeps_the_area():
     run = motion()
     tau, late = read(run, ARM).tau, read(run, ARM, [draft("sensor_timing", shape="plain").make(4 * run.dt)]).tau

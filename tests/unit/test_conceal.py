@@ -4,6 +4,7 @@ import ast
 import hashlib
 import json
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from nnhydro.recordings.campaign import open_campaign
 from nnhydro.simulation.conceal import conceal, write_concealed
 from nnhydro.simulation.reveal import reveal, unseen_error
 from nnhydro.simulation.scoring import score
+from nnhydro.simulation.scoring_places import Placed
 from nnhydro.simulation.seal import new_key, open_sealed, read_key, seal, write_key, write_sealed
 from nnhydro.simulation.summary import summary
 from nnhydro.simulation.truth.campaign import Wish
@@ -172,6 +174,14 @@ def test_confidence_is_held_against_what_was_right():
                         of(ANSWER, said(finding("backlash", confidence=0.6)))], [])
     assert document["confidence"] == {"threshold": 0.9, "claims": 2, "right": 0.5}
     assert document["confusion"]["umbilical_stiffness"] == {"backlash": 2, "umbilical_stiffness": 1}
+
+
+def test_a_moment_is_told_within_half_a_second_and_a_part_from_six_tenths_of_overlap_on():
+    right = of(ANSWER, said(finding("umbilical_stiffness")))
+    placed = [Placed("onset", 0.9, 0.4), Placed("onset", 0.6, 0.6), Placed("onset", 0.59), None]
+    told = summary([right, *(replace(right, part="onset", placed=one) for one in placed), replace(right, confined=True)], [])["placed"]
+    assert told == {"campaigns": 4, "overlap": pytest.approx(0.595), "overlapping": 0.5, "moments": 4, "moment_error_s": pytest.approx(0.5),
+                    "moment_told": 0.25, "confined_wrongly": 1}
 
 
 @pytest.mark.parametrize("broken", [{}, {"findings": 3}, {"findings": [{"class": []}]}, {"findings": ["bias"]}])

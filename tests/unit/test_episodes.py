@@ -221,3 +221,47 @@ def test_a_spell_is_one_of_as_many_as_were_tried(monkeypatch):
     race = SimpleNamespace(total=lambda: 100.0, chosen=[], noise=np.ones(2), bank=SimpleNamespace(candidates=[one]))
     assert [told.options for told in spells._in_time(race, table, None, one, [], order)] == [2 * 12, 2 * 12 * 70, 2**12]
     assert [told.options for told in spells._in_space(race, table, None, [])] == [2 * 60**2 / 2]
+
+
+def test_of_two_spells_of_an_effect_the_one_that_gains_more_beyond_its_price_goes_on(monkeypatch):
+    from nnhydro.diagnosis import spells
+
+    table = placed(acting(lambda k: k >= 6), range(12))
+    found = raced(table, [instance(f"effect_{k}", (k,)) for k in range(K)], chosen=(4,))
+    some, total = Spell(inside=frozenset({"run0"})), spells.quieter(found).total()
+
+    def said(k, gain, options, spell, **changes):
+        told = {"total": total - gain, "outside": 0.0, "visible": 99.0, "better": True} | changes
+        return spells.Judged(found.bank.candidates[k], (), spell, options, beta=np.ones(1), **told)
+
+    late = Spell(begin=0.5, since="run6")
+    tried = [said(1, 200.0, 24.0, late), said(1, 210.0, 2.0**12, some),  # 6 log 2^12 is 31 more than 6 log 24
+             said(0, 300.0, 24.0, some, outside=0.31), said(2, 300.0, 24.0, some, visible=9.9), said(3, 300.0, 24.0, some, better=False),
+             said(5, 90.0, 24.0, late)]
+    monkeypatch.setattr(spells, "_tried", lambda *given: tried)
+    assert [(one.key[0], one.spell) for one in spelled(found, table, None)] == [("effect_1", late), ("effect_5", late)]
+    tried[1] = said(1, 240.0, 2.0**12, some)
+    assert [(one.key[0], one.spell) for one in spelled(found, table, None)] == [("effect_1", some), ("effect_5", late)]
+    tried[-1] = said(5, 60.0, 24.0, late)  # 6 candidates x 24 spells x exp(-60 / 6) = 0.0065: seldom enough among what was tried
+    assert [one.key[0] for one in spelled(found, table, None)] == ["effect_1", "effect_5"]
+    tried[-1] = said(5, 50.0, 24.0, late)
+    assert [one.key[0] for one in spelled(found, table, None)] == ["effect_1"]
+
+
+@pytest.mark.parametrize(("known", "moment", "told"), [
+    (Spell(begin=0.1, since="run2"), ("run2", 1.5), Spell(begin=0.2, since="run2", since_s=1.5)),
+    (Spell(end=0.1, until="run1"), ("run2", 0.5), Spell(end=0.2, until="run2", until_s=0.5)),
+])
+def test_a_spell_with_a_moment_holds_the_recordings_beyond_it_throughout(monkeypatch, known, moment, told):
+    from nnhydro.diagnosis import spells
+
+    near = []
+    table, order = placed(acting(lambda k: True, units=5), range(5)), Order(list(range(5)), [f"run{k}" for k in range(5)], np.zeros((5, 2)))
+    monkeypatch.setattr(spells, "left_by", lambda *given: [])
+    monkeypatch.setattr(spells, "moment", lambda rows, beta, recordings, begins: near.extend(recordings) or (99.0, 0.2, *moment))
+    monkeypatch.setattr(spells, "judged", lambda *given: given[5])
+    one = SimpleNamespace(candidate=Candidate(instance("e", (1,)), (0,)), others=(), spell=known, beta=np.ones(1))
+    (spell,) = spells._sharper(SimpleNamespace(noise=np.array([0.5, 2.0])), table, None, one, order)
+    assert spell == told
+    assert near == ["run1", "run2"]
+    assert spell.throughout == ({"run3", "run4"} if known.since else {"run0", "run1"})

@@ -18,6 +18,7 @@ from nnhydro.diagnosis.locks import (
     sign_flip_p,
     statistics,
     telling,
+    turns,
 )
 
 PRIOR = np.array([4.0, 0.0, 50.0])
@@ -250,3 +251,14 @@ def test_nothing_depends_on_the_size_of_the_noise_unit_but_what_is_counted_in_it
     assert family_wise_p(other, 2) == family_wise_p(plain, 2)
     shares = [material(x.scored(), x.scored([SINGLE[1]])) for x in (plain, other)]
     assert shares[1] == pytest.approx(shares[0], rel=1e-6)
+
+
+def test_a_column_turns_as_far_as_its_scores_of_the_first_or_the_last_recordings_leave_nothing():
+    made = tables(1, {0: 0.4})
+    for k, table in enumerate(made):
+        table[..., -1] += (0.5 if k < 2 else -0.3) * table[..., P + 2]
+    found, order = race(made), [4, 1, 6, 0, 3, 5]  # recording 2 has no place
+    U, _ = block_scores(found)
+    each = {u: U[found.bench.blocks.unit == u].sum(axis=0) for u in order}
+    reach = [np.abs(sum(each[u] for u in part)) for k in range(1, len(order) + 1) for part in (order[:k], order[k:]) if part]
+    np.testing.assert_allclose(turns(found, order), np.max(reach, axis=0) / np.sqrt((U**2).sum(axis=0)))

@@ -13,8 +13,10 @@ from nnhydro.diagnosis.case import opened
 from nnhydro.diagnosis.engine import diagnose
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import torque_peaks
-from nnhydro.diagnosis.search import search
+from nnhydro.diagnosis.race import race_of
+from nnhydro.diagnosis.search import search, with_loads
 from nnhydro.diagnosis.spell import Sector, Spell
+from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.verdict import findings
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.in_sector import InSector
@@ -214,3 +216,14 @@ def test_shapes_that_a_round_does_not_refine_are_all_tried_again_in_it(monkeypat
     assert [c.key for c in search(case, known, None, 0).race.chosen] == [("coulomb_friction", 1)]
     assert asked == [many, *(many - one for one in refined)]
     assert any(asked[1:])
+
+
+def test_a_load_that_acts_in_a_part_is_no_term_of_what_the_instruments_are_read_beside():
+    case = opened(rubbing(lambda k, t, q: 1.0, count=6)).case
+    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key in (("coulomb_friction", 1), ("viscous_friction", 2))][:2]
+    late = replace(known[0], spell=Spell(begin=0.0, since="run02"))
+    race = race_of(Table(case), [late, known[1]], case.model, None)
+    kept = list(race.bank.candidates)
+    assert set(with_loads(case, race, kept).loads.terms) == {*case.model.loads.terms, "found_1"}
+    always = race_of(Table(case), known, case.model, None)
+    assert set(with_loads(case, always, list(always.bank.candidates)).loads.terms) == {*case.model.loads.terms, "found_0", "found_1"}
