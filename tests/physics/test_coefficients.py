@@ -16,6 +16,7 @@ from nnhydro.physics.coefficients.table import interpolate, interpolate_log
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.state_drag import StateDrag
 from nnhydro.physics.motion import tensor
+from nnhydro.physics.state_loads import state_loads
 
 CURVES = golden("curves")
 ORDINATES = {"Cd": [*CURVES["parameters"]["d1..d5"], CURVES["parameters"]["ds"]],
@@ -172,5 +173,10 @@ def test_laws_act_in_the_terms_and_survive_storage():
     a, motion = arm(2), run(2)
     plain, halved = StateDrag.started(a), StateDrag.started(a, laws=["constant=0.5"])
     assert_close(halved.torque(Flow(a, motion)), 0.5 * plain.torque(Flow(a, motion)))
+    carried = state_loads(a, laws=("constant=0.5",)), state_loads(a)
+    for name in ("state_added_mass", "state_at_rest"):
+        some, whole = (loads.terms[name].torque(Flow(a, motion)) for loads in carried)
+        assert_close(some, 0.5 * whole)
+        assert float(whole.abs().max()) > 0.01
     with pytest.raises(ModelError, match="coefficient law"):
         StateDrag.started(a, laws=("no_such",))

@@ -266,6 +266,12 @@ def test_the_bound_of_a_lag_is_bartletts_with_the_correlations_seen_before_it():
     assert told == pytest.approx(by_hand)
 
 
+def test_whiteness_is_the_same_in_any_unit_of_torque():
+    rng = np.random.default_rng(3)
+    slow = np.cumsum(rng.standard_normal((300, 1)), axis=0)
+    assert whiteness([Residual("a", 1e-6 * slow, {}, 0.02)], 0) == whiteness([Residual("a", slow, {}, 0.02)], 0) > 0.3
+
+
 def test_steady_short_and_silent_parts_say_nothing_of_whiteness():
     ones = np.tile([1.0, -1.0], 50)[:, None]
     assert whiteness([Residual("a", ones, {}, 0.0)], 0) == 0.0

@@ -1,9 +1,11 @@
 """The proof: recordings that no step has seen, and verdicts that do not hang on the filter."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 from campaigns import angles_only, planted, recording
 from rigs import arm
 
@@ -17,8 +19,11 @@ from nnhydro.diagnosis.search import race_of, search
 from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
 from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.verdict import findings
+from nnhydro.identification.prior import Prior
+from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.preprocessing import Preparation
 
 ARM = arm(2)
 FRICTION = 1.0  # N m, joint 1
@@ -161,3 +166,29 @@ def test_a_finding_is_as_sure_as_it_and_what_its_class_holds_are_among_all_rival
     assert support == pytest.approx(weight / (1 + weight.sum()), rel=2e-3, abs=1e-12)
     same = sum(x for x, rival in zip(support, finding.rivals, strict=True) if rival["effect"] in finding.members)
     assert finding.confidence == pytest.approx(min(1 - sum(support) + same, 0.99), rel=1e-9)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What a corrected model asks of a reference."""
+
+    physics: StripTheory
+    before: Prior
+    ours: bool
+    name: str = "given"
+
+    def amended(self, before, after):
+        return before, after
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_the_baseline_is_refitted_beside_findings_and_where_it_stands_beside_another_simulation(ours):
+    mean, F, z = np.arange(1.0, 11.0), np.diag(np.arange(0.1, 1.1, 0.1)), np.linspace(-1, 1, 10)
+    physics = StripTheory(ARM, Preparation(None), {}, "constant", planted(ARM))
+    assert len(torch.cat([term.linear_values() for term in physics.loads.linear().values()])) == 10
+    race = SimpleNamespace(chosen=[], values=lambda kept: (z, {}))
+    found = SimpleNamespace(race=race)
+    before, after = corrected(Compared(physics, Prior(mean, F, -mean, mean), ours), found, [])
+    at = [torch.cat([term.linear_values() for term in model.loads.linear().values()]).numpy() for model in (before, after)]
+    np.testing.assert_allclose(at[0], mean)
+    np.testing.assert_allclose(at[1], torch.cat([t.linear_values() for t in physics.loads.linear().values()]) if ours else mean + F @ z)

@@ -5,7 +5,7 @@ Of the fast tests those run that execute the changed line (covered.py says which
 first, until one fails. Places are drawn evenly from all that could be changed, so the share of the killed estimates the share of all; its
 standard error is the binomial one. A mutant that is equivalent (no input shows a difference worth having: equivalent.json, with the reason)
 counts as survived in the first score and is left out of the second. Results are appended one by one to runs/mutants_SEED.jsonl: a stopped
-run goes on where it was. With again=1 the survivors of that file are tried once more, after tests were written for them.
+run goes on where it was. With again=1 the survivors of that file that are not equivalent are tried once more, after tests were written for them.
 """
 
 import importlib.machinery
@@ -160,13 +160,13 @@ def main() -> None:
         del sys.modules[name]
     store, started = RUNS / f"mutants_{seed}.jsonl", time.monotonic()
     possible = everywhere(tuple(given.get("parts", ",".join(PARTS)).split(",")))
-    before = _latest(store)
+    before, same = _latest(store), equivalent()
     for path, number in random.Random(seed).sample(possible, count):
         if time.monotonic() - started > seconds:
             break
         one = mutant(path, number)
         old = before.get((*one.key, one.line))
-        if old and (old["end"] != "survived" or "again" not in given):
+        if old and (old["end"] != "survived" or "again" not in given or one.key in same):
             continue
         names, began = chosen(one, covered, float(given.get("budget", BUDGET))), time.monotonic()
         end, by = tested(one, names, sum(covered["seconds"].get(name, 0.0) for name in names))
@@ -178,7 +178,7 @@ def main() -> None:
     rows = list(_latest(store).values())
     columns, lines = table(rows)
     show(f"mutants, of {len(possible)} possible", columns, lines)
-    record("mutants", {"seed": seed, "possible": len(possible), "rows": [dict(zip(columns, line, strict=True)) for line in lines],
+    record(f"mutants_{seed}", {"seed": seed, "possible": len(possible), "rows": [dict(zip(columns, line, strict=True)) for line in lines],
                        "survived": [row for row in rows if row["end"] == "survived"]})
 
 

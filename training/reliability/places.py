@@ -123,7 +123,16 @@ def _to_run(file: str, way: list[ast.AST]) -> Lines:
         return {(file, line) for line in _body(statement)}
     names = {name.id for name in ast.walk(statement) if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)}
     used = {place for name in names for place in _uses().get(name, ())}
+    if any(isinstance(node, ast.ClassDef) for node in way):
+        used |= _by_field()
     return used or {(file, line) for line in _body(way[0])}
+
+
+@functools.cache
+def _by_field() -> Lines:
+    """Return where parameters are read without their name: one field of the class after the other."""
+    file = "nnhydro/physics/parametrised.py"
+    return {(file, line) for line in _body(ast.parse((ROOT / file).read_text(encoding="utf-8")))}
 
 
 @functools.cache
