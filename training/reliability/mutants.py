@@ -5,7 +5,8 @@ Of the fast tests those run that execute the changed line (covered.py says which
 first, until one fails. Places are drawn evenly from all that could be changed, so the share of the killed estimates the share of all; its
 standard error is the binomial one. A mutant that is equivalent (no input shows a difference worth having: equivalent.json, with the reason)
 counts as survived in the first score and is left out of the second. Results are appended one by one to runs/mutants_SEED.jsonl: a stopped
-run goes on where it was. With again=1 the survivors of that file that are not equivalent are tried once more, after tests were written for them.
+run goes on where it was. With again=1 the survivors of that file that are not equivalent are tried once more, after tests were written for
+them.
 """
 
 import importlib.machinery
