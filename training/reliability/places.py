@@ -123,8 +123,8 @@ def _to_run(file: str, way: list[ast.AST]) -> Lines:
         return {(file, line) for line in _body(statement)}
     names = {name.id for name in ast.walk(statement) if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)}
     used = {place for name in names for place in _uses().get(name, ())}
-    if any(isinstance(node, ast.ClassDef) for node in way):
-        used |= _by_field()
+    for owner in (node for node in way if isinstance(node, ast.ClassDef)):
+        used |= _by_field() | {(file, line) for line in _body(owner)}
     return used or {(file, line) for line in _body(way[0])}
 
 
