@@ -96,6 +96,10 @@ def test_drag_and_added_mass_share_a_travel_scale_and_the_room_of_their_curves()
     for drag, mass, names in ((StateDrag, StateAddedMass, ("d1", "m1")), (BsplineDrag, BsplineAddedMass, ("c", "c"))):
         assert bounds(drag, "tau_s") == bounds(mass, "tau_s")
         assert bounds(drag, names[0]) == bounds(mass, names[1])
+        for term, name in zip((drag, mass), names, strict=True):
+            started, least = term.started(arm(1)), bounds(drag, names[0])[0]
+            assert [low for low, _ in started.linear_bounds()] == [least] * len(started.linear_values()), name
+            assert float(started.with_linear(least * torch.ones(len(started.linear_values()))).curve(tensor([1e9]))) == pytest.approx(least)
         low, high = bounds(drag, "tau_s")
         assert low <= COARSE[0] < COARSE[-1] <= high, "what is searched lies within"
 

@@ -257,12 +257,15 @@ def test_states_are_told_joint_by_joint_and_the_carriage_where_it_moves():
     assert "u0_m_s" not in states(still)
 
 
-@pytest.mark.parametrize(("share", "named"), [(0.2, ("q1_rad", "dq1_rad_s")), (0.05, ("q1_rad",))])
-def test_an_input_is_named_that_is_worth_a_quarter_of_what_is_predicted(share, named):
+@pytest.mark.parametrize(("share", "noise", "named"), [
+    (0.2, 0.0, ("q1_rad", "dq1_rad_s")), (0.05, 0.0, ("q1_rad",)), (0.0, 1.0, ("q1_rad",)),
+])
+def test_an_input_is_named_that_is_worth_a_quarter_of_what_is_predicted(share, noise, named):
     """Mixing an input up costs twice its share of the variance: once what it told, once what it now tells wrongly."""
     given = parts(count=12, rows=200)
     for part in given:
-        part.r[:, 0] = np.sqrt(1 - share) * np.sign(part.state["q1_rad"]) + np.sqrt(share) * np.sign(part.state["dq1_rad_s"])
+        law = np.sqrt(1 - share) * np.sign(part.state["q1_rad"]) + np.sqrt(share) * np.sign(part.state["dq1_rad_s"])
+        part.r[:, 0] = law + noise * part.r[:, 0]
     (one,) = learned(given, 0)
     assert one.depends_on == named
 
