@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from nnhydro.errors import RecordingError
+from nnhydro.errors import RecordingError, require
 from nnhydro.recordings.readers.table import (
     MAX_TEXT,
     Array,
@@ -63,6 +63,9 @@ def read_parquet(path: Path, request: Request) -> Table:
             data = file.read(columns=chosen)
     except (OSError, ValueError, KeyError, pa.ArrowException) as cause:
         raise RecordingError(f"{path}: is not a readable Parquet file ({' '.join(str(cause).split())[:160]}): write it again") from cause
+    missing = [name for name in chosen if name not in data.column_names]
+    require(not missing, f"{path}: declares the column {', '.join(missing[:1])} but does not hold it: the file is damaged, write it again",
+            RecordingError)
     columns: Columns = {}
     for name in chosen:
         column = data.column(name)
