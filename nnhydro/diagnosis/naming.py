@@ -9,8 +9,9 @@ import numpy as np
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.locks import P_LEFT_OUT, family_wise_p
 from nnhydro.diagnosis.proof import Proof, prove
-from nnhydro.diagnosis.race import Race
+from nnhydro.diagnosis.race import Race, ranked
 from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.search import Found, search
 from nnhydro.diagnosis.steadfast import drop_made_by_filter
@@ -21,6 +22,7 @@ COMPANION = 0.06  # of the improvement: what a further effect must add; less is 
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
 MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it are trusted less, in proportion
 KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
+SEEN = 3.0  # gain in left-out score that shows that there is more to be found
 CONFIDENT = 0.5  # nothing is said with less
 
 
@@ -49,30 +51,38 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     prune(race, found.table, found.believed)
     drop_made_by_filter(case, race, found.believed)
     race.chosen = simplest(race)
-    race.chosen = [f.candidate for f in trusted(race) if f.confidence >= CONFIDENT]
+    race.chosen = [f.candidate for f in trusted(race, seed) if f.confidence >= CONFIDENT]
     proof = prove(race, found.table, found.believed)
     while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
         race.chosen.remove(least)
         proof = prove(race, found.table, found.believed)
-    return Named(found, trusted(race), proof)
+    return Named(found, trusted(race, seed), proof)
 
 
-def trusted(race: Race) -> list[Finding]:
-    """Return the findings with their confidence, less where together they explain little: what remains may be the cause of all.
+def trusted(race: Race, seed: int = 0) -> list[Finding]:
+    """Return the findings with their confidence, less where together they explain little and something else is seen in what remains.
 
-    How much is expected of them the card of the strongest says (`Effect.foreseen`).
+    That may be the cause of all. How much is expected of the findings the card of the strongest says (`Effect.foreseen`).
     """
     if not race.chosen:
         return []
-    strongest = max(race.chosen, key=lambda c: race.total(without=[c]))
+    strongest = max(race.chosen, key=race.loss)
     trust = min(1.0, explained(race) / (MOSTLY * strongest.instance.effect.foreseen))
+    if trust < 1.0 and not more_to_see(race, seed):
+        trust = 1.0
     return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
+
+
+def more_to_see(race: Race, seed: int) -> bool:
+    """Return whether a test or any effect of the bank still sees something beside what is chosen."""
+    more = max((gain for gain, _ in ranked(race, race.bank.candidates)), default=0.0)
+    return more > SEEN or family_wise_p(race, seed) <= P_LEFT_OUT
 
 
 def explained(race: Race) -> float:
     """Return the share of the baseline's excess over the noise, in left-out score, that the chosen effects take away."""
-    whole = race.total(without=race.chosen)
-    gain, rows = whole - race.total(), float(race.bench.blocks.n.sum()) * len(race.noise)
+    whole = race.scored(without=race.chosen).total
+    gain, rows = whole - race.scored().total, float(race.bench.blocks.n.sum()) * len(race.noise)
     return gain / max(whole - KNOWN * rows / 2, gain, 1.0)
 
 
@@ -82,7 +92,7 @@ def _least(race: Race, proof: Proof) -> Candidate | None:
     What it adds counts on left-out recordings and in the score, which knows what it costs to move masses instead.
     """
     gain = {c.key: proof.without[c.key] - proof.after for c in race.chosen}
-    score = {c.key: race.total(without=[c]) - race.total() for c in race.chosen}
-    whole = race.total(without=race.chosen) - race.total()
+    score = {c.key: race.loss(c) for c in race.chosen}
+    whole = race.scored(without=race.chosen).total - race.scored().total
     small = [c for c in race.chosen if gain[c.key] < COMPANION * (proof.before - proof.after) and score[c.key] < SCORE_SHARE * whole]
     return min(small, key=lambda c: gain[c.key], default=None)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case, opened
 from nnhydro.diagnosis.instances import Instance, instances
-from nnhydro.diagnosis.locks import P_BLOCK, statistics
+from nnhydro.diagnosis.locks import MISMATCH_TESTS, P_BLOCK, statistics
 from nnhydro.diagnosis.naming import torque_peaks
 from nnhydro.diagnosis.race import Race, price, race_of
 from nnhydro.diagnosis.scout import AT_ONCE, MANY
@@ -179,9 +179,9 @@ def _with_rivals(race: Race, rows: Sequence[Reveal]) -> list[Reveal]:
 
 
 def _threshold(races: Sequence[Race], seed: int) -> float:
-    """The statistic that chance exceeds over all columns of `races` as seldom as the locks ask for, one of the two tests that are made."""
+    """The statistic that chance exceeds over all columns of `races` as seldom as the locks ask for, one of the tests that are made."""
     null = np.max([statistics(race, seed)[1].max(axis=1) for race in races], axis=0)
-    return float(np.quantile(null, 1 - P_BLOCK / 2))
+    return float(np.quantile(null, 1 - P_BLOCK / MISMATCH_TESTS))
 
 
 @one_thread()

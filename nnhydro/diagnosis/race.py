@@ -56,6 +56,10 @@ class Race:
         scored = self.bench.scored(columns, own_of(kept))
         return scored.total + price(kept) if self.physical(kept, columns, scored.theta[self.bench.p:]) else UNPHYSICAL
 
+    def loss(self, chosen: Candidate) -> float:
+        """Return what the left-out score loses without the `chosen` candidate, whatever values the others then take."""
+        return self.scored(without=[chosen]).total - self.scored().total
+
     def physical(self, kept: Sequence[Candidate], columns: Index, values: Array) -> bool:
         """Return whether the `values` of `columns` lie within their bounds and no effect lives by cancelling another."""
         if len(columns) and not ((values >= self.bank.low[columns]) & (values <= self.bank.high[columns])).all():

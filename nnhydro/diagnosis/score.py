@@ -28,12 +28,16 @@ OWN_RIDGE = 1e-3  # the same for values of a recording's own, which few rows mus
 @final
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """A set's left-out performance: `energy` D (units, joints), `by_unit` score (units,), `total`, `theta` of the fit to all, its cost."""
+    """A set's left-out performance: `energy` D (units, joints), `by_unit` score (units,), `total`, `theta` of the fit to all, its `cost`.
+
+    The cost |z|^2 / 2 is what the fit takes beyond what is known of the baseline's parameters.
+    """
 
     energy: Array
     by_unit: Array
     total: float
     theta: Array
+    cost: float
 
 
 @final
@@ -106,7 +110,7 @@ class Bench:
         energy = np.maximum(energy, 0.0)
         by_unit = (n[:, None] / 2 * np.log(np.maximum(energy / n[:, None], FLOOR))).sum(axis=1)
         cost = 0.5 * float((self.prior * theta[: self.p] ** 2).sum())
-        return Scored(energy, by_unit, float(by_unit.sum()) + cost, theta)
+        return Scored(energy, by_unit, float(by_unit.sum()) + cost, theta, cost)
 
     @cached_property
     def nearness(self) -> Array:

@@ -13,12 +13,12 @@ import torch
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance, Key, finer, settled
-from nnhydro.diagnosis.locks import OWN_TRIED, P_BLOCK, Extremes, own_p
+from nnhydro.diagnosis.locks import MISMATCH_TESTS, OWN_TRIED, P_BLOCK, Extremes, known_p, own_p
 from nnhydro.diagnosis.race import Race, gains, race_of, ranked
 from nnhydro.diagnosis.scout import MANY, scouted
 from nnhydro.diagnosis.spells import spelled
 from nnhydro.diagnosis.table import Table
-from nnhydro.diagnosis.tournament import run
+from nnhydro.diagnosis.tournament import run, run_again
 from nnhydro.effects.effect import LoadEffect
 from nnhydro.identification.identify import with_parameters
 from nnhydro.models.strip_theory import StripTheory
@@ -76,7 +76,7 @@ def _refined(case: Case, race: Race) -> tuple[Instance, ...]:
     for target, others in targets.values():
         kept = [*others, target]
         values = torch.tensor([race.values(kept)[1].get(k, 0.0) for k in target.columns], dtype=torch.float64)
-        believed = with_loads(case, race, others)
+        believed = with_loads(case, race, kept)  # the reading that the instrument changes: fitted with it, not in its stead
         made += [settled(one, values, believed) for one in finer(target.instance)]
     same = [c.instance for c in race.bank.candidates if c.key not in targets and c.grid <= MANY]
     return (*made, *same)
@@ -97,7 +97,7 @@ def mismatch(table: Table, known: Sequence[Instance], repeats: tuple[float, ...]
     race = race_of(table, [*few, *best], believed, repeats)
     own = [gain for gain, c in gains(race, [c for c in race.bank.candidates if c.own])]
     p_own = own_p(max(own, default=0.0), OWN_TRIED)
-    return min(1.0, 2 * min(extremes.p_value, p_own)), race  # two tests were made
+    return min(1.0, MISMATCH_TESTS * min(extremes.p_value, p_own, known_p(race, race.scored()))), race
 
 
 def _in_parts(found: Found, repeats: tuple[float, ...] | None, seed: int) -> Race | None:
@@ -109,7 +109,7 @@ def _in_parts(found: Found, repeats: tuple[float, ...] | None, seed: int) -> Rac
     race = run(race_of(table, [*spells, *(c.instance for c in found.race.bank.candidates)], believed, repeats), seed)
     if any(c.instance.spell is not None for c in race.chosen):
         for _ in range(ROUNDS_IN_PARTS):
-            again = run(race_of(table, _refined(table.case, race), believed, repeats), seed)
+            again = run_again(race_of(table, _refined(table.case, race), believed, repeats), race, seed)
             again.log = [*race.log, *again.log]
             race = again
     race.log = [*found.race.log, *race.log]
@@ -143,7 +143,7 @@ def search(case: Case, known: Sequence[Instance], repeats: tuple[float, ...] | N
         instances = _refined(case, race)
         refined = {one.key for one in instances}
         best = scouted(table, [one for one in many if one.key not in refined], race, believed)
-        race = run(race_of(table, [*instances, *best], believed, repeats), seed)
+        race = run_again(race_of(table, [*instances, *best], believed, repeats), race, seed)
         table.forget([*many, *instances, *best], believed)
         if {c.key for c in race.chosen} == keys and abs(race.total() - score) < max(SETTLED, STEADY * race.first_gain) and number:
             break

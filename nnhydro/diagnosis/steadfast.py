@@ -17,14 +17,14 @@ from nnhydro.models.strip_theory import StripTheory
 
 def kept_shares(case: Case, race: Race, believed: StripTheory, chosen: Sequence[Candidate]) -> list[list[float]]:
     """Return for each of `chosen` the share of its gain in left-out score that it keeps at each moved cut-off."""
-    here = {c.key: race.total(without=[c]) - race.total() for c in chosen}
+    here = {c.key: race.loss(c) for c in chosen}
     shares: list[list[float]] = [[] for _ in chosen]
     for moved in case.moved if chosen else ():
         bank, blocks = build(Table(moved), [c.instance for c in chosen], believed)
         noise = race.noise * float(np.sqrt(moved.passed_hz / case.passed_hz))
         there = Race(bank, Bench.of(blocks, noise, race.bench.prior), noise, list(bank.candidates))
         for share, c, one in zip(shares, chosen, bank.candidates, strict=True):
-            share.append((there.total(without=[one]) - there.total()) / max(here[c.key], 1e-12))
+            share.append(there.loss(one) / max(here[c.key], 1e-12))
     return shares
 
 

@@ -1,11 +1,9 @@
-"""Hypothesis: torques and angles are not recorded at the same time."""
+"""Hypothesis: torque and angles are not of the same moment."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sqrt
 from typing import final
 
-import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
@@ -13,20 +11,19 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.effects.time_shift import delayed, lagged
 
-ROUGH, UNSEEN = 0.5, 0.005  # of the smear, and s: what the data may leave undecided about it
-
 
 @effect
 @final
 @dataclass(frozen=True)
 class SensorTiming(InstrumentEffect):
-    """All torque channels come late by a delay and a first-order low-pass: lag = delay + T, smear = lag^2/2 + T^2/2."""
+    """All torque channels come late by a delay, a first-order low-pass, or some of both."""
 
     id = "sensor_timing"
     family = "timing"
     name = "delay between torque and angle channels"
     mechanism = "Filters, buses and clocks make one channel late: the torque of a moment ago stands beside the angle of now."
-    equation = "reading = low-pass(tau(t - delay); T) = tau - lag dtau/dt + smear d2tau/dt2 - ..."
+    equation = ("reading = low-pass(tau(t - (1 - s) lag); T = s lag) = tau - lag dtau/dt + (lag^2 + T^2)/2 d2tau/dt2 - ...;  "
+                "lag < 0: the angles are late, by a delay")
     source = "Taylor's expansion of delay and first-order lag: ours"
     signature = Signature(
         depends_on=("dtau/dt",), parity="odd", region="quick changes of torque, at all joints alike, growing with frequency",
@@ -36,22 +33,17 @@ class SensorTiming(InstrumentEffect):
     stage = 2
 
     lag: Values = parameter("s", 0.0, (-1.0, 1.0), "mean time by which torques come late", per="arm")
-    smear: Values = parameter("s^2", 0.0, (-1.0, 1.0), "second-order part; lag^2/2 for a pure delay", per="arm")
+    low_pass: Values = parameter("1", 0.0, (0.0, 1.0), "share s of the lag that is a low-pass, the rest a delay", per="arm", linear=False,
+                                 grid=(0.0, 1.0))
 
     def columns(self, seen: SensorView) -> Tensor:
-        """Return -dtau/dt and d2tau/dt2, (n, joints, 2)."""
-        return torch.stack([-seen.rate, seen.curvature], dim=-1)
-
-    def plausible(self) -> bool:
-        """Return whether a delay and a low-pass make this lag and smear; a negative lag is a delay of the angles and smears alike."""
-        squared = self.lag[0] ** 2
-        most = squared if self.lag[0] > 0 else squared / 2
-        return squared / 2 * (1 - ROUGH) - UNSEEN**2 <= self.smear[0] <= most * (1 + ROUGH) + UNSEEN**2
+        """Return -dtau/dt, (n, joints, 1)."""
+        return -seen.rate[..., None]
 
     def split(self) -> tuple[float, float]:
-        """Return delay and time constant T in s; a smear too small for the lag is that of a pure delay."""
-        T = sqrt(max(2 * self.smear[0] - self.lag[0] ** 2, 0.0))
-        return self.lag[0] - T, T
+        """Return delay and time constant T in s."""
+        lag, T = self.lag[0], max(self.low_pass[0] * self.lag[0], 0.0)
+        return lag - T, T
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading that comes late."""

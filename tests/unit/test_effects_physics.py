@@ -197,7 +197,7 @@ def test_a_tilted_plane_pulls_as_gravity_would():
 def test_a_delay_of_a_sine_is_exact():
     t = np.linspace(0, 2, 401)
     seen = of_time(t, np.sin(12 * t))
-    read = made("sensor_timing", arm(1), lag=(0.013,), smear=(0.0,)).apply(seen)[:, 0]
+    read = made("sensor_timing", arm(1), lag=(0.013,), low_pass=(0.0,)).apply(seen)[:, 0]
     inner = slice(10, -10)
     assert_close(read[inner], tensor(np.sin(12 * (t - 0.013)))[inner], rtol=1e-6, atol=2e-7)
 
@@ -212,7 +212,7 @@ def test_a_low_pass_of_a_sine_has_its_gain_and_phase():
 
 
 def test_delay_and_low_pass_are_told_apart():
-    q = made("sensor_timing", arm(1), lag=(0.03,), smear=((0.03**2 + 0.02**2) / 2,)).quantities()
+    q = made("sensor_timing", arm(1), lag=(0.03,), low_pass=(2 / 3,)).quantities()
     assert (q["delay"].value, q["low_pass"].value) == pytest.approx((0.01, 0.02))
 
 
@@ -220,6 +220,18 @@ def test_clipping_ends_at_its_level():
     t = np.linspace(0, 6, 301)
     read = made("torque_saturation", arm(1), 1, share=(1.0,), level=(0.7,)).apply(of_time(t, np.sin(3 * t)))[:, 0]
     assert_close(read, tensor(np.clip(np.sin(3 * t), -0.7, 0.7)))
+
+
+def test_a_lag_is_that_of_its_taylor_series_and_angles_that_are_late_are_a_delay():
+    t, lag = np.linspace(0, 6, 1201), 0.01
+    seen, inner = of_time(t, np.sin(3 * t)), slice(300, -100)
+    for share in (0.0, 0.5, 1.0):
+        one = made("sensor_timing", arm(1), lag=(lag,), low_pass=(share,))
+        series = np.sin(3 * t) - lag * 3 * np.cos(3 * t) - (lag**2 + (share * lag) ** 2) / 2 * 9 * np.sin(3 * t)
+        assert_close(one.apply(seen)[inner, 0], tensor(series)[inner], rtol=0, atol=6 * (3 * lag) ** 3)
+    late = made("sensor_timing", arm(1), lag=(-lag,), low_pass=(1.0,))
+    assert late.split() == (-lag, 0.0)
+    assert_close(late.apply(seen)[inner, 0], tensor(np.sin(3 * (t + lag)))[inner], rtol=1e-6, atol=1e-6)
 
 
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
@@ -335,10 +347,10 @@ def test_a_secant_times_its_values_is_exactly_what_a_large_instrument_effect_cha
     model = baseline("constant").start(a)
     seen = SensorView(Flow(a, run(2, 200)), lambda f: sensed(model.torque(f), f.motion.qd, a))
     water = REGISTER["ambient_current"].started(a).linear_names()
-    for effect in (made("sensor_timing", a, lag=(0.03,), smear=(0.0006,)), made("joint_elasticity", a, joint=1, compliance=(2e-3,)),
+    for effect in (made("sensor_timing", a, lag=(0.03,), low_pass=(0.5,)), made("joint_elasticity", a, joint=1, compliance=(2e-3,)),
                    REGISTER["ambient_current"].started(a).with_linear(torch.full((len(water),), 0.2, dtype=torch.float64))):
         assert_close(effect.secant(seen) @ effect.linear_values(), effect.apply(seen) - seen.tau)
-    nothing = made("sensor_timing", a, lag=(0.0,), smear=(0.0,))
+    nothing = made("sensor_timing", a, lag=(0.0,), low_pass=(0.0,))
     assert_close(nothing.secant(seen), nothing.columns(seen))
 
 

@@ -127,7 +127,7 @@ def shape_left(seed=12):
     made = tables(seed, {0: 1.0})
     for table in made:
         a = table[..., P]
-        table[..., -1] += 0.4 * a * np.abs(a)
+        table[..., -1] += 0.2 * a * np.abs(a)
         table[..., P + 4] = a * np.abs(a) + 0.2 * table[..., P + 4]
     return made
 
@@ -148,8 +148,8 @@ def test_what_a_finding_keeps_beside_loose_shapes_of_another_is_what_the_scores_
     q = P + Z.shape[2]
     bench = Bench.of(Blocks(np.concatenate(grams), np.concatenate(n), np.concatenate(unit), q), NOISE, np.ones(q))
     loose = bench.scored(np.array([0])).total - bench.scored(np.array([0, 1])).total
-    plain = found.scored(without=[asked]).total - found.scored().total
-    assert retained(found, table, None, asked) == pytest.approx(loose / plain, rel=1e-9)
+    assert found.loss(other) > 3 * found.loss(asked)
+    assert retained(found, table, None, asked) == pytest.approx(loose / found.loss(asked), rel=1e-9)
     assert retained(found, table, None, asked) < 0.35 < retained(found, table, None, other)
     prune(found, table, None)
     assert [c.key[0] for c in found.chosen] == ["effect_0"]
@@ -196,10 +196,10 @@ def test_a_gain_is_asked_again_at_the_moved_cut_offs_with_the_noise_that_passes_
     found = raced(here, EACH, prior=PRIOR, chosen=(0, 4))
     shares = kept_shares(case, found, None, found.chosen)
     for place, k in enumerate((0, 4)):
-        gain = found.total(without=[found.chosen[place]]) - found.total()
+        gain = found.loss(found.chosen[place])
         for told, moved, hz in zip(shares[place], (low, high), (1.4, 2.6), strict=True):
             there = raced(moved, [EACH[0], EACH[4]], NOISE * np.sqrt(hz / 2.0), PRIOR, (0, 1))
-            want = there.total(without=[there.chosen[place]]) - there.total()
+            want = there.loss(there.chosen[place])
             assert told == pytest.approx(want / gain, rel=1e-9), k
     drop_made_by_filter(case, found, None)
     assert [c.key[0] for c in found.chosen] == ["effect_0"]

@@ -1,19 +1,20 @@
 """Choosing among hypotheses: the bank, swaps, the least gains, values tried alone first, what is told of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from races import JOINTS, NOISE, SINGLE, K, P, Plain, candidate, instance, race, raced, tables
 
-from nnhydro.diagnosis import naming
+from nnhydro.diagnosis import naming, tournament
 from nnhydro.diagnosis.bank import build, listed
 from nnhydro.diagnosis.blocks import parts_of
+from nnhydro.diagnosis.locks import known_p, passes
 from nnhydro.diagnosis.naming import _least, explained, torque_peaks
 from nnhydro.diagnosis.race import ranked
 from nnhydro.diagnosis.scout import scouted
-from nnhydro.diagnosis.tournament import _improve, _next, run
+from nnhydro.diagnosis.tournament import _improve, _merge, _next, _next_pair, run, run_again
 from nnhydro.errors import CampaignError
 
 PRIOR = np.array([4.0, 0.0, 50.0])
@@ -101,7 +102,7 @@ def test_the_best_that_fails_a_lock_makes_room_for_one_nearly_as_good():
     for k, table in enumerate(made):  # column 0 pays in three recordings alone, and much; column 1 in all
         table[..., -1] += (1.2 if k < 3 else 0.0) * table[..., P] + 0.5 * table[..., P + 1]
     found = race(made)
-    (gain, best) = _next(found, 0)
+    ((gain, best),) = _next(found, 0)
     assert best.key[0] == "effect_1"
     assert gain == pytest.approx(found.total() - found.total([SINGLE[1]]))
 
@@ -113,16 +114,16 @@ def test_what_gains_less_than_three_tenths_of_a_best_that_fails_does_not_stand_i
     gains = {c.key[0]: gain for gain, c in ranked(found, found.bank.candidates)}
     assert (gains["effect_1"] > 0.3 * gains["effect_0"]) == stands_in
     assert gains["effect_1"] > 5
-    assert (_next(found, 0) is not None) == stands_in
+    assert bool(_next(found, 0)) == stands_in
 
 
 def test_a_further_effect_gains_at_least_a_fiftieth_of_the_first():
     found = race(tables(7, {0: 0.4}))
-    gain, _ = _next(found, 0)
+    ((gain, _),) = _next(found, 0)
     found.first_gain = 50 * gain * 0.98
-    assert _next(found, 0) is not None
+    assert _next(found, 0)
     found.first_gain = 50 * gain * 1.02
-    assert _next(found, 0) is None
+    assert not _next(found, 0)
 
 
 def test_the_first_gain_is_remembered():
@@ -135,13 +136,13 @@ def test_the_first_gain_is_remembered():
 
 def test_the_share_explained_is_the_gain_of_all_findings_over_the_excess_beyond_what_the_noise_is_known_to():
     made = tables(19, {0: 0.6, 4: 0.6})
-    part, whole = race(made, chosen=(0,)), race(made).total()
-    gain, rows_ = whole - part.total(), 2 * sum(len(table) for table in made)
+    part, whole = race(made, chosen=(0,)), race(made).scored().total
+    gain, rows_ = whole - part.scored().total, 2 * sum(len(table) for table in made)
     assert explained(part) == pytest.approx(gain / (whole - 0.05 * rows_ / 2))
     assert 0.2 < explained(part) < 0.8
     assert explained(race(made, chosen=(0, 4))) > 0.95
     quiet = race(tables(19, noise=0.5 * NOISE), chosen=(0,))
-    whole, with_it = quiet.total(without=quiet.chosen), quiet.total()
+    whole, with_it = race(tables(19, noise=0.5 * NOISE)).scored().total, quiet.scored().total
     assert whole < 1
     assert explained(quiet) == pytest.approx(whole - with_it)
 
@@ -205,11 +206,14 @@ def test_findings_that_explain_little_together_are_said_with_less_confidence(mon
         confidence: float
 
     monkeypatch.setattr(naming, "findings", lambda race: [Said(0.8)])
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: True)
     monkeypatch.setattr(naming, "explained", lambda race: share)
     bank = (candidate("plain", (0,), effect=SimpleNamespace(foreseen=1.0)), candidate("gap", (1,), effect=SimpleNamespace(foreseen=0.4)))
     for planted, chosen, told in (({}, (0,), said), ({0: 0.8}, (0, 1), said), ({1: 0.8}, (0, 1), 0.8 * min(1.0, share / 0.24))):
         made = race(tables(1, planted), bank, chosen=chosen)  # of a gap nobody expects more
         assert [f.confidence for f in naming.trusted(made)] == pytest.approx([told])
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: False)  # what remains is nothing that anything could be the cause of
+    assert [f.confidence for f in naming.trusted(made)] == pytest.approx([0.8])
 
 
 @pytest.fixture
@@ -255,3 +259,66 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
         assert told == [f"effect_{k}" for k in left]
     alone = naming_of(race(tables(20, {4: 0.12}), FORESEEN, chosen=(4,)), sure, {"effect_4": 0.0})
     assert alone == ["effect_4"], "beside nothing else it need not add a share"
+
+
+def test_there_is_more_to_see_where_an_effect_of_the_bank_still_gains_and_none_in_noise():
+    assert naming.more_to_see(race(tables(31, {0: 0.6, 4: 0.4}), chosen=(0,)), 0)
+    assert not naming.more_to_see(race(tables(31, {0: 0.6, 4: 0.4}), chosen=(0, 4)), 0)
+    assert not naming.more_to_see(race(tables(32)), 0)
+
+
+def test_a_choice_that_was_reached_once_is_not_lost_by_starting_over(monkeypatch):
+    """Column 5 is the sum of 0 and 4: started from nothing it comes first, and a search that cannot merge or swap stays with it."""
+    made = tables(33, {0: 0.6, 4: 0.6})
+    before = race(made, chosen=(0, 4))
+    monkeypatch.setattr(tournament, "run", lambda found, seed: found if found.chosen else replace(found, chosen=[SINGLE[2]]))
+    assert [c.key for c in run_again(race(made), before, 0).chosen] == [c.key for c in before.chosen]
+    monkeypatch.setattr(tournament, "run", lambda found, seed: found if found.chosen else replace(found, chosen=[SINGLE[0], SINGLE[4]]))
+    assert run_again(race(made), race(made, chosen=(2,)), 0).chosen == [SINGLE[0], SINGLE[4]]
+
+
+def test_two_effects_that_hide_each_other_are_found_together(monkeypatch):
+    made = tables(36, {0: 0.7, 4: 0.7})
+    monkeypatch.setattr(tournament, "passes", lambda found, c, gain, seed: len(found.chosen) == 1 and gain > 0)
+    found = race(made)
+    assert not _next(found, 0)
+    pair = _next_pair(found, 0)
+    assert {c.key[0] for _, c in pair} == {"effect_0", "effect_4"}
+    assert sum(gain for gain, _ in pair) == pytest.approx(found.total() - race(made, chosen=(0, 4)).total())
+    assert {c.key[0] for c in run(race(made), 0).chosen} == {"effect_0", "effect_4"}
+    monkeypatch.setattr(tournament, "passes", lambda found, c, gain, seed: len(found.chosen) == 1 and c.key[0] == "effect_0")
+    assert not _next_pair(race(made), 0), "each must pass beside the other"
+
+
+def test_no_partner_is_sought_for_what_gains_next_to_nothing_and_none_beside_what_is_found(monkeypatch):
+    monkeypatch.setattr(tournament, "passes", lambda found, c, gain, seed: True)
+    assert not _next_pair(race(tables(37)), 0)
+    assert not _next_pair(race(tables(5, dict.fromkeys(range(6), 0.6)), chosen=(0,)), 0)
+
+
+def test_one_effect_takes_the_place_of_two_that_share_what_it_does():
+    made = tables(34, {0: 0.8})
+    rng = np.random.default_rng(34)
+    for table in made:  # columns 3 and 4 hold a part of column 0 each
+        table[..., P + 3] = table[..., P] + 0.7 * rng.standard_normal(table.shape[:2])
+        table[..., P + 4] = table[..., P] + 0.7 * rng.standard_normal(table.shape[:2])
+    found = race(made, [SINGLE[0], SINGLE[3], SINGLE[4]], chosen=(1, 2))
+    assert _merge(found, found.bank.candidates)
+    assert [c.key[0] for c in found.chosen] == ["effect_0"]
+    assert not _merge(found, found.bank.candidates)
+
+
+def test_masses_moved_far_beyond_what_is_known_of_them_testify_for_what_relieves_them():
+    """A column that is baseline column 0 itself: recordings cannot tell it from the mass, only what is known of the mass can."""
+    made = tables(35)
+    for table in made:
+        table[..., P] = 3.0 * table[..., 0]
+        table[..., -1] += table[..., P] - 4.0 * table[..., 1]
+    found = race(made, prior=np.array([8.0, 0.0, 0.0]))
+    gain = found.total() - found.total([SINGLE[0]])
+    assert known_p(found, found.scored()) < 1e-6
+    assert found.scored().cost - found.scored([SINGLE[0]]).cost > 0.5 * gain
+    assert passes(found, SINGLE[0], gain, 0)
+    free = race(made, prior=1e-9)
+    assert known_p(free, free.scored()) > 0.5
+    assert not passes(free, SINGLE[0], gain, 0)
