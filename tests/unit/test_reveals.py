@@ -127,7 +127,7 @@ def test_the_threshold_pays_for_every_column_of_every_race():
 
     races = [raced(tables(seed)) for seed in (1, 2, 3)]
     largest = np.stack([statistics(one, 5)[1] for one in races]).max(axis=(0, 2))
-    assert _threshold(races, 5) == pytest.approx(np.sort(largest)[-5], abs=0.02), "four of 999 draws exceed it"
+    assert (largest > _threshold(races, 5)).sum() == 4, "a third of a hundredth of 999 draws, rounded up"
     assert _threshold(races, 5) > _threshold(races[:1], 5)
 
 
