@@ -90,7 +90,7 @@ def _next(race: Race, seed: int) -> list[tuple[float, Candidate]]:
 
 
 def _next_pair(race: Race, seed: int) -> list[tuple[float, Candidate]]:
-    """Where nothing is found alone, the best two candidates each of which passes the locks beside the other: effects can hide each other."""
+    """Where nothing is found alone, the best two candidates that pass the locks beside each other: effects can hide each other."""
     if race.chosen:
         return []
     pairs = [(gain + more, gain, one, more, other) for gain, one in _promising(race) if gain > TOGETHER
