@@ -197,17 +197,24 @@ def test_a_motion_recorded_often_adds_its_rows_so_often_to_those_at_hand():
 
         def chance(self, *given):
             asked["chance"] = given
-            return 0.4
+            return 0.404
+
+        def apart_by(self, gain, rows):
+            asked["apart"] = gain, rows
+            return 7.0
 
     H, G = np.eye(2), np.array([[0.0, 3.0], [3.0, 0.0]])
     planner = _Planner(Asked(), H, 500.0, np.array([[0.0, 1.0], [2.0, 0.0]]))
-    assert planner.chance(SimpleNamespace(G=G, rows=40.0), 3) == 0.4
+    assert planner.chance(SimpleNamespace(G=G, rows=40.0), 3) == 0.404
     np.testing.assert_array_equal(asked["gained"][0], H + 3 * G)
     assert asked["gained"][1] == 500.0 + 3 * 40.0
     np.testing.assert_array_equal(asked["possible"], H + 3 * G)
     gain, rows, _, often, _ = asked["chance"]
     np.testing.assert_array_equal(gain, [[1.0, 8.0], [7.0, 1.0]])
     assert (rows, often) == (120.0, 3)
+    assert planner.merit(SimpleNamespace(G=G, rows=40.0), 3) == (0.4, 7.0)
+    np.testing.assert_array_equal(asked["apart"][0], gain)
+    assert asked["apart"][1] == 120.0
 
 
 def test_a_member_that_is_behind_already_is_sooner_settled():

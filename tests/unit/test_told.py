@@ -172,10 +172,10 @@ def test_what_is_rehearsed_has_the_fitted_values_and_the_energy_that_own_values_
     rng = np.random.default_rng(2)
     for table in made:
         table[..., -1] += 2 * rng.standard_normal() * table[..., P + 2]
-    own = raced(Plain(made), [instance("own", (2,), own=(0,)), instance("e0", (0,))], chosen=(0,))
+    own = raced(Plain(made), [instance("e0", (0,)), instance("own", (2,), own=(0,))], chosen=(1,))
     one = own.chosen[0]
     taken = (own.scored(without=[one]).energy - own.scored().energy).sum()
-    assert _own_size(own, one) == pytest.approx(np.sqrt(taken / own.bench.total[P, P]))
+    assert _own_size(own, one) == pytest.approx(np.sqrt(taken / own.bench.total[P + 1, P + 1]))
     own.chosen = []
     assert _own_size(own, one) == 0.0
     own.chosen = [one]

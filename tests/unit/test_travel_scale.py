@@ -177,6 +177,10 @@ def test_near_the_ends_the_outermost_rows_go_on():
     segment = filtered(4.0)
     steady = np.full((400, 2), 3.0)
     np.testing.assert_allclose(seen_rows(segment, steady, np.array([0, 1, 200, 398, 399])), 3.0, rtol=1e-6)
+    half, jump = reach(segment), np.where(np.arange(400) == 0, 1.0, 0.0)[:, None]  # the first row alone: it stands for all before it
+    longer = filtered(4.0, 400 + half)
+    before = np.concatenate([np.ones((half, 1)), jump])
+    np.testing.assert_allclose(seen_rows(segment, jump, np.arange(5)), seen_rows(longer, before, half + np.arange(5)), atol=1e-12)
 
 
 @pytest.mark.parametrize(("cutoff", "dt", "filters"), [(None, 0.01, False), (46.0, 0.01, False), (45.0, 0.01, False), (44.0, 0.01, True)])
