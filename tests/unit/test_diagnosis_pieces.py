@@ -58,6 +58,9 @@ def test_the_smallest_training_is_allowed():
     assert chosen.hidden == (1,)
     assert TrainingConfig(hidden=(4096,)).hidden == (4096,)
     assert (TrainingConfig(cutoff_hz=0.5).cutoff_hz, TrainingConfig(bound=0.5).bound) == (0.5, 0.5)
+    assert TrainingConfig(learning_rate=1.0).learning_rate == 1.0
+    with pytest.raises(ValueError, match="learning_rate"):
+        TrainingConfig(learning_rate=1.5)
     for name in ("cutoff_hz", "bound"):
         with pytest.raises(ValueError, match=name):
             TrainingConfig(**{name: 0.0})

@@ -241,6 +241,14 @@ def test_a_value_fifty_behind_tells_nothing_of_the_parabola(apart, told):
     assert (_spreads(found, bank[0])["v"] > 0) == told
 
 
+def test_each_of_two_shapes_beside_own_values_has_the_doubt_of_its_own_spacing():
+    made, _ = phased()
+    own = candidate("own", (), (2,), spans={"v": (1.0, 4.0), "w": (2.0, 8.0)}, effect=SimpleNamespace(v=(2.0,), w=(5.0,)))
+    values, covariance = fitted(race(made, (SINGLE[0], own), chosen=(0, 1))).of(own)
+    assert values[1:] == pytest.approx([2.0, 5.0])
+    assert np.diag(covariance)[1:] == pytest.approx([1.5**2 / 12, 3.0**2 / 12])
+
+
 def test_likeness_is_the_cosine_of_the_fitted_torques_off_what_the_rest_explains():
     made = tables(9, {0: 0.5, 4: 0.3})
     for table in made:
