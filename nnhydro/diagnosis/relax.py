@@ -22,7 +22,7 @@ from nnhydro.models.strip_theory import StripTheory
 Array = NDArray[np.float64]
 LOOSE = 0.5  # standard deviation of a shape, in sizes of the finding's own torque
 LAG = 0.1  # s, of the shape that comes late
-MUCH = 3.0  # times its own gain: what another one must explain to leave such a shape
+MUCH = 1.0  # times its own gain: what another one must explain to leave such a shape
 RETAINED = 0.35  # of its gain that a finding must keep when the others have shapes of their own
 
 

@@ -19,13 +19,13 @@ STRIPS = 20  # a link
 @final
 @dataclass(frozen=True)
 class DragForm(LoadEffect):
-    """What a law of drag can differ in: a part linear in speed, a part cubic in it, and a taper along each link."""
+    """What a law of drag can differ in: a part linear in speed, one cubic in it, a taper along each link and relief at its ends."""
 
     id = "drag_form"
     family = "drag_law"
     name = "other form of the drag law"
     mechanism = "The baseline takes drag as speed squared, alike along the link. Slow, streamlined or tapered flow follows another law."
-    equation = "f = 1/2 rho D (c_1 w + c_3 |w|^2 w + k_i (2 x/L - 1) |w| w)"
+    equation = "f = 1/2 rho D (c_1 w + c_3 |w|^2 w + (k_i s + e_i (3 s^2 - 1)/2) |w| w),  s = 2 x/L - 1"
     source = "first terms of an expansion in speed and span: ours; relief near free ends: Rivera (1995), section 2"
     signature = Signature(
         depends_on=("w", "x"), parity="odd", region="slow or very fast flow, or the tip against the root of a link",
@@ -39,15 +39,17 @@ class DragForm(LoadEffect):
     linear: Values = parameter("m/s", 0.0, (-5.0, 5.0), "coefficient c_1 of the part linear in speed", per="arm")
     cubic: Values = parameter("s/m", 0.0, (-5.0, 5.0), "coefficient c_3 of the part cubic in speed", per="arm")
     taper: Values = parameter("1", 0.0, (-3.0, 3.0), "C_D at the outer end less its mean along the link")
+    ends: Values = parameter("1", 0.0, (-3.0, 3.0), "C_D at both ends less its mean along the link")
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (linear, cubic, taper), (n, joints, 2 + links)."""
+        """Return d tau / d (linear, cubic, taper, ends), (n, joints, 2 + 2 links)."""
         strips = Strips.of(flow, STRIPS)
         w, drag = strips.w, unit_drag(strips)
         pressure = 0.5 * flow.rho * flow.D[:, None]
         span = 2 * strips.x / flow.L[:, None] - 1
         speed_laws = [strips.to_joints(pressure * w).sum(-1), strips.to_joints(drag * w.abs()).sum(-1)]
-        return torch.cat([torch.stack(speed_laws, dim=-1), strips.to_joints(drag * span)], dim=-1)
+        laws_of_span = [strips.to_joints(drag * span), strips.to_joints(drag * (3 * span**2 - 1) / 2)]
+        return torch.cat([torch.stack(speed_laws, dim=-1), *laws_of_span], dim=-1)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

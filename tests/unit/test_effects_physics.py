@@ -93,9 +93,18 @@ def test_drag_at_the_tip_is_the_same_in_any_direction():
 
 
 def test_a_linear_drag_law_of_a_swinging_link():
-    one = made("drag_form", arm(1), linear=(0.2,), cubic=(0.0,), taper=(0.0,))
+    one = made("drag_form", arm(1), linear=(0.2,), cubic=(0.0,), taper=(0.0,), ends=(0.0,))
     tau = one.torque(Flow(arm(1), steady([[0.0]], [[1.5]])))
     assert_close(tau, tensor([[0.5 * 1000 * 0.07 * 0.2 * 1.5 * 0.55**3 / 3]]), rtol=2e-3)
+
+
+def test_relief_at_the_ends_leaves_an_even_flow_its_torque_and_takes_that_of_a_swing():
+    one = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(0.0,), ends=(-0.4,))
+    assert_close(one.torque(Flow(arm(1), steady([[0.0]], 0.0, 0.0, 0.8))), tensor([[0.0]]), rtol=0, atol=2e-3)
+    x = np.linspace(0, 0.55, 20001)
+    law = -0.4 * (3 * (2 * x / 0.55 - 1) ** 2 - 1) / 2
+    swing = np.trapezoid(0.5 * 1000 * 0.07 * law * (1.5 * x) ** 2 * x, x)
+    assert_close(one.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[swing]]), rtol=0.02)
 
 
 def test_a_power_law_of_the_Reynolds_number_is_seen_in_a_tow():
