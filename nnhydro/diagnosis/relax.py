@@ -5,7 +5,8 @@ A card holds the mechanism, not the exact law of this rig. So the other findings
     z = a restricted to one joint,  a |a| / rms(a),  a |dq_j| / rms(dq_j),  a |u| / rms(u),  tau da/dt,        a the finding's fitted torque
 
 each with a prior standard deviation of half of a, and the finding in question is asked again what it adds. What the shape of another one
-can take over is not claimed, where that one explains more: a law of other form leaves less than it explains.
+can take over is not claimed, where that one explains three times as much: a law of other form leaves far less than it explains, and viscous
+friction, the rate of a spring's torque, is no shape of a spring that explains as much.
 """
 
 from collections.abc import Sequence
@@ -22,6 +23,7 @@ from nnhydro.models.strip_theory import StripTheory
 Array = NDArray[np.float64]
 LOOSE = 0.5  # standard deviation of a shape, in sizes of the finding's own torque
 LAG = 0.1  # s, of the shape that comes late
+MUCH = 3.0  # times its own gain: what another one must explain to leave such a shape
 RETAINED = 0.35  # of its gain that a finding must keep when the others have shapes of their own
 
 
@@ -56,9 +58,9 @@ def _torques(race: Race, table: Table, believed: StripTheory, kept: Sequence[Can
 
 
 def retained(race: Race, table: Table, believed: StripTheory, asked: Candidate) -> float:
-    """Return the share of its gain that the chosen candidate `asked` keeps when others that explain more have shapes of their own."""
+    """Return the share of its gain that the chosen candidate `asked` keeps when others that explain much more have shapes of their own."""
     others, cost = [c for c in race.chosen if c is not asked], race.loss(asked)
-    torques = _torques(race, table, believed, [c for c in others if c.columns and race.loss(c) > cost])
+    torques = _torques(race, table, believed, [c for c in others if c.columns and race.loss(c) > MUCH * cost])
     scales = [np.array([_size(np.concatenate([a[:, j] for a in one])) for j in range(one[0].shape[1])]) for one in torques]
     names = [f"dq{j + 1}_rad_s" for j in range(table.pieces[0].y.shape[1])]
     rates = np.array([_size(np.concatenate([piece.state[name] for piece in table.pieces])) for name in names])

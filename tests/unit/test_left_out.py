@@ -156,6 +156,18 @@ def test_what_a_finding_keeps_beside_loose_shapes_of_another_is_what_the_scores_
     assert found.log[1].startswith("effect_4 joint 0: keeps ")
 
 
+def test_no_shape_is_lent_by_what_explains_less_than_three_times_as_much():
+    made = shape_left()
+    for table in made:
+        table[..., -1] += 0.45 * table[..., P + 4]  # now an effect of its own, half as strong as the other
+    found = raced(table := Plain(made), EACH, chosen=(0, 4))
+    asked, other = found.chosen[1], found.chosen[0]
+    assert found.loss(other) < 3 * found.loss(asked)
+    assert retained(found, table, None, asked) > 0.9
+    prune(found, table, None)
+    assert len(found.chosen) == 2
+
+
 def test_two_effects_of_their_own_both_keep_their_gains_and_one_alone_is_not_asked():
     found = raced(table := Plain(tables(13, {0: 0.8, 4: 0.8})), EACH, chosen=(0, 4))
     assert retained(found, table, None, found.chosen[0]) > 0.8
