@@ -99,9 +99,14 @@ def own_p(gain: float, tried: int) -> float:
 
 
 def known_p(race: Race, scored: Scored) -> float:
-    """Return the p of "the baseline's parameters are what is known of them":  |z|^2 = 2 cost ~ chi^2 with as many degrees as are known."""
+    """Return the p of "the baseline's parameters are what is known of them":  |z|^2 = 2 cost ~ chi^2 with as many degrees as are known.
+
+    Below four recordings nothing is decided, as by `sign_flip_p`.
+    """
     from scipy.stats import chi2
 
+    if len(scored.by_unit) < FEWEST:
+        return 1.0
     return float(chi2.sf(2 * scored.cost, max(int((race.bench.prior > 0).sum()), 1)))
 
 

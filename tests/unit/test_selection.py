@@ -319,6 +319,8 @@ def test_masses_moved_far_beyond_what_is_known_of_them_testify_for_what_relieves
     assert known_p(found, found.scored()) < 1e-6
     assert found.scored().cost - found.scored([SINGLE[0]]).cost > 0.5 * gain
     assert passes(found, SINGLE[0], gain, 0)
+    few = race(made[:3], prior=np.array([8.0, 0.0, 0.0]))
+    assert known_p(few, few.scored()) == 1.0, "three recordings decide nothing"
     free = race(made, prior=1e-9)
     assert known_p(free, free.scored()) > 0.5
     assert not passes(free, SINGLE[0], gain, 0)
