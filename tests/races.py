@@ -48,11 +48,16 @@ def blocks_of(made, parts=4):
     return Blocks(np.concatenate(grams), np.concatenate(rows), np.concatenate(unit), P)
 
 
+def met_of(made, columns):
+    """The products of the last `columns` columns with the torque, (joints, columns)."""
+    return np.sum([np.einsum("njk,nj->jk", table[..., -1 - columns:-1], table[..., -1]) for table in made], axis=0)
+
+
 def race(made, bank=SINGLE, prior=0.0, low=-np.inf, high=np.inf, noise=NOISE, chosen=()):
     """The race over `bank` on the tables, with those numbers of the bank chosen."""
     noise, columns = noise[: made[0].shape[1]], made[0].shape[2] - P - 1
     torque = np.sum([(table[..., -1] ** 2).sum(axis=0) for table in made], axis=0)
-    found = Race(Bank(tuple(bank), np.full(columns, low), np.full(columns, high), torque),
+    found = Race(Bank(tuple(bank), np.full(columns, low), np.full(columns, high), torque, met_of(made, columns)),
                  Bench.of(blocks_of(made), noise, np.broadcast_to(np.asarray(prior, float), (P,)).copy()), noise)
     found.chosen = [bank[k] for k in chosen]
     return found
@@ -138,7 +143,7 @@ class Known:
     grid: int = 1
     limits: tuple[tuple[float, float], ...] | None = None
     spans: dict = field(default_factory=dict)
-    effect: SimpleNamespace = field(default_factory=SimpleNamespace)
+    effect: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(spread={}))
     spell: object = None
 
     @property

@@ -39,12 +39,13 @@ class Candidate:
 @final
 @dataclass(frozen=True, eq=False)
 class Bank:
-    """Candidates, the bounds of their columns' values, and the energy of the measured torque."""
+    """Candidates, the bounds of their columns' values, the energy of the measured torque and the columns' products with it."""
 
     candidates: tuple[Candidate, ...]
     low: Array  # (K,)
     high: Array  # (K,)
     torque: Array  # (joints,) (N m)^2
+    met: Array  # (joints, K) N m: sum of column times measured torque
 
 
 def listed(instances: Sequence[Instance]) -> tuple[Candidate, ...]:
@@ -67,7 +68,8 @@ def build(table: Table, instances: Sequence[Instance], believed: StripTheory, be
         low_pass = table.case.model.preparation.low_pass
         raise CampaignError("no recording holds enough independent rows to diagnose" + ("" if low_pass is None else
                             f" behind the low-pass at {low_pass.cutoff_hz:g} Hz: record longer runs, or give a higher --cutoff"))
-    rows, numbers, torque = [], [], np.zeros(table.case.model.arm.n_links)
+    K, joints = sum(one.width for one in instances), table.case.model.arm.n_links
+    rows, numbers, torque, met = [], [], np.zeros(joints), np.zeros((joints, K))
     grams, place = np.zeros((0, 0, 0, 0)), 0
     blocks_of = [len(parts_of(len(piece.y), PARTS if piece.dt else 1)) for piece in table.pieces]
     for (piece, full), count in zip(table.rows(instances, believed, beside), blocks_of, strict=True):
@@ -76,11 +78,11 @@ def build(table: Table, instances: Sequence[Instance], believed: StripTheory, be
         grams[place:place + count] = G
         place += count
         torque += (piece.tau**2).sum(axis=0)
+        met += np.einsum("njk,nj->jk", full[..., full.shape[2] - 1 - K:-1], piece.tau)
         rows.append(n)
         numbers.append(np.full(count, piece.number))
     unit_number = np.unique(np.concatenate(numbers), return_inverse=True)[1]
-    K = sum(one.width for one in instances)
     bounds = [bound for one in instances for bound in one.bounds()]
     low, high = (np.array([bound[i] for bound in bounds], dtype=float) for i in (0, 1))
     blocks = Blocks(grams, np.concatenate(rows), unit_number, grams.shape[2] - K - 1)
-    return Bank(listed(instances), low, high, torque), blocks
+    return Bank(listed(instances), low, high, torque, met), blocks

@@ -18,7 +18,8 @@ from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-CANCELLING = 0.5  # an effect whose own torque exceeds this share of the measured energy only lives by cancelling another
+LARGE = 0.5  # of the measured energy: an effect of more torque than that must be seen in the measured torque itself,
+OPPOSED = 0.1  # of its own energy: what the rest of the model may take back of it
 UNPHYSICAL = 1e12  # score of a set with a value beyond its physical bounds
 PER_COLUMN = 1.0  # score a further column must earn beyond what left-out prediction already charges
 PER_GRID = 0.5  # times log(number of grid points): price of choosing a nonlinear parameter
@@ -66,16 +67,20 @@ class Race:
             return False
         if not all(c.instance.plausible(values[np.searchsorted(columns, c.columns)]) for c in kept if not c.own):
             return False
-        return all(self._energy(c, columns, values) <= CANCELLING * self.torque for c in kept)
+        return not any(self._cancels(c, columns, values) for c in kept)
 
-    def _energy(self, candidate: Candidate, columns: Index, values: Array) -> float:
-        """Energy of one candidate's own torque in units of the noise."""
+    def _cancels(self, candidate: Candidate, columns: Index, values: Array) -> bool:
+        """Whether the candidate's torque a is large and not in the measured torque y, but lives by cancelling another's.
+
+            |a|^2 > |y|^2 / 2   and   (y - a) . a < -|a|^2 / 10        a heavy payload is part of y; what cancels is taken back by the rest
+        """
         if not candidate.columns:
-            return 0.0
+            return False
         own = np.array(candidate.columns)
-        beta = values[np.searchsorted(columns, own)]
-        place = self.bench.p + own
-        return float(beta @ self.bench.total[np.ix_(place, place)] @ beta)
+        beta, place = values[np.searchsorted(columns, own)], self.bench.p + own
+        energy = float(beta @ self.bench.total[np.ix_(place, place)] @ beta)
+        shared = float((self.bank.met[:, own] / self.noise[:, None] ** 2).sum(axis=0) @ beta)
+        return energy > LARGE * self.torque and shared < (1 - OPPOSED) * energy
 
     def values(self, kept: Sequence[Candidate]) -> tuple[Array, dict[int, float]]:
         """Return the baseline's parameters (p,) and the value of every column of `kept`, all fitted together."""

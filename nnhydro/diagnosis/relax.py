@@ -3,6 +3,7 @@
 A card holds the mechanism, not the exact law of this rig. So the other findings are given shapes of their own,
 
     z = a restricted to one joint,  a |a| / rms(a),  a |dq_j| / rms(dq_j),  a |u| / rms(u),  tau da/dt,        a the finding's fitted torque
+    z = x(phi') rms(a) / rms(x)         the finding's columns at the other values phi' that its card names (`Effect.spread`)
 
 each with a prior standard deviation of half of a, and the finding in question is asked again what it adds. What the shape of another one
 can take over is not claimed, where that one explains three times as much: a law of other form leaves far less than it explains, and viscous
@@ -10,11 +11,14 @@ friction, the rate of a spring's torque, is no shape of a spring that explains a
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate, build
+from nnhydro.diagnosis.instances import Instance
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.table import Piece, Table
@@ -57,19 +61,42 @@ def _torques(race: Race, table: Table, believed: StripTheory, kept: Sequence[Can
     return made
 
 
+def spread(candidate: Candidate) -> list[Instance]:
+    """Return the candidate at the values of its nonlinear parameters over which a law of other form would spread."""
+    instance, effect = candidate.instance, candidate.instance.effect
+    made: list[dict[str, Any]] = [{name: tuple(times * value for value in getattr(effect, name))}
+                                  for name, factors in effect.spread.items() for times in factors]
+    return [replace(instance, effect=replace(effect, **changes)) for changes in made]
+
+
+def _spread(table: Table, believed: StripTheory, kept: Sequence[Candidate], scales: Sequence[Array]) -> tuple[list[Instance], Array]:
+    """The spread instances of `kept`, and the factor of each of their columns (K,) that brings it to half of its candidate's `scales`."""
+    pairs = [(one, scale) for c, scale in zip(kept, scales, strict=True) for one in spread(c)]
+    made = [one for one, _ in pairs]
+    energy, rows = np.zeros(sum(one.width for one in made)), 0
+    for piece in table.pieces:
+        energy += (table.columns(piece, made, believed) ** 2).sum(axis=(0, 1))
+        rows += len(piece.y)
+    wanted = np.repeat([float((scale**2).sum()) for _, scale in pairs], [one.width for one in made])
+    return made, LOOSE * np.sqrt(wanted * rows / np.maximum(energy, 1e-300))
+
+
 def retained(race: Race, table: Table, believed: StripTheory, asked: Candidate) -> float:
     """Return the share of its gain that the chosen candidate `asked` keeps when others that explain much more have shapes of their own."""
     others, cost = [c for c in race.chosen if c is not asked], race.loss(asked)
-    torques = _torques(race, table, believed, [c for c in others if c.columns and race.loss(c) > MUCH * cost])
-    scales = [np.array([_size(np.concatenate([a[:, j] for a in one])) for j in range(one[0].shape[1])]) for one in torques]
+    more = [c for c in others if c.columns and race.loss(c) > cost]
+    torques = _torques(race, table, believed, more)
+    sizes = [np.array([_size(np.concatenate([a[:, j] for a in one])) for j in range(one[0].shape[1])]) for one in torques]
+    much = [k for k, c in enumerate(more) if race.loss(c) > MUCH * cost]
     names = [f"dq{j + 1}_rad_s" for j in range(table.pieces[0].y.shape[1])]
     rates = np.array([_size(np.concatenate([piece.state[name] for piece in table.pieces])) for name in names])
+    further, size = _spread(table, believed, more, sizes)
     place = {id(piece): k for k, piece in enumerate(table.pieces)}
 
     def beside(piece: Piece) -> Array:
         k = place[id(piece)]
-        made = [shapes(one[k], piece, scale, rates) for one, scale in zip(torques, scales, strict=True)]
-        return np.concatenate(made, axis=2) if made else np.zeros((*piece.y.shape, 0))
+        made = [shapes(torques[i][k], piece, sizes[i], rates) for i in much]
+        return np.concatenate([*made, table.columns(piece, further, believed) * size], axis=2)
 
     bank, blocks = build(table, [c.instance for c in (*others, asked)], believed, beside)
     loose = Race(bank, Bench.of(blocks, race.noise, np.ones(blocks.p)), race.noise, list(bank.candidates))

@@ -1,8 +1,9 @@
 """From a finished race to findings: rivals, classes, confidence, parameters with intervals.
 
 A rival that takes a finding's place and predicts left-out recordings no worse (sign-flip p > 0.05), or hardly worse with a torque that is
-the finding's own (cosine above 0.98), belongs to the finding's class; the member with the fewest parameters names it. The family is named
-where the class lies in one. Confidence is the class's weight among all rivals, softened for the correlation of residuals.
+much the finding's own (cosine above 0.97), belongs to the finding's class: a law of slightly other form leaves as much. Of members that are
+one torque (0.98) the one with the fewest parameters names it. The family is named where the class lies in one. Confidence is the class's
+weight among all rivals, softened for the correlation of residuals.
 """
 
 from dataclasses import dataclass, replace
@@ -21,8 +22,8 @@ from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
 NEAR = 10.0  # rivals further behind than this never enter a class by their score
-ALIKE = 0.98  # cosine from which two effects are one torque,
-HARDLY = 0.02  # where the better one gains no more than this share of the whole
+ALIKE, LITTLE = 0.98, 0.02  # cosine from which two effects are one torque, where the better one gains no more than this share of the whole
+MUCH_ALIKE, HARDLY = 0.97, 0.05  # the same for two effects that cannot be told apart where either law may have another form
 CLEAR, RESEMBLING = 20.0, 0.9  # how far ahead of the general form of its family an effect must be that resembles it
 MOST_RIVALS = 5
 
@@ -44,9 +45,14 @@ class Rival:
         """Whether the rival cannot be told from the finding."""
         if self.general and self.likeness > RESEMBLING and self.behind < CLEAR:
             return True
-        if self.likeness > ALIKE and self.behind < max(NEAR, HARDLY * self.gain):
+        if self.likeness > MUCH_ALIKE and self.behind < max(NEAR, HARDLY * self.gain):
             return True
         return self.behind < NEAR and (self.p > 0.05 or self.behind < 2.0)
+
+    @property
+    def same_torque(self) -> bool:
+        """Whether the rival may stand for the finding: in its class, and its torque the finding's own."""
+        return self.in_class and self.likeness > ALIKE and self.behind < max(NEAR, LITTLE * self.gain, CLEAR * self.general)
 
 
 @final
@@ -142,7 +148,7 @@ def _size(candidate: Candidate) -> int:
 def simplest(race: Race) -> list[Candidate]:
     """Return the chosen candidates, each replaced by a rival with fewer parameters and the same torque where there is one."""
     for place, chosen in enumerate(race.chosen):
-        alike = [r.candidate for r in rivals_of(race, chosen) if r.in_class and r.likeness > ALIKE]
+        alike = [r.candidate for r in rivals_of(race, chosen) if r.same_torque]
         race.chosen[place] = min([chosen, *alike], key=_size)
     return race.chosen
 

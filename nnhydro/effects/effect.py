@@ -48,6 +48,7 @@ class Effect(Parametrised):
     foreseen: ClassVar[float] = 1.0  # share of its torque that a fit can foretell where it is the cause, as far as that is known
     dissipates: ClassVar[bool] = False  # the drive never gets energy back from it, sample by sample, with the hub at rest
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
+    spread: ClassVar[Mapping[str, tuple[float, ...]]] = {}  # multiples of a parameter over which a law of other form spreads what it does
 
     joint: int = field(default=0, kw_only=True)
 

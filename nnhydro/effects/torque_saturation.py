@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import ClassVar, final
 
 import torch
 from torch import Tensor
@@ -30,6 +30,7 @@ class TorqueSaturation(InstrumentEffect):
     acts = "joint"
     stage = 5
     torque_scaled = ("level",)
+    spread: ClassVar[Mapping[str, tuple[float, ...]]] = {"level": (0.4, 0.7)}  # a soft one bends over a range: a sum of clippings
 
     share: Values = parameter("1", 1.0, (0.0, 1.2), "part of the excess that is cut off", per="arm")
     level: Values = parameter("N m", 0.9, (1e-3, 1e5), "torque at which clipping begins", per="arm", linear=False,

@@ -22,13 +22,22 @@ def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False):
 @pytest.mark.parametrize(("one", "inside"), [
     (rival(1.9), True), (rival(2.1), False),  # hardly behind, whatever the signs say
     (rival(9.9, p=0.06), True), (rival(9.9, p=0.04), False), (rival(10.1, p=1.0), False),  # behind, but not on the single recordings
-    (rival(9.9, alike=0.985), True), (rival(10.1, alike=0.985), False), (rival(9.9, alike=0.975), False),  # the same torque
-    (rival(15.0, alike=0.985, gain=760.0), True), (rival(15.0, alike=0.985, gain=740.0), False),  # within a fiftieth of the whole
+    (rival(9.9, alike=0.975), True), (rival(10.1, alike=0.975), False), (rival(9.9, alike=0.965), False),  # much the same torque
+    (rival(15.0, alike=0.975, gain=305.0), True), (rival(15.0, alike=0.975, gain=295.0), False),  # within a twentieth of the whole
     (rival(19.0, alike=0.91, general=True), True), (rival(21.0, alike=0.91, general=True), False),
     (rival(19.0, alike=0.89, general=True), False), (rival(19.0, alike=0.91), False), (rival(-5.0), True),
 ])
 def test_a_rival_is_in_the_class_where_it_cannot_be_told_from_the_finding(one, inside):
     assert one.in_class == inside
+
+
+@pytest.mark.parametrize(("one", "stands"), [
+    (rival(9.9, alike=0.985), True), (rival(10.1, alike=0.985), False), (rival(9.9, alike=0.975), False),
+    (rival(15.0, alike=0.985, gain=760.0), True), (rival(15.0, alike=0.985, gain=740.0), False),  # a fiftieth: less than the class allows
+    (rival(19.0, alike=0.985, general=True), True), (rival(21.0, alike=0.985, general=True), False), (rival(1.0), False),
+])
+def test_a_rival_stands_for_the_finding_only_where_the_two_are_one_torque(one, stands):
+    assert one.same_torque == stands
 
 
 def effects(*families):

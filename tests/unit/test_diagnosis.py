@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from races import met_of
 from rigs import arm
 
 from nnhydro.diagnosis.bank import Bank, Candidate
@@ -45,7 +46,7 @@ def race_of(made, noise=1.0, low=-np.inf, high=np.inf, bank=None):
     blocks = Blocks(np.concatenate(grams), np.concatenate(rows), np.concatenate(unit), P)
     scale = np.array([noise])
     torque = np.array([sum(float((t[:, 0, -1] ** 2).sum()) for t in made)])
-    bank = Bank(BANK if bank is None else bank, np.full(K, low), np.full(K, high), torque)
+    bank = Bank(BANK if bank is None else bank, np.full(K, low), np.full(K, high), torque, met_of(made, K))
     return Race(bank, Bench.of(blocks, scale, np.zeros(P)), scale)
 
 
@@ -105,6 +106,21 @@ def test_an_effect_that_only_lives_by_cancelling_the_baseline_is_refused():
         table[:, 0, P + 5] = table[:, 0, 0] + 0.01 * table[:, 0, P + 5]
         table[:, 0, -1] += 60 * (table[:, 0, P + 5] - table[:, 0, 0])
     assert "effect_5" not in [c.key[0] for c in run(race_of(made), 0).chosen]
+
+
+def test_an_effect_that_is_most_of_the_measured_torque_is_no_cancelling_one():
+    made = tables(1)
+    for table in made:  # a heavy payload: most of what is measured, and like a baseline column
+        table[:, 0, P + 5] = table[:, 0, 0] + 0.3 * table[:, 0, P + 5]
+        table[:, 0, -1] += 20 * table[:, 0, P + 5]
+    heavy = race_of(made)
+    one = next(c for c in heavy.bank.candidates if c.key[0] == "effect_5")
+    values = heavy.scored([one]).theta[P:]
+    assert values[0] ** 2 * heavy.bench.total[P + 5, P + 5] > 0.5 * heavy.torque
+    assert heavy.physical([one], np.array([5]), values)
+    assert not heavy.physical([one], np.array([5]), -values), "the same torque with the other sign is in no way in what is measured"
+    assert not heavy.physical([one], np.array([5]), 1.3 * values), "a third more than is there, which the rest takes back"
+    assert [c.key[0] for c in run(heavy, 0).chosen] == ["effect_5"]
 
 
 def test_a_phase_of_each_recordings_own_is_found_where_no_common_value_is():

@@ -1,15 +1,17 @@
 """What speaks for a finding: left-out errors, placebos, shapes of others, moved cut-offs; each against the same by hand on plain rows."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
-from races import JOINTS, NOISE, K, P, Plain, fit, instance, raced, rows, tables
+from races import JOINTS, NOISE, K, Known, P, Plain, fit, instance, raced, rows, tables
 
 from nnhydro.diagnosis.blocks import Blocks, block_grams, parts_of
 from nnhydro.diagnosis.placebo import placebo
 from nnhydro.diagnosis.proof import LeftOut, prove, prove_fresh
-from nnhydro.diagnosis.relax import _size, prune, retained, shapes
+from nnhydro.diagnosis.relax import _size, _spread, prune, retained, shapes, spread
 from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
 
@@ -166,6 +168,48 @@ def test_no_shape_is_lent_by_what_explains_less_than_three_times_as_much():
     assert retained(found, table, None, asked) > 0.9
     prune(found, table, None)
     assert len(found.chosen) == 2
+
+
+@dataclass(frozen=True)
+class Levelled:
+    """An effect with a level; its card says that a law of other form spreads over half of it."""
+
+    level: tuple[float, ...] = (2.0,)
+    spread: ClassVar = {"level": (0.5,)}
+
+
+@dataclass(eq=False)
+class AtLevel(Known):
+    """An instance whose columns hang on the level of its effect: column 0 at 2, column 1 at 1."""
+
+    def __post_init__(self):
+        self.of = {2.0: (0,), 1.0: (1,)}[self.effect.level[0]]
+
+
+def test_what_the_other_values_on_a_card_can_take_over_is_no_effect_of_its_own_however_much_it_explains():
+    made = tables(12, {0: 1.0})
+    for table in made:  # a law that bends over a range of levels; column 4 is what it leaves, seen by another card
+        table[..., -1] += 0.6 * table[..., P + 1]
+        table[..., P + 4] = 0.6 * table[..., P + 1] + 0.1 * table[..., P + 4]
+    lender = AtLevel(("effect_0", 0), (), effect=Levelled())
+    found = raced(table := Plain(made), [lender, *EACH[1:]], chosen=(0, 4))
+    other, asked = found.chosen
+    assert found.loss(asked) < found.loss(other) < 3 * found.loss(asked)
+    assert [one.effect.level for one in spread(other)] == [(1.0,)]
+    assert spread(asked) == []
+    assert retained(found, table, None, asked) < 0.35 < retained(found, table, None, other)
+    plain = raced(table, EACH, chosen=(0, 4))
+    assert retained(plain, table, None, plain.chosen[1]) > 0.9, "without other values on the card it keeps all"
+
+
+def test_a_spread_column_is_half_as_large_as_the_torque_of_its_finding():
+    made = tables(12, {0: 1.0})
+    table, scale = Plain(made), np.array([3.0, 4.0])
+    candidate = raced(table, [AtLevel(("effect_0", 0), (), effect=Levelled())], chosen=(0,)).chosen[0]
+    instances, size = _spread(table, None, [candidate], [scale])
+    x = np.concatenate([t[..., P + 1] for t in made])
+    assert len(instances) == 1
+    assert np.sqrt(((size[0] * x) ** 2).mean(axis=0).sum()) == pytest.approx(0.5 * np.sqrt((scale**2).sum()))
 
 
 def test_two_effects_of_their_own_both_keep_their_gains_and_one_alone_is_not_asked():
