@@ -14,6 +14,7 @@ from nnhydro.diagnosis.proof import Proof, prove
 from nnhydro.diagnosis.race import Race, ranked
 from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.search import Found, search
+from nnhydro.diagnosis.starts import started
 from nnhydro.diagnosis.steadfast import drop_made_by_filter
 from nnhydro.diagnosis.verdict import Finding, findings, simplest
 from nnhydro.recordings.splitting import Unit
@@ -46,7 +47,7 @@ class Named:
 def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, without: Sequence[str] = (),
           progress: Callable[[str], None] = lambda line: None) -> Named:
     """Return what the baseline leaves out of `case`; `repeats` (joints,) N m is the noise seen in repeats, `without` ids not to try."""
-    found = search(case, instances(case.model.arm, torque_peaks(case.all_units), without), repeats, seed, progress)
+    found = search(case, started(case, instances(case.model.arm, torque_peaks(case.all_units), without)), repeats, seed, progress)
     race = found.race
     prune(race, found.table, found.believed)
     drop_made_by_filter(case, race, found.believed)

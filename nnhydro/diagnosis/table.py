@@ -61,6 +61,11 @@ def states(segment: Segment) -> dict[str, Array]:
     return named
 
 
+def view(model: StripTheory, flow: Flow, place: Tensor | None) -> SensorView:
+    """Return what instruments look at: the reading of `model` along `flow`."""
+    return SensorView(flow, lambda f: sensed(model.loads.torque(f), f.motion.qd, model.arm), place)
+
+
 def columns_of(instances: Sequence[Instance], model: StripTheory, segment: Segment, place: Tensor | None) -> Array:
     """Return the columns (n, joints, K) of `instances` on one segment, through the same filter as the torque."""
     arm, flow = model.arm, Flow(model.arm, Motion.of(segment))
@@ -70,7 +75,7 @@ def columns_of(instances: Sequence[Instance], model: StripTheory, segment: Segme
 
     def view_of(believed: StripTheory) -> SensorView:
         if id(believed) not in views:
-            views[id(believed)] = SensorView(flow, lambda f: sensed(believed.loads.torque(f), f.motion.qd, arm), place)
+            views[id(believed)] = view(believed, flow, place)
         return views[id(believed)]
 
     def columns(one: Instance) -> Tensor:

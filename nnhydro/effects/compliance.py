@@ -12,7 +12,7 @@ from torch import Tensor
 
 from nnhydro.effects.sensor_view import SensorView
 
-ROUNDS = 5
+ROUNDS = 8
 DONE = 1e-10  # of the largest torque
 
 

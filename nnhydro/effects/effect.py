@@ -123,6 +123,10 @@ class InstrumentEffect(Effect, ABC):
         """Return columns times values, (n, joints) N m: `apply` less seen.tau, for small effects."""
         return self.columns(seen) @ self.linear_values()
 
+    def starts(self, seen: SensorView) -> tuple["InstrumentEffect", ...]:
+        """Return the effect at values from which the search may start, too, where the columns about no effect mislead; none by default."""
+        return ()
+
     def lasting(self, offset: float) -> "InstrumentEffect":
         """Return what of the effect a prediction holds; `offset` N m is the last recording's own, where each has one."""
         return self

@@ -1,7 +1,8 @@
 """Hypothesis: a drive is compliant, so that the link is not where its encoder says."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import pi, sqrt
 from typing import final
 
 from torch import Tensor
@@ -10,7 +11,11 @@ from nnhydro.effects.compliance import direction, turned_reading
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.motion import tensor
+from nnhydro.recordings.low_pass import LowPass
 
+BELOW, ORDER = 0.9, 4  # of the resonance: where the low-pass ends, and how steeply
+RESONANCES = (3.0, 5.0, 8.0, 13.0)  # Hz
 STIFFEST = 1e-12  # rad/(N m): below, the drive is rigid
 
 
@@ -33,7 +38,7 @@ class JointElasticity(InstrumentEffect):
     )
     acts = "joint"
     stage = 1
-    foreseen = 0.5  # near the resonance of link and spring hardly anything: the reading is not found by iteration there
+    foreseen = 0.5  # what rings at the resonance of link and drive hangs on how each recording began
 
     compliance: Values = parameter("rad/(N m)", 1e-3, (0.0, 10.0), "twist per torque, 1/k", per="arm")
 
@@ -43,8 +48,29 @@ class JointElasticity(InstrumentEffect):
         return seen.along(direction(seen, twist, self.joint))[..., None]
 
     def apply(self, seen: SensorView) -> Tensor:
-        """Return the reading behind the spring."""
-        return turned_reading(seen, self.joint, lambda tau: -self.compliance[0] * tau)
+        """Return the reading behind the spring, which twists by what lies below the resonance of link and drive.
+
+            tau = tau_rigid / (1 - G(f) f^2/f_0^2),   f_0 = sqrt(k/J) / (2 pi),   J = median |d tau_j / d qdd_j|
+
+        G is a low-pass at 0.9 f_0: above the resonance the iteration would diverge.
+        """
+        m, c, inertia = seen.motion, self.compliance[0], self._inertia(seen)
+        if m.steady or len(m) < 4 or c * inertia <= 0:
+            return turned_reading(seen, self.joint, lambda tau: -c * tau)
+        dt, below = float(m.t[-1] - m.t[0]) / (len(m) - 1), LowPass(BELOW / (2 * pi * sqrt(c * inertia)), ORDER)
+        return turned_reading(seen, self.joint, lambda tau: -c * tensor(below.apply(tau.numpy(), dt)))
+
+    def starts(self, seen: SensorView) -> tuple["JointElasticity", ...]:
+        """Return drives whose resonance lies within the motion's band: about a rigid one the torque's curvature drowns all else there."""
+        inertia = self._inertia(seen)
+        if seen.motion.steady or inertia <= 0:
+            return ()
+        return tuple(replace(self, compliance=(1 / (inertia * (2 * pi * f) ** 2),)) for f in RESONANCES)
+
+    def _inertia(self, seen: SensorView) -> float:
+        """The median inertia at the joint, kg m^2."""
+        at = self.joint - 1
+        return float(seen.by_motion[2][:, at, at].abs().median()) if len(seen.motion) else 0.0
 
     def quantities(self) -> dict[str, Quantity]:
         """Return compliance and stiffness."""
