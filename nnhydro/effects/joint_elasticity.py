@@ -50,7 +50,7 @@ class JointElasticity(InstrumentEffect):
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the spring, which twists by what lies below the resonance of link and drive.
 
-            tau = tau_rigid / (1 - G(f) f^2/f_0^2),   f_0 = sqrt(k/J) / (2 pi),   J = median |d tau_j / d qdd_j|
+            tau = tau_rigid / (1 - G(f) f^2/f_0^2),   f_0 = sqrt(k/J) / (2 pi),   J = median |d tau_j / d qdd_j|, tau at the joint
 
         G is a low-pass at 0.9 f_0: above the resonance the iteration would diverge.
         """
@@ -68,9 +68,12 @@ class JointElasticity(InstrumentEffect):
         return tuple(replace(self, compliance=(1 / (inertia * (2 * pi * f) ** 2),)) for f in RESONANCES)
 
     def _inertia(self, seen: SensorView) -> float:
-        """The median inertia at the joint, kg m^2."""
-        at = self.joint - 1
-        return float(seen.by_motion[2][:, at, at].abs().median()) if len(seen.motion) else 0.0
+        """The median inertia that the drive's spring carries, kg m^2: before belt and gear, where the twist is."""
+        if not len(seen.motion):
+            return 0.0
+        at, reading = self.joint - 1, seen.tau
+        change = seen.joint_torque(reading + seen.by_motion[2][:, :, at]) - seen.joint_torque(reading)
+        return float(change[:, at].abs().median())
 
     def quantities(self) -> dict[str, Quantity]:
         """Return compliance and stiffness."""
