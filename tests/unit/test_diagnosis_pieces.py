@@ -1,12 +1,13 @@
-"""Small parts of the diagnosis, each by itself: neighbours on a grid, regions, signs, motions a rig allows."""
+"""Small parts of the diagnosis, each by itself: neighbours on a grid, regions, signs, masses that testify, motions a rig allows."""
 
 import numpy as np
 import pytest
+from races import NOISE, SINGLE, K, P, race, tables
 
 from nnhydro.diagnosis.feasible import _towed, draw
 from nnhydro.diagnosis.instances import _neighbours
 from nnhydro.diagnosis.locate import _region
-from nnhydro.diagnosis.locks import sign_flip_p
+from nnhydro.diagnosis.locks import known_p, passes, sign_flip_p
 from nnhydro.diagnosis.rig import Rig
 from nnhydro.identification.config import TrainingConfig
 
@@ -77,3 +78,47 @@ def test_a_tow_begins_gently_within_a_fifth_of_the_recording():
         towed = [one["carriage"]["ramp_s"] for _ in range(20) if (one := _towed(rig, rng))]
         assert towed
         assert set(towed) == {min(1.0, 0.2 * seconds)}
+
+
+def test_masses_moved_far_beyond_what_is_known_of_them_testify_for_what_relieves_them():
+    """A column that is baseline column 0 itself: recordings cannot tell it from the mass, only what is known of the mass can."""
+    made = tables(35)
+    for table in made:
+        table[..., P] = 3.0 * table[..., 0]
+        table[..., -1] += table[..., P] - 4.0 * table[..., 1]
+    found = race(made, prior=np.array([8.0, 0.0, 0.0]))
+    gain = found.total() - found.total([SINGLE[0]])
+    assert known_p(found, found.scored()) < 1e-6
+    assert found.scored().cost - found.scored([SINGLE[0]]).cost > 0.5 * gain
+    assert passes(found, SINGLE[0], gain, 0)
+    assert not passes(found, SINGLE[0], 6 * np.log(K / 0.0101), 0), "one in a hundred among six that could have been it asks for more"
+    assert passes(found, SINGLE[0], 6 * np.log(K / 0.0099), 0)
+    relief = found.scored().cost - found.scored([SINGLE[0]]).cost
+    assert passes(found, SINGLE[0], relief / 0.51, 0)
+    assert not passes(found, SINGLE[0], relief / 0.49, 0), "more than half of that gain would be the recordings' to testify, who do not"
+    four, few = (race(made[:n], prior=np.array([8.0, 0.0, 0.0])) for n in (4, 3))
+    assert known_p(four, four.scored()) < 1e-6
+    assert known_p(few, few.scored()) == 1.0, "three recordings decide nothing"
+    free = race(made, prior=1e-9)
+    assert known_p(free, free.scored()) > 0.5
+    assert not passes(free, SINGLE[0], gain, 0)
+
+
+def test_the_p_of_masses_that_err_as_they_are_known_to_is_uniform():
+    rng, prior, p = np.random.default_rng(36), np.array([4.0, 0.0, 50.0]), []
+    for seed in range(200):
+        made = tables(seed, units=4, noise=0.02 * NOISE, rows=(10, 20))
+        error = rng.standard_normal(2) / np.sqrt(prior[[0, 2]])
+        for table in made:  # two masses err by what is known of them, the coefficient of which nothing is known by any amount
+            table[..., -1] += table[..., :P] @ np.array([error[0] - 1.0, 7.0, error[1] - 0.5])
+        found = race(made, prior=prior, noise=0.02 * NOISE)
+        p.append(known_p(found, found.scored()))
+    assert np.abs(np.sort(p) - np.linspace(0, 1, 200)).max() < 1.63 / np.sqrt(200)  # Kolmogorov and Smirnov, one in a hundred
+
+
+def test_what_recordings_show_passes_whatever_it_relieves_of_masses_that_err_no_more_than_they_may():
+    found = race(tables(12, {2: 0.5}), prior=np.array([4.0, 0.0, 0.0]))
+    before, after = found.scored(), found.scored([SINGLE[2]])
+    assert known_p(found, before) > 0.01
+    assert before.cost > after.cost
+    assert passes(found, SINGLE[2], 2 * (before.cost - after.cost), 0)

@@ -9,7 +9,7 @@ from races import JOINTS, NOISE, SINGLE, TRUTH, K, P, blocks_of, candidate, fit,
 from nnhydro.diagnosis.batch import scores
 from nnhydro.diagnosis.blocks import kept_rows, parts_of
 from nnhydro.diagnosis.noise import flexible_noise, noise_of, quiet_noise
-from nnhydro.diagnosis.race import UNPHYSICAL, gains, price, ranked
+from nnhydro.diagnosis.race import gains, price, ranked
 from nnhydro.recordings.preprocessing import LowPass
 
 PRIOR = np.array([4.0, 0.0, 50.0])
@@ -216,44 +216,6 @@ def test_candidates_are_ranked_by_gain_the_best_of_every_key_and_none_that_is_ch
     found.chosen = [bank[4]]
     assert bank[4].key not in [c.key for _, c in ranked(found, bank)]
     assert bank[4].key in [c.key for _, c in ranked(found, bank, [bank[4]])]
-
-
-@pytest.mark.parametrize(("low", "high", "fits"), [(0.0, 1.0, True), (0.6, 1.0, False), (0.0, 0.3, False), (-1.0, 0.0, False)])
-def test_a_value_outside_of_its_bounds_is_unphysical_for_one_and_for_a_batch(low, high, fits):
-    found = race(tables(10, {0: 0.5}), low=low, high=high)
-    ((gain, _),) = gains(found, [SINGLE[0]])
-    assert (found.total([SINGLE[0]]) < UNPHYSICAL) == fits
-    assert (gain > 0) == fits
-    assert abs(gain) < UNPHYSICAL or not fits
-
-
-def test_bounds_are_those_of_the_column_whatever_the_order_in_which_candidates_stand():
-    found = race(tables(11, {0: 0.5, 3: -0.5}))
-    found.bank.low[0], found.bank.high[3] = 0.0, 0.0
-    assert found.physical([SINGLE[3], SINGLE[0]], np.array([0, 3]), np.array([0.5, -0.5]))
-    assert not found.physical([SINGLE[3], SINGLE[0]], np.array([0, 3]), np.array([-0.5, 0.5]))
-    for chosen, tried in ((0, 3), (3, 0)):
-        found.chosen = [SINGLE[chosen]]
-        ((gain, _),) = gains(found, [SINGLE[tried]])
-        assert 0 < gain < UNPHYSICAL
-
-
-def test_what_an_effect_itself_finds_implausible_is_unphysical():
-    fussy = candidate("fussy", (1, 4), plausible=lambda values: bool(values[0] > values[1]))
-    for planted, fine in (({1: 0.5, 4: 0.2}, True), ({1: 0.2, 4: 0.5}, False)):
-        found = race(tables(12, {0: 0.4, **planted}), (SINGLE[0], fussy), chosen=(0,))
-        assert (found.total([fussy]) < UNPHYSICAL) == fine
-
-
-@pytest.mark.parametrize(("share", "fine"), [(0.45, True), (0.55, False)])
-def test_an_effect_may_hold_half_of_the_measured_energy_and_no_more(share, fine):
-    found = race(tables(13, {0: 0.5}))
-    energy = float(sum((table[..., P] ** 2 / NOISE**2).sum() for table in tables(13, {0: 0.5})))
-    measured = float(sum((table[..., -1] ** 2 / NOISE**2).sum() for table in tables(13, {0: 0.5})))
-    assert found.torque == pytest.approx(measured)
-    value = np.sqrt(share * measured / energy)
-    assert found.physical([SINGLE[0]], np.array([0]), np.array([value])) == fine
-    assert found.physical([OWN], np.array([], dtype=np.int64), np.array([]))
 
 
 def test_the_values_of_a_set_are_those_of_its_common_fit():

@@ -1,0 +1,38 @@
+"""Hypotheses with given values, and what a sensor sees of an arm or of a torque over time."""
+
+from dataclasses import replace
+
+import torch
+from rigs import arm
+
+from nnhydro.effects.catalogue import catalogue
+from nnhydro.effects.effect import REGISTER
+from nnhydro.effects.sensor_view import SensorView
+from nnhydro.models.baselines import baseline
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.transmission import sensed
+
+catalogue()
+
+
+def made(id_, a, joint=0, **values):
+    options = {name: values.pop(name) for name in list(values) if not isinstance(values[name], tuple)}
+    return replace(REGISTER[id_].started(a, joint=joint, **options), **values)
+
+
+def view(a, motion, name="constant"):
+    loads = baseline(name).start(a)
+    return SensorView(Flow(a, motion), lambda flow: sensed(loads.torque(flow), flow.motion.qd, flow.arm))
+
+
+def of_time(t, tau, a=None):
+    """A view of one joint at rest whose reading is tau(t)."""
+    a = a or arm(1)
+    still = torch.zeros(len(t), 1, dtype=torch.float64)
+    flow = Flow(a, Motion(tensor(t), still, still, still, still[:, 0], still[:, 0]))
+    return SensorView(flow, lambda _: tensor(tau)[:, None])
+
+
+def steady(q, qd=0.0, qdd=0.0, u0=0.0, du0=0.0):
+    return Motion.at(q, qd, qdd, u0, du0)

@@ -1,0 +1,139 @@
+"""Naming: what is said of a choice, with how much confidence, and what is left out as too small or unsure."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from races import NOISE, SINGLE, K, candidate, race, tables
+
+from nnhydro.diagnosis import naming
+from nnhydro.diagnosis.naming import _least, explained, torque_peaks
+
+
+def test_the_share_explained_is_the_gain_of_all_findings_over_the_excess_beyond_what_the_noise_is_known_to():
+    made = tables(19, {0: 0.6, 4: 0.6})
+    part, whole = race(made, chosen=(0,)), race(made).scored().total
+    gain, rows_ = whole - part.scored().total, 2 * sum(len(table) for table in made)
+    assert explained(part) == pytest.approx(gain / (whole - 0.05 * rows_ / 2))
+    assert 0.2 < explained(part) < 0.8
+    assert explained(race(made, chosen=(0, 4))) > 0.95
+    quiet = race(tables(19, noise=0.5 * NOISE), chosen=(0,))
+    whole, with_it = race(tables(19, noise=0.5 * NOISE)).scored().total, quiet.scored().total
+    assert whole < 1
+    assert explained(quiet) == pytest.approx(whole - with_it)
+
+
+def proof_of(before, after, **without):
+    return SimpleNamespace(before=before, after=after, without={(name, 0): e for name, e in without.items()})
+
+
+def test_a_finding_goes_that_adds_little_on_left_out_recordings_and_in_the_score():
+    found = race(tables(20, {0: 0.8, 4: 0.12}), chosen=(0, 4))
+    scores = {k: found.total(without=[SINGLE[k]]) - found.total() for k in (0, 4)}
+    whole = found.total(without=found.chosen) - found.total()
+    assert scores[4] < 0.15 * whole < scores[0]
+    assert _least(found, proof_of(0.5, 0.1, effect_0=0.45, effect_4=0.12)) is SINGLE[4]
+    assert _least(found, proof_of(0.5, 0.1, effect_0=0.45, effect_4=0.126)) is None, "six hundredths of the improvement is enough"
+    assert _least(found, proof_of(0.5, 0.1, effect_0=0.11, effect_4=0.2)) is None, "so is a sixth of the gain in score"
+    even = race(tables(20, {0: 0.12, 4: 0.12, 2: 1.0}), chosen=(0, 4, 2))
+    assert _least(even, proof_of(0.5, 0.1, effect_0=0.11, effect_4=0.105, effect_2=0.4)) is SINGLE[4], "the least of them"
+
+
+def test_peaks_of_the_torque_are_those_of_rows_that_are_compared():
+    keep = np.array([True, True, False])
+    segments = [SimpleNamespace(tau=np.array([[1.0, -5.0], [-2.0, 3.0], [9.0, 9.0]]), keep=keep), SimpleNamespace(tau=None, keep=keep),
+                SimpleNamespace(tau=np.full((3, 2), 99.0), keep=np.zeros(3, dtype=bool)),
+                SimpleNamespace(tau=np.array([[0.5, 0.5], [-3.0, 0.1], [0.0, 0.0]]), keep=keep)]
+    assert torque_peaks([SimpleNamespace(segments=lambda: segments[:2]), SimpleNamespace(segments=lambda: segments[2:])]) == (3.0, 5.0)
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.9, 0.8), (0.6, 0.8), (0.3, 0.4), (0.15, 0.2)])
+def test_findings_that_explain_little_together_are_said_with_less_confidence(monkeypatch, share, said):
+    @dataclass(frozen=True)
+    class Said:
+        confidence: float
+
+    monkeypatch.setattr(naming, "findings", lambda race: [Said(0.8)])
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: True)
+    monkeypatch.setattr(naming, "explained", lambda race: share)
+    bank = (candidate("plain", (0,), effect=SimpleNamespace(foreseen=1.0)), candidate("gap", (1,), effect=SimpleNamespace(foreseen=0.4)))
+    for planted, chosen, told in (({}, (0,), said), ({0: 0.8}, (0, 1), said), ({1: 0.8}, (0, 1), 0.8 * min(1.0, share / 0.24))):
+        made = race(tables(1, planted), bank, chosen=chosen)  # of a gap nobody expects more
+        assert [f.confidence for f in naming.trusted(made)] == pytest.approx([told])
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: False)  # what remains is nothing that anything could be the cause of
+    assert [f.confidence for f in naming.trusted(made)] == pytest.approx([0.8])
+
+
+@pytest.fixture
+def naming_of(monkeypatch):
+    """`named` over a race, in which only the findings' confidence and what a proof says are of the test's own making."""
+    def told(found, confidence, gains):
+        said = SimpleNamespace(race=found, table=None, believed=None)
+        made = {"search": lambda *given: said, "instances": lambda *given: [], "torque_peaks": lambda units: (),
+                "prune": lambda *given: None, "drop_made_by_filter": lambda *given: None,
+                "simplest": lambda race: race.chosen, "explained": lambda race: 1.0,
+                "findings": lambda race: [Told(confidence[c.key[0]], c) for c in race.chosen],
+                "prove": lambda race, *given: proof_of(1.0, 0.1, **{c.key[0]: 0.1 + gains[c.key[0]] for c in race.chosen})}
+        for name, value in made.items():
+            monkeypatch.setattr(naming, name, value)
+        case = SimpleNamespace(model=SimpleNamespace(arm=None), all_units=())
+        return [f.candidate.key[0] for f in naming.named(case).findings]
+    return told
+
+
+@dataclass(frozen=True)
+class Told:
+    """What naming asks of a finding."""
+
+    confidence: float
+    candidate: object
+
+
+FORESEEN = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=1.0)) for k in range(K))
+
+
+def test_what_is_likelier_wrong_than_right_is_not_said(naming_of):
+    made = race(tables(23, dict.fromkeys(range(4), 0.6)), FORESEEN, chosen=(0, 1, 2, 3))
+    told = naming_of(made, dict(zip((f"effect_{k}" for k in range(4)), (0.9, 0.49, 0.5, 0.51), strict=True)),
+                     {f"effect_{k}": 1.0 for k in range(4)})
+    assert told == ["effect_0", "effect_2", "effect_3"]
+
+
+def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of):
+    made = tables(20, {0: 0.8, 4: 0.12, 3: 0.12})
+    sure = {f"effect_{k}": 0.9 for k in range(K)}
+    for gains, left in (((0.5, 0.01, 0.02), [0]), ((0.5, 0.2, 0.02), [0, 4]), ((0.5, 0.2, 0.2), [0, 4, 3])):
+        told = naming_of(race(made, FORESEEN, chosen=(0, 4, 3)), sure, dict(zip(("effect_0", "effect_4", "effect_3"), gains, strict=True)))
+        assert told == [f"effect_{k}" for k in left]
+    alone = naming_of(race(tables(20, {4: 0.12}), FORESEEN, chosen=(4,)), sure, {"effect_4": 0.0})
+    assert alone == ["effect_4"], "beside nothing else it need not add a share"
+
+
+def test_there_is_more_to_see_where_an_effect_of_the_bank_still_gains_and_none_in_noise():
+    assert naming.more_to_see(race(tables(31, {0: 0.6, 4: 0.4}), chosen=(0,)), 0)
+    assert not naming.more_to_see(race(tables(31, {0: 0.6, 4: 0.4}), chosen=(0, 4)), 0)
+    assert not naming.more_to_see(race(tables(32)), 0)
+
+
+@pytest.mark.parametrize(("gain", "p", "more"), [(2.9, 1.0, False), (3.1, 1.0, True), (0.0, 0.05, True), (0.0, 0.051, False)])
+def test_either_a_gain_of_three_or_a_test_at_one_in_twenty_shows_that_there_is_more_to_see(gain, p, more, monkeypatch):
+    monkeypatch.setattr(naming, "ranked", lambda found, bank: [(gain, SINGLE[0]), (-1.0, SINGLE[1])])
+    monkeypatch.setattr(naming, "family_wise_p", lambda found, seed: p)
+    assert naming.more_to_see(race(tables(32)), 0) == more
+
+
+def test_no_more_is_explained_than_all_even_where_the_excess_is_less_than_the_noise_is_known_to():
+    found = race(tables(19, {0: 0.25}), chosen=(0,))
+    whole, gain, rows = race(tables(19, {0: 0.25})).scored().total, found.loss(SINGLE[0]), 2 * sum(len(t) for t in tables(19))
+    assert 1 < whole - 0.05 * rows / 2 < gain
+    assert explained(found) == 1.0
+
+
+@pytest.mark.parametrize(("share", "goes"), [(0.149, True), (0.151, False)])
+def test_what_adds_next_to_nothing_to_the_proof_stays_for_three_twentieths_of_the_score(share, goes):
+    """Its recordings are predicted as well without it, at the cost of masses moved: that is what the score knows."""
+    scored = {0: SimpleNamespace(total=100.0), 2: SimpleNamespace(total=300.0)}
+    found = SimpleNamespace(chosen=[SINGLE[0], SINGLE[4]], loss=lambda c: 200.0 * (share if c is SINGLE[4] else 1 - share),
+                            scored=lambda without=(): scored[len(without)])
+    assert _least(found, proof_of(0.5, 0.1, effect_0=0.45, effect_4=0.1)) is (SINGLE[4] if goes else None)
