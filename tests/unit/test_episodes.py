@@ -75,21 +75,24 @@ def placed(made, order, steady=()):
     return Table(made, steady, {number: place for place, number in enumerate(order)})
 
 
-def test_what_it_does_outside_is_asked_by_a_column_of_its_own_there():
-    made = acting(lambda k: k >= 6)
-    for k, table in enumerate(made):
-        table[..., -1] += (0.4 if k < 6 else 0.0) * table[..., P + 1]
+def inside_and_outside(made):
+    """What is judged of column 1 from the sixth recording on beside column 4, and the plain fit (Z, theta): columns 4 and 5 in, outside."""
     table = placed(made, range(12))
-    known = [instance(f"effect_{k}", (k,)) for k in range(K)]
-    found = raced(table, known, chosen=(4, 1))
+    found = raced(table, [instance(f"effect_{k}", (k,)) for k in range(K)], chosen=(4, 1))
     four, one = found.chosen
     told = judged(found, table, None, one, [four], Spell(begin=5.75, since="run6"), 1.0)
     r = rows(made, found.noise)
     inside = r.unit >= 6
     Z = np.column_stack([r.Z[:, [0, 1, 2, P + 4]], r.Z[:, P + 1] * inside, r.Z[:, P + 1] * ~inside])
-    theta = np.linalg.lstsq(Z, r.y, rcond=None)[0]
-    sizes = np.sqrt((r.Z[:, P + 1] ** 2).sum()) * np.abs(theta[[4, 5]])
-    assert told.outside == pytest.approx(sizes[1] / sizes[0], rel=1e-3)
+    return told, Z, np.linalg.lstsq(Z, r.y, rcond=None)[0]
+
+
+def test_what_it_does_outside_is_asked_by_a_column_of_its_own_there():
+    made = acting(lambda k: k >= 6)
+    for k, table in enumerate(made):
+        table[..., -1] += (0.4 if k < 6 else 0.0) * table[..., P + 1]
+    told, Z, theta = inside_and_outside(made)
+    assert told.outside == pytest.approx(abs(theta[5] / theta[4]), rel=1e-3)
     assert not told.holds
     left = Z[:, 5] - Z[:, :5] @ np.linalg.lstsq(Z[:, :5], Z[:, 5], rcond=None)[0]
     assert told.visible == pytest.approx(theta[4] ** 2 * (left**2).sum(), rel=1e-2)
@@ -101,14 +104,7 @@ def test_however_little_it_does_outside_it_is_told_as_it_is(seed):
     made = tables(seed, {4: 0.3}, units=12, rows=(30, 40))
     for k, table in enumerate(made):
         table[..., -1] += (k >= 6) * table[..., P + 1]
-    table = placed(made, range(12))
-    found = raced(table, [instance(f"effect_{k}", (k,)) for k in range(K)], chosen=(4, 1))
-    four, one = found.chosen
-    told = judged(found, table, None, one, [four], Spell(begin=5.75, since="run6"), 1.0)
-    r = rows(made, found.noise)
-    inside = r.unit >= 6
-    Z = np.column_stack([r.Z[:, [0, 1, 2, P + 4]], r.Z[:, P + 1] * inside, r.Z[:, P + 1] * ~inside])
-    theta = np.linalg.lstsq(Z, r.y, rcond=None)[0]
+    told, _, theta = inside_and_outside(made)
     assert told.outside == pytest.approx(abs(theta[5] / theta[4]), rel=0.02, abs=5e-4)
 
 
