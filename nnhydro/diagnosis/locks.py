@@ -107,7 +107,8 @@ def known_p(race: Race, scored: Scored) -> float:
 
     if len(scored.by_unit) < FEWEST:
         return 1.0
-    return float(chi2.sf(2 * scored.cost, max(int((race.bench.prior > 0).sum()), 1)))
+    p = float(chi2.sf(2 * scored.cost, max(int((race.bench.prior > 0).sum()), 1)))
+    return max(p, 1 / (SIGNS + 1))  # no smaller than the other tests can give
 
 
 @final
@@ -184,6 +185,6 @@ def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
     p_left_out, share, p_known = left_out_p(before, after), material(before, after), known_p(race, before)
     race.log.append(f"{candidate.key[0]} joint {candidate.key[1]}: gain {gain:.1f}, p_block {p_block:.3f}, p_left_out {p_left_out:.4f}, "
                     f"energy {share:.3f}, p_known {p_known:.3f}")
-    if p_known <= P_BLOCK and before.cost - after.cost >= RELIEF * gain:
-        return own_p(gain, len(race.bank.candidates)) <= P_BLOCK
+    if p_known <= P_BLOCK and before.cost - after.cost >= RELIEF * gain and own_p(gain, len(race.bank.candidates)) <= P_BLOCK:
+        return True
     return p_block <= P_BLOCK and opens(before.by_unit - after.by_unit) and share >= MATERIAL

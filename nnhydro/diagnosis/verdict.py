@@ -52,7 +52,7 @@ class Rival:
     @property
     def same_torque(self) -> bool:
         """Whether the rival may stand for the finding: in its class, and its torque the finding's own."""
-        return self.in_class and self.likeness > ALIKE and self.behind < max(NEAR, LITTLE * self.gain, CLEAR * self.general)
+        return self.likeness > ALIKE and self.behind < max(NEAR, LITTLE * self.gain, CLEAR * self.general)
 
 
 @final

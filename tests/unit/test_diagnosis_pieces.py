@@ -7,7 +7,7 @@ from races import NOISE, SINGLE, K, P, race, tables
 from nnhydro.diagnosis.feasible import _towed, draw
 from nnhydro.diagnosis.instances import _neighbours
 from nnhydro.diagnosis.locate import _region
-from nnhydro.diagnosis.locks import known_p, passes, sign_flip_p
+from nnhydro.diagnosis.locks import known_p, left_out_p, own_p, passes, sign_flip_p
 from nnhydro.diagnosis.rig import Rig
 from nnhydro.identification.config import TrainingConfig
 
@@ -88,7 +88,7 @@ def test_masses_moved_far_beyond_what_is_known_of_them_testify_for_what_relieves
         table[..., -1] += table[..., P] - 4.0 * table[..., 1]
     found = race(made, prior=np.array([8.0, 0.0, 0.0]))
     gain = found.total() - found.total([SINGLE[0]])
-    assert known_p(found, found.scored()) < 1e-6
+    assert known_p(found, found.scored()) == pytest.approx(1 / 1000), "no smaller than random signs can give"
     assert found.scored().cost - found.scored([SINGLE[0]]).cost > 0.5 * gain
     assert passes(found, SINGLE[0], gain, 0)
     assert not passes(found, SINGLE[0], 6 * np.log(K / 0.0101), 0), "one in a hundred among six that could have been it asks for more"
@@ -97,7 +97,7 @@ def test_masses_moved_far_beyond_what_is_known_of_them_testify_for_what_relieves
     assert passes(found, SINGLE[0], relief / 0.51, 0)
     assert not passes(found, SINGLE[0], relief / 0.49, 0), "more than half of that gain would be the recordings' to testify, who do not"
     four, few = (race(made[:n], prior=np.array([8.0, 0.0, 0.0])) for n in (4, 3))
-    assert known_p(four, four.scored()) < 1e-6
+    assert known_p(four, four.scored()) == pytest.approx(1 / 1000)
     assert known_p(few, few.scored()) == 1.0, "three recordings decide nothing"
     free = race(made, prior=1e-9)
     assert known_p(free, free.scored()) > 0.5
@@ -114,6 +114,22 @@ def test_the_p_of_masses_that_err_as_they_are_known_to_is_uniform():
         found = race(made, prior=prior, noise=0.02 * NOISE)
         p.append(known_p(found, found.scored()))
     assert np.abs(np.sort(p) - np.linspace(0, 1, 200)).max() < 1.63 / np.sqrt(200)  # Kolmogorov and Smirnov, one in a hundred
+
+
+def test_what_both_locks_let_through_passes_though_most_of_its_gain_is_relief_of_the_masses():
+    """The masses' own word asks for more than a gain of six, the locks do not."""
+    made = tables(37, {0: 0.25})
+    for table in made:
+        table[..., P] += 0.3 * table[..., 0]
+        table[..., -1] += 0.9 * table[..., 0]
+    found = race(made, prior=np.array([20.0, 0.0, 0.0]))
+    before, after = found.scored(), found.scored([SINGLE[0]])
+    assert known_p(found, before) <= 0.01
+    assert left_out_p(before, after) <= 0.05
+    gain = 6.0
+    assert before.cost - after.cost >= 0.5 * gain
+    assert own_p(gain, K) > 0.01
+    assert passes(found, SINGLE[0], gain, 0)
 
 
 def test_what_recordings_show_passes_whatever_it_relieves_of_masses_that_err_no_more_than_they_may():
