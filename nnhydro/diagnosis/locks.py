@@ -23,14 +23,14 @@ from nnhydro.diagnosis.score import Scored
 Array = NDArray[np.float64]
 SIGNS = 999
 P_BLOCK, P_LEFT_OUT = 0.01, 0.05
-MISMATCH_TESTS = 3  # of "nothing is missing": blocks, values of each recording's own, what is known
+MISMATCH_TESTS = 3  # of "nothing is missing": blocks, left-out likelihood, what is known
 MATERIAL = 0.01
 SLIGHT, TELLS = 0.02, 2.0  # of the largest log ratio, or in score: recordings that tell less do not vote
 VIOLENT = 3.0  # of the median recording's log ratio: the most that one recording counts for
 FEWEST = 4  # recordings of which anything is said
 EXACT = 12  # recordings up to which all signs are tried
 SOFT = 6.0  # score difference that counts as one: left-out scores of autocorrelated rows overstate the evidence
-OWN_TRIED = 200  # candidates with values of each recording's own that are tried in all
+TRIED = 450  # hypotheses that are tried in all, on an arm of two links
 RELIEF = 0.5  # of a gain: when that much of it is relief of what is known, recordings need not testify
 ALIVE = 1e-6  # of a column's energy: what is left of it beside the baseline and the chosen
 
@@ -74,7 +74,7 @@ def statistics(race: Race, seed: int) -> tuple[Array, Array]:
     """Return the statistic of every column (K,), and of every column under random signs of the blocks (999, K), both about N(0, 1) in size.
 
     Each column enters by its block scores and by their signed ranks, which a few violent blocks cannot drown; columns with values of each
-    recording's own do not enter, see `own_p`.
+    recording's own do not enter, see `gain_p`.
     """
     U, energy = block_scores(race)
     alive = (energy > ALIVE * np.maximum(np.diag(race.bench.total)[race.bench.p:-1], 1e-300)) & ((U**2).sum(axis=0) > 0)
@@ -88,8 +88,8 @@ def statistics(race: Race, seed: int) -> tuple[Array, Array]:
     return seen, null
 
 
-def own_p(gain: float, tried: int) -> float:
-    """Return the p of a candidate with values of each recording's own, whose sign no block can testify, by its gain in left-out likelihood.
+def gain_p(gain: float, tried: int) -> float:
+    """Return the p of a candidate by its gain in left-out likelihood; no block's sign can testify to values of each recording's own.
 
         p <= tried exp(-gain / 6)        a likelihood ratio on data left out is an e-value; 6 for the correlation of rows; by Markov
 
@@ -181,10 +181,10 @@ def material(before: Scored, after: Scored) -> float:
 def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
     """Return whether `candidate` passes both locks and is material, or relieves what is known, and write it down."""
     before, after = race.scored(), race.scored([candidate])
-    p_block = own_p(gain, OWN_TRIED) if candidate.own else family_wise_p(race, seed)
+    p_block = gain_p(gain, TRIED) if candidate.own else family_wise_p(race, seed)
     p_left_out, share, p_known = left_out_p(before, after), material(before, after), known_p(race, before)
     race.log.append(f"{candidate.key[0]} joint {candidate.key[1]}: gain {gain:.1f}, p_block {p_block:.3f}, p_left_out {p_left_out:.4f}, "
                     f"energy {share:.3f}, p_known {p_known:.3f}")
-    if p_known <= P_BLOCK and before.cost - after.cost >= RELIEF * gain and own_p(gain, len(race.bank.candidates)) <= P_BLOCK:
+    if p_known <= P_BLOCK and before.cost - after.cost >= RELIEF * gain and gain_p(gain, len(race.bank.candidates)) <= P_BLOCK:
         return True
     return p_block <= P_BLOCK and opens(before.by_unit - after.by_unit) and share >= MATERIAL

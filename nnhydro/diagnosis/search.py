@@ -13,7 +13,7 @@ import torch
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import Instance, Key, finer, settled
-from nnhydro.diagnosis.locks import MISMATCH_TESTS, OWN_TRIED, P_BLOCK, Extremes, known_p, own_p
+from nnhydro.diagnosis.locks import MISMATCH_TESTS, P_BLOCK, TRIED, Extremes, gain_p, known_p
 from nnhydro.diagnosis.race import Race, gains, race_of, ranked
 from nnhydro.diagnosis.scout import MANY, scouted
 from nnhydro.diagnosis.spells import spelled
@@ -83,7 +83,10 @@ def _refined(case: Case, race: Race) -> tuple[Instance, ...]:
 
 
 def mismatch(table: Table, known: Sequence[Instance], repeats: tuple[float, ...] | None, seed: int) -> tuple[float, Race]:
-    """Return the p of "nothing is missing" over all of `known`, and the race over those that go on, with nothing chosen."""
+    """Return the p of "nothing is missing" over all of `known`, and the race over those that go on, with nothing chosen.
+
+    Three tests: random signs of blocks, the left-out likelihood of the best candidate, and what is known of the masses.
+    """
     believed = table.case.model
     few, many = [i for i in known if i.grid <= MANY], [i for i in known if i.grid > MANY]
     race = race_of(table, few, believed, repeats)
@@ -95,9 +98,8 @@ def mismatch(table: Table, known: Sequence[Instance], repeats: tuple[float, ...]
 
     best = scouted(table, many, race, believed, count)
     race = race_of(table, [*few, *best], believed, repeats)
-    own = [gain for gain, c in gains(race, [c for c in race.bank.candidates if c.own])]
-    p_own = own_p(max(own, default=0.0), OWN_TRIED)
-    return min(1.0, MISMATCH_TESTS * min(extremes.p_value, p_own, known_p(race, race.scored()))), race
+    p_likelihood = gain_p(max((gain for gain, _ in gains(race, race.bank.candidates)), default=0.0), TRIED)
+    return min(1.0, MISMATCH_TESTS * min(extremes.p_value, p_likelihood, known_p(race, race.scored()))), race
 
 
 def _in_parts(found: Found, repeats: tuple[float, ...] | None, seed: int) -> Race | None:

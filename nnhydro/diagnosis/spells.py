@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.episodes import INSIDE, OUTSIDE, Units, by_turns, in_a_row
 from nnhydro.diagnosis.instances import Instance, Key
-from nnhydro.diagnosis.locks import P_BLOCK, SOFT, opens, own_p, turns
+from nnhydro.diagnosis.locks import P_BLOCK, SOFT, gain_p, opens, turns
 from nnhydro.diagnosis.moments import PARTS, left_by, moment, projected, sector
 from nnhydro.diagnosis.race import UNPHYSICAL, Race, quieter, race_of, ranked
 from nnhydro.diagnosis.spell import Sector, Spell
@@ -207,7 +207,7 @@ def spelled(known: Race, table: Table, believed: StripTheory) -> list[Instance]:
         known.log.append(f"{key[0]} joint {key[1]}: {gain:.1f} by acting {one.spell.sentence()}, {one.outside:.2f} of it outside, where "
                          f"{one.visible:.0f} could be seen")
         worth = gain - SOFT * log(one.options)
-        fits = one.holds and gain >= LEAST and own_p(gain, int(min(len(race.bank.candidates) * one.options, 1e15))) <= P_BLOCK
+        fits = one.holds and gain >= LEAST and gain_p(gain, int(min(len(race.bank.candidates) * one.options, 1e15))) <= P_BLOCK
         if fits and (key not in best or worth > best[key][0]):
             best[key] = (worth, one)
     return [replace(one.candidate.instance, spell=one.spell) for _, one in sorted(best.values(), key=lambda pair: -pair[0])[:MOST]]

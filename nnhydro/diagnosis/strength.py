@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.locks import MATERIAL, MISMATCH_TESTS, OWN_TRIED, P_BLOCK, P_LEFT_OUT, SOFT, VIOLENT
+from nnhydro.diagnosis.locks import MATERIAL, MISMATCH_TESTS, P_BLOCK, P_LEFT_OUT, SOFT, TRIED, VIOLENT
 
 Array = NDArray[np.float64]
 DRAWS = 200
@@ -108,10 +108,10 @@ def smallest_strength(where: Where, price: Price) -> float | None:
 def smallest_own_strength(where: Where, values: int) -> float | None:
     """Return the lambda at which an effect with `values` of each recording's own is found with a chance of 0.8.
 
-        lambda^2 / 2 - 0.84 sqrt(c) lambda = 6 log(3 * 200 / 0.01) + 0.45 c values blocks       (see `locks.own_p`)
+        lambda^2 / 2 - 0.84 sqrt(c) lambda = 6 log(3 * 450 / 0.01) + 0.45 c values blocks       (see `locks.gain_p`)
     """
     if len(np.unique(where.unit[where.e > 1e-9])) < FEWEST:
         return None
-    needed = SOFT * np.log(MISMATCH_TESTS * OWN_TRIED / P_BLOCK) + OWN_COST * where.correlation * values * int((where.e > 1e-9).sum())
+    needed = SOFT * np.log(MISMATCH_TESTS * TRIED / P_BLOCK) + OWN_COST * where.correlation * values * int((where.e > 1e-9).sum())
     spread = SIGMAS * np.sqrt(where.correlation)
     return float(spread + np.sqrt(spread**2 + 2 * needed))

@@ -7,7 +7,7 @@ from races import NOISE, SINGLE, K, P, race, tables
 from nnhydro.diagnosis.feasible import _towed, draw
 from nnhydro.diagnosis.instances import _neighbours
 from nnhydro.diagnosis.locate import _region
-from nnhydro.diagnosis.locks import known_p, left_out_p, own_p, passes, sign_flip_p
+from nnhydro.diagnosis.locks import gain_p, known_p, left_out_p, passes, sign_flip_p
 from nnhydro.diagnosis.rig import Rig
 from nnhydro.identification.config import TrainingConfig
 
@@ -128,7 +128,7 @@ def test_what_both_locks_let_through_passes_though_most_of_its_gain_is_relief_of
     assert left_out_p(before, after) <= 0.05
     gain = 6.0
     assert before.cost - after.cost >= 0.5 * gain
-    assert own_p(gain, K) > 0.01
+    assert gain_p(gain, K) > 0.01
     assert passes(found, SINGLE[0], gain, 0)
 
 

@@ -10,10 +10,10 @@ from nnhydro.diagnosis.locks import (
     Extremes,
     block_scores,
     family_wise_p,
+    gain_p,
     left_out_p,
     material,
     opens,
-    own_p,
     passes,
     sign_flip_p,
     statistics,
@@ -141,7 +141,7 @@ def test_one_violent_block_does_not_drown_what_all_others_say():
 @pytest.mark.parametrize(("gain", "tried", "p"), [(60.0, 100, 100 * np.exp(-10)), (0.0, 5, 1.0), (-20.0, 5, 1.0), (6.0, 1, np.exp(-1)),
                                                   (1e4, 100, 1e-3)])
 def test_a_gain_with_values_of_its_own_has_a_p_by_markov_and_none_below_a_thousandth(gain, tried, p):
-    assert own_p(gain, tried) == pytest.approx(p)
+    assert gain_p(gain, tried) == pytest.approx(p)
 
 
 @pytest.mark.parametrize("n", [4, 6, 9, 12])
@@ -228,8 +228,8 @@ def test_values_of_a_recordings_own_pass_the_first_lock_by_their_gain():
     gain = found.total() - found.total([own])
     assert gain > 100
     assert passes(found, own, gain, 0)
-    assert not passes(found, own, 6 * np.log(200 / 0.0101), 0), "one in a hundred among two hundred tried asks for more"
-    assert passes(found, own, 6 * np.log(200 / 0.0099), 0)
+    assert not passes(found, own, 6 * np.log(450 / 0.0101), 0), "one in a hundred among 450 tried asks for more"
+    assert passes(found, own, 6 * np.log(450 / 0.0099), 0)
 
 
 def test_the_noise_is_told_joint_by_joint():

@@ -39,6 +39,18 @@ def test_each_of_three_tests_says_that_something_is_missing_and_the_p_pays_for_a
     assert p_of(heavy) == pytest.approx(3 / 1000)
 
 
+def test_where_random_signs_of_blocks_are_silent_left_out_likelihood_speaks_among_all_that_are_tried(monkeypatch):
+    """A few telling blocks have few signs; a gain of 6 log(3 450 / 0.01) = 71 in what is left out is one in a hundred all the same."""
+    monkeypatch.setattr(module.Extremes, "p_value", 1.0)
+    found = {size: p_of(tables(40, {0: size})) for size in (0.6, 0.0)}
+    assert found[0.6] == pytest.approx(3 / 1000)
+    assert found[0.0] > 0.05
+    monkeypatch.setattr(module, "gains", lambda race, tried: [(70.0, None), (-3.0, None)])
+    assert p_of(tables(40)) > 0.01
+    monkeypatch.setattr(module, "gains", lambda race, tried: [(-3.0, None), (71.5, None)])
+    assert p_of(tables(40)) < 0.01
+
+
 def test_what_is_found_in_a_part_of_the_campaign_has_a_p_that_is_a_bound(monkeypatch):
     race = raced(table := Plain(tables(41)), [COMMON])
     nothing, acting = Found(race, table, None, 0.4), replace(race, chosen=list(race.bank.candidates))
