@@ -16,7 +16,7 @@ from nnhydro.diagnosis.instances import Instance, Key, finer, settled
 from nnhydro.diagnosis.locks import MISMATCH_TESTS, P_BLOCK, TRIED, Extremes, gain_p, known_p
 from nnhydro.diagnosis.race import Race, gains, race_of, ranked
 from nnhydro.diagnosis.scout import MANY, scouted
-from nnhydro.diagnosis.spells import spelled
+from nnhydro.diagnosis.spells import in_the_same_part, spelled
 from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.tournament import run, run_again
 from nnhydro.effects.effect import LoadEffect
@@ -111,7 +111,8 @@ def _in_parts(found: Found, repeats: tuple[float, ...] | None, seed: int) -> Rac
     race = run(race_of(table, [*spells, *(c.instance for c in found.race.bank.candidates)], believed, repeats), seed)
     if any(c.instance.spell is not None for c in race.chosen):
         for _ in range(ROUNDS_IN_PARTS):
-            again = run_again(race_of(table, _refined(table.case, race), believed, repeats), race, seed)
+            rivals = in_the_same_part(race, table, believed, RIVALS)
+            again = run_again(race_of(table, [*rivals, *_refined(table.case, race)], believed, repeats), race, seed)
             again.log = [*race.log, *again.log]
             race = again
     race.log = [*found.race.log, *race.log]

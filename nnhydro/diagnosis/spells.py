@@ -211,3 +211,17 @@ def spelled(known: Race, table: Table, believed: StripTheory) -> list[Instance]:
         if fits and (key not in best or worth > best[key][0]):
             best[key] = (worth, one)
     return [replace(one.candidate.instance, spell=one.spell) for _, one in sorted(best.values(), key=lambda pair: -pair[0])[:MOST]]
+
+
+def in_the_same_part(race: Race, table: Table, believed: StripTheory, most: int) -> list[Instance]:
+    """Return of every chosen effect that acts in a part the `most` best rivals that act there, too: which one it is, is decided there."""
+    made = []
+    for chosen in (c for c in race.chosen if c.instance.spell is not None):
+        others = [c.instance for c in race.chosen if c is not chosen]
+        there = [replace(c.instance, spell=chosen.instance.spell) for c in race.bank.candidates
+                 if c.instance.spell is None and not c.own and c.key not in {other.key for other in race.chosen}]
+        contest = race_of(table, [*others, chosen.instance, *there], believed, None, race.noise)
+        contest.chosen = list(contest.bank.candidates[:len(others) + 1])
+        best = ranked(contest, contest.bank.candidates, [contest.chosen[-1]])[: most + 1]
+        made += [c.instance for _, c in best if c.key != chosen.key][:most]
+    return made

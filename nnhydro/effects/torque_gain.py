@@ -30,7 +30,7 @@ class TorqueGain(InstrumentEffect):
     acts = "joint"
     stage = 3
 
-    error: Values = parameter("1", 0.0, (-0.3, 0.3), "scale less 1", per="arm")
+    error: Values = parameter("1", 0.0, (-0.6, 0.6), "scale less 1", per="arm")
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return tau_j at the joint, (n, joints, 1)."""

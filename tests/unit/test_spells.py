@@ -67,6 +67,17 @@ def test_an_effect_that_begins_or_ends_between_two_recordings_is_found_with_the_
     assert finding.lasts == (until is None)
 
 
+def test_what_acts_in_a_part_is_told_from_others_that_could_act_there_too():
+    race = found(rubbing(lambda k, t, q: 1.0 * (k < 6)))
+    (chosen,) = race.chosen
+    there = [c for c in race.bank.candidates if c.instance.spell == chosen.instance.spell and c.key != chosen.key]
+    viscous = next(c for c in there if c.key == ("viscous_friction", 1))
+    behind = race.total([viscous], [chosen]) - race.total()
+    assert 0 < behind < race.total(without=[chosen]) - race.total(), "viscous friction explains some of it, where there is any friction"
+    assert findings(race)[0].rivals[0]["behind"] == pytest.approx(behind, abs=0.01)
+    assert not any(c.own for c in there), "a phase of each recording's own is no rival in a part"
+
+
 @pytest.mark.parametrize("acts", [lambda k, t, q: 1.0, lambda k, t, q: 0.8 + 0.4 * (k % 2), lambda k, t, q: 0.7 + 0.05 * k])
 def test_an_effect_that_always_acts_has_no_spell_though_it_varies(acts):
     (chosen,) = found(rubbing(acts)).chosen
