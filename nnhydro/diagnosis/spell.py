@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import column
+from nnhydro.effects.effect import Effect
 from nnhydro.effects.in_sector import within
 
 Array = NDArray[np.float64]
@@ -31,6 +32,12 @@ class Sector:
     def holds(self, q: Array) -> NDArray[np.bool_]:
         """Return which angles (n,) rad lie in it."""
         return np.asarray(within(q, self.low, self.high))
+
+    def shows(self, effect: Effect) -> bool:
+        """Return whether the sector is wide enough for what the effect does along these angles."""
+        if self.low is None or self.high is None or self.joint != effect.joint:
+            return True
+        return self.high - self.low >= effect.narrowest()
 
     def sentence(self) -> str:
         """Return it in words."""

@@ -180,7 +180,9 @@ def _in_space(race: Race, table: Table, believed: StripTheory, others: Sequence[
     for c, placed in zip(loads, made.bank.candidates[len(others):], strict=True):
         for joint in range(1, len(race.noise) + 1):
             found = sector(rows, joint, made.bench.p - start + np.array(placed.columns))
-            if found is not None and found[1] > LEAST and (c.key not in best or found[0] > best[c.key][0]):
+            if found is None or not found[2].shows(c.instance.effect):
+                continue
+            if found[1] > LEAST and (c.key not in best or found[0] > best[c.key][0]):
                 best[c.key] = (found[0], c, found[2])
     for _, c, where in sorted(best.values(), key=lambda one: -one[0])[:RIVALS]:
         yield judged(race, table, believed, c, others, Spell(sector=where), len(race.noise) * PARTS**2 / 2)
@@ -216,10 +218,13 @@ def spelled(known: Race, table: Table, believed: StripTheory) -> list[Instance]:
 def in_the_same_part(race: Race, table: Table, believed: StripTheory, most: int) -> list[Instance]:
     """Return of every chosen effect that acts in a part the `most` best rivals that act there, too: which one it is, is decided there."""
     made = []
-    for chosen in (c for c in race.chosen if c.instance.spell is not None):
-        others = [c.instance for c in race.chosen if c is not chosen]
-        there = [replace(c.instance, spell=chosen.instance.spell) for c in race.bank.candidates
-                 if c.instance.spell is None and not c.own and c.key not in {other.key for other in race.chosen}]
+    for chosen in race.chosen:
+        spell, others = chosen.instance.spell, [c.instance for c in race.chosen if c is not chosen]
+        if spell is None:
+            continue
+        there = [replace(c.instance, spell=spell) for c in race.bank.candidates
+                 if c.instance.spell is None and not c.own and c.key not in {other.key for other in race.chosen}
+                 and (spell.sector is None or spell.sector.shows(c.instance.effect))]
         contest = race_of(table, [*others, chosen.instance, *there], believed, None, race.noise)
         contest.chosen = list(contest.bank.candidates[:len(others) + 1])
         best = ranked(contest, contest.bank.candidates, [contest.chosen[-1]])[: most + 1]

@@ -80,6 +80,10 @@ class Effect(Parametrised):
         """Return whether the values make sense together, beyond each one's own bounds; a mechanism that cannot be is not claimed."""
         return True
 
+    def narrowest(self) -> float:
+        """Return the narrowest range of the joint's angles, rad, that shows the effect: one period of what is periodic; 0 by default."""
+        return 0.0
+
     def quantities(self) -> dict[str, Quantity]:
         """Return what a person wants to know, in units: by default the parameters themselves."""
         linear = dict(zip(self.linear_names(), zip(self.linear_values().tolist(), self.linear_units(), strict=True), strict=True))

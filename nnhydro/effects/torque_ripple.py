@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import hypot
+from math import hypot, pi
 from typing import final
 
 import torch
@@ -41,6 +41,10 @@ class TorqueRipple(LoadEffect):
         """Return d tau / d (cosine, sine), (n, joints, 2)."""
         angle = self.periods[0] * flow.motion.q[:, self.joint - 1]
         return at_joint(torch.stack([torch.cos(angle), torch.sin(angle)], dim=1), self.joint, flow.arm.n_links)
+
+    def narrowest(self) -> float:
+        """Return one period: in less a sine is a spring as well."""
+        return 2 * pi / self.periods[0]
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude and number of periods."""

@@ -138,6 +138,29 @@ def test_recordings_that_no_search_has_seen_are_judged_by_their_own_place_in_the
     assert diagnosis.rehearsal is None, "nobody asked for one"
 
 
+def test_a_hose_that_pulls_in_a_sector_is_a_spring_there_and_no_part_of_a_ripple():
+    made = []
+    for k in range(COUNT):
+        r = recording(ARM, planted(ARM), f"run{k:02d}", seed=k + 1, noise=0.003, seconds=4.0)
+        tau, q = np.array(r.tau), r.q[:, 0]
+        tau[:, 0] -= 0.6 * (q + 0.5) * ((q > 0.0) & (q < 0.6))
+        made.append(replace(r, tau=tau))
+    (chosen,) = found(Campaign.of(ARM, made), (*FEW, "torque_ripple")).chosen
+    assert chosen.key == ("umbilical_stiffness", 1)
+    assert chosen.instance.spell.sector.low == pytest.approx(0.0, abs=0.07)
+
+
+def test_a_sector_shows_a_ripple_where_a_period_of_it_fits():
+    ripple = instances(ARM, (1.0, 1.0))
+    slow, fast = (next(i.effect for i in ripple if i.key == ("torque_ripple", 1) and i.effect.periods == (n,)) for n in (4.0, 20.0))
+    assert slow.narrowest() == pytest.approx(np.pi / 2)
+    narrow = Sector(1, -0.2, 0.3)
+    assert (narrow.shows(fast), narrow.shows(slow)) == (True, False)
+    assert replace(narrow, high=None).shows(slow), "open: the joint's own range ends it"
+    assert replace(narrow, joint=2).shows(slow), "the other joint's angles have nothing to do with its period"
+    assert narrow.shows(next(i.effect for i in ripple if i.key == ("umbilical_stiffness", 1)))
+
+
 def test_what_is_confined_to_a_sector_is_confined_in_the_corrected_model_too(tmp_path):
     campaign = rubbing(lambda k, t, q: 1.0 * (q[:, 0] > 0.1))
     diagnosis = diagnose(campaign, without=[name for name in catalogue() if name not in FEW])
