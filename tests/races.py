@@ -145,6 +145,7 @@ class Known:
     spans: dict = field(default_factory=dict)
     effect: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(spread={}))
     spell: object = None
+    start: bool = False
 
     @property
     def width(self):

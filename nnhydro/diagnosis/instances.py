@@ -29,7 +29,7 @@ class Instance:
 
     `grid` is the number of values tried at first; `spans` are the neighbouring values of each nonlinear parameter. A settled instance of an
     instrument effect has its columns about its own values, on the reading of the model `believed` beside it.
-    With a `spell` it acts only there.
+    With a `spell` it acts only there. `start` marks settled values that nobody has fitted yet.
     """
 
     effect: Hypothesis
@@ -37,6 +37,7 @@ class Instance:
     spans: Mapping[str, Span] = field(default_factory=dict)
     believed: StripTheory | None = None
     spell: Spell | None = None
+    start: bool = False  # values from which a search starts: too flexible to tell what noise is
 
     @property
     def key(self) -> Key:
@@ -122,4 +123,4 @@ def settled(instance: Instance, values: Tensor, believed: StripTheory) -> Instan
     """Return an instrument's instance with its columns about `values`, on the reading of `believed`; loads are linear as they are."""
     if not isinstance(instance.effect, InstrumentEffect) or instance.effect.own_in_every_recording:
         return instance
-    return replace(instance, effect=instance.with_values(values.to(torch.float64)), believed=believed)
+    return replace(instance, effect=instance.with_values(values.to(torch.float64)), believed=believed, start=False)

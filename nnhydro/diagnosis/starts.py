@@ -23,5 +23,5 @@ def started(case: Case, known: Sequence[Instance]) -> tuple[Instance, ...]:
     for one in known:
         others = one.effect.starts(seen) if isinstance(one.effect, InstrumentEffect) else ()
         tried = replace(one, grid=one.grid * (1 + len(others)))
-        made += [tried, *(settled(tried, other.linear_values(), case.model) for other in others)]
+        made += [tried, *(replace(settled(tried, other.linear_values(), case.model), start=True) for other in others)]
     return tuple(made)

@@ -11,7 +11,9 @@ from scipy.interpolate import CubicSpline
 from nnhydro.diagnosis.case import opened
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import named, torque_peaks
+from nnhydro.diagnosis.race import race_of
 from nnhydro.diagnosis.starts import started
+from nnhydro.diagnosis.table import Table
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.joint_elasticity import RESONANCES, JointElasticity
 from nnhydro.physics.flow import Flow
@@ -41,11 +43,13 @@ def springy(stiffness, count=8):
     return Campaign.of(ARM, made)
 
 
-@pytest.mark.parametrize("resonance", [4.0, 9.0])
+@pytest.mark.parametrize("resonance", [6.0, 9.0])
 def test_a_drive_whose_resonance_lies_in_the_band_is_found_with_its_stiffness(resonance):
     stiffness = inertia() * (2 * np.pi * resonance) ** 2
     ready = opened(springy(stiffness))
-    (found,) = named(ready.case, ready.repeats, 0, without=[name for name in catalogue() if name not in TRIED]).findings
+    findings = named(ready.case, ready.repeats, 0, without=[name for name in catalogue() if name not in TRIED]).findings
+    assert [f.effect.id for f in findings] == ["joint_elasticity"]
+    found = findings[0]
     assert (found.effect.id, found.effect.joint) == ("joint_elasticity", 1)
     assert found.confidence > 0.9
     assert found.parameters["stiffness"]["value"] == pytest.approx(stiffness, rel=0.2)  # what is told stops at 0.9 of the resonance
@@ -64,3 +68,13 @@ def test_the_starts_resonate_where_the_card_says_and_count_as_values_that_were_t
     assert all(i.believed is ready.case.model for i in drives[1:])
     others = [[(i.effect, i.grid) for i in some if i.key != drives[0].key] for some in (with_starts, known)]
     assert others[0] == others[1]
+
+
+def test_settled_values_that_nobody_has_fitted_do_not_tell_what_noise_is():
+    ready = opened(springy(inertia() * (2 * np.pi * 6.0) ** 2, count=4))
+    known = [i for i in instances(ARM, torque_peaks(ready.case.all_units)) if i.key[0] in TRIED]
+    table = Table(ready.case)
+    plain, with_starts = (race_of(table, some, ready.case.model, None) for some in (known, started(ready.case, known)))
+    np.testing.assert_allclose(with_starts.noise, plain.noise, rtol=1e-9)
+    fitted = [replace(i, start=False) for i in started(ready.case, known)]
+    assert (race_of(table, fitted, ready.case.model, None).noise < 0.9 * plain.noise).all()
