@@ -142,7 +142,7 @@ def test_the_smallest_strength_is_found_four_times_in_five_and_a_tenth_less_is_n
 
 def test_strength_grows_as_the_root_of_the_correlation_of_rows():
     one, four = (smallest_own_strength(spread(correlation=c), 0) for c in (1.0, 4.0))
-    need = 6 * np.log(3 * 200 / 0.01)
+    need = 6 * np.log(3 * 450 / 0.01)
     assert one == pytest.approx(0.84 + np.sqrt(0.84**2 + 2 * need))
     assert four == pytest.approx(1.68 + np.sqrt(1.68**2 + 2 * need))
 
@@ -152,7 +152,7 @@ def test_values_of_each_recordings_own_ask_for_the_documented_strength(values, c
     where = spread(units=6, correlation=correlation)
     x = smallest_own_strength(where, values)
     left = x**2 / 2 - 0.84 * np.sqrt(correlation) * x
-    assert left == pytest.approx(6 * np.log(3 * 200 / 0.01) + 0.45 * correlation * values * 24)
+    assert left == pytest.approx(6 * np.log(3 * 450 / 0.01) + 0.45 * correlation * values * 24)
 
 
 def test_values_of_their_own_in_less_than_four_recordings_are_found_at_no_strength():
