@@ -45,7 +45,7 @@ class Bank:
     low: Array  # (K,)
     high: Array  # (K,)
     torque: Array  # (joints,) (N m)^2
-    met: Array  # (joints, K) N m: sum of column times measured torque
+    met: Array  # (joints, K) N m times the column's unit: sum of column times measured torque
 
 
 def listed(instances: Sequence[Instance]) -> tuple[Candidate, ...]:

@@ -7,7 +7,8 @@ A card holds the mechanism, not the exact law of this rig. So the other findings
 
 each with a prior standard deviation of half of a, and the finding in question is asked again what it adds. What the shape of another one
 can take over is not claimed, where that one explains three times as much: a law of other form leaves far less than it explains, and viscous
-friction, the rate of a spring's torque, is no shape of a spring that explains as much.
+friction, the rate of a spring's torque, is no shape of a spring that explains as much. The other values that a card names are its own
+mechanism, and are lent by whatever explains more.
 """
 
 from collections.abc import Sequence

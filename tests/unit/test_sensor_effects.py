@@ -140,12 +140,20 @@ def test_a_channel_that_clips_reads_no_more_than_its_level_whatever_its_gain_and
     assert float(read[:, 0].abs().max()) <= 0.7 + 1e-12
 
 
+def test_less_is_foreseen_of_what_jumps_rings_or_clips_and_least_of_a_gap():
+    foreseen = {id_: cls.foreseen for id_, cls in REGISTER.items() if cls.foreseen < 1}
+    assert set(foreseen) == {"backlash", "joint_elasticity", "torque_saturation"}
+    assert all(foreseen["backlash"] < value for id_, value in foreseen.items() if id_ != "backlash")
+
+
 @pytest.mark.parametrize(("id_", "name", "value", "may_be"), [
     ("sensor_timing", "lag", 0.1, True), ("sensor_timing", "lag", -0.1, True),  # angles may be the late ones
     ("torque_saturation", "share", 1.0, True), ("torque_saturation", "share", 0.3, True),
     ("torque_saturation", "share", -0.2, False),  # no amplifier reads more than there is, the larger the more
     ("torque_crosstalk", "leak", 0.3, True), ("torque_crosstalk", "leak", -0.3, True),  # either way round
     ("torque_crosstalk", "leak", 1.0, False), ("torque_crosstalk", "leak", -1.0, False),  # that channel reads the other joint
+    ("torque_gain", "error", 0.5, True), ("torque_gain", "error", -0.5, True),  # another range of the amplifier
+    ("torque_gain", "error", 1.0, False), ("torque_gain", "error", -1.0, False),  # such a channel reads nothing
     ("drag_form", "ends", -0.4, True), ("drag_form", "ends", 0.4, True),  # relief, or plates at the ends
 ])
 def test_what_cannot_be_is_not_looked_for_and_what_can_be_is(id_, name, value, may_be):

@@ -9,7 +9,7 @@ from rigs import arm
 from scipy.interpolate import CubicSpline
 
 from nnhydro.diagnosis.case import opened
-from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.instances import instances, settled
 from nnhydro.diagnosis.naming import named, torque_peaks
 from nnhydro.diagnosis.race import race_of
 from nnhydro.diagnosis.starts import started
@@ -76,5 +76,8 @@ def test_settled_values_that_nobody_has_fitted_do_not_tell_what_noise_is():
     table = Table(ready.case)
     plain, with_starts = (race_of(table, some, ready.case.model, None) for some in (known, started(ready.case, known)))
     np.testing.assert_allclose(with_starts.noise, plain.noise, rtol=1e-9)
-    fitted = [replace(i, start=False) for i in started(ready.case, known)]
+    some = started(ready.case, known)
+    fitted = [settled(i, i.effect.linear_values(), ready.case.model) if i.start else i for i in some]
+    assert [i.start for i in some].count(True) == len(RESONANCES)
+    assert not any(i.start for i in fitted), "what has been settled about values of its own is a start no more"
     assert (race_of(table, fitted, ready.case.model, None).noise < 0.9 * plain.noise).all()
