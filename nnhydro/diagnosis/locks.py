@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.race import Race, columns_of, own_of
-from nnhydro.diagnosis.score import Scored
+from nnhydro.diagnosis.score import FLOOR, Scored
 
 Array = NDArray[np.float64]
 SIGNS = 999
@@ -172,6 +172,14 @@ def opens(gains: Array) -> bool:
     return sign_flip_p(gains) <= (P_LEFT_OUT if len(gains) != FEWEST else 2.0**-FEWEST)
 
 
+def confirmed(gains: Array) -> bool:
+    """Return whether what the recording with the largest of `gains` (n,) shows is seen in the others, too: p <= 0.05 of their likelihoods.
+
+    A recording's own values are predicted within that recording alone, so that likelihoods of a few are evidence where signs are none.
+    """
+    return bool(len(gains) > 1 and gain_p(float(gains.sum() - gains.max()), 1) <= P_LEFT_OUT)
+
+
 def material(before: Scored, after: Scored) -> float:
     """Return the largest share, over joints, of left-out residual energy that is gained."""
     a, b = before.energy.sum(axis=0), after.energy.sum(axis=0)
@@ -181,10 +189,19 @@ def material(before: Scored, after: Scored) -> float:
 def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
     """Return whether `candidate` passes both locks and is material, or relieves what is known, and write it down."""
     before, after = race.scored(), race.scored([candidate])
-    p_block = gain_p(gain, TRIED) if candidate.own else family_wise_p(race, seed)
+    p_block = gain_p(gain, MISMATCH_TESTS * TRIED) if candidate.own else family_wise_p(race, seed)
     p_left_out, share, p_known = left_out_p(before, after), material(before, after), known_p(race, before)
     race.log.append(f"{candidate.key[0]} joint {candidate.key[1]}: gain {gain:.1f}, p_block {p_block:.3f}, p_left_out {p_left_out:.4f}, "
                     f"energy {share:.3f}, p_known {p_known:.3f}")
     if p_known <= P_BLOCK and before.cost - after.cost >= RELIEF * gain and gain_p(gain, len(race.bank.candidates)) <= P_BLOCK:
         return True
-    return p_block <= P_BLOCK and opens(before.by_unit - after.by_unit) and share >= MATERIAL
+    return p_block <= P_BLOCK and _agreed(race, candidate, before, after) and share >= MATERIAL
+
+
+def _agreed(race: Race, candidate: Candidate, before: Scored, after: Scored) -> bool:
+    """Whether recordings left out agree on the candidate; of a wave, all values of which are a recording's own, where any is missing."""
+    gains = before.by_unit - after.by_unit
+    if candidate.columns:
+        return opens(gains)
+    heard = telling(gains[(before.energy > FLOOR * race.bench.by_unit[1][:, None]).any(axis=1)])
+    return confirmed(heard) if len(heard) < FEWEST else opens(heard)

@@ -16,6 +16,7 @@ from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.search import Found, search
 from nnhydro.diagnosis.starts import started
 from nnhydro.diagnosis.steadfast import drop_made_by_filter
+from nnhydro.diagnosis.tuned import drop_untuned
 from nnhydro.diagnosis.verdict import Finding, findings, simplest
 from nnhydro.recordings.splitting import Unit
 
@@ -47,11 +48,14 @@ class Named:
 def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, without: Sequence[str] = (),
           progress: Callable[[str], None] = lambda line: None) -> Named:
     """Return what the baseline leaves out of `case`; `repeats` (joints,) N m is the noise seen in repeats, `without` ids not to try."""
-    found = search(case, started(case, instances(case.model.arm, torque_peaks(case.all_units), without)), repeats, seed, progress)
+    known = started(case, instances(case.model.arm, torque_peaks(case.all_units), without))
+    found = search(case, known, repeats, seed, progress)
     race = found.race
+    drop_untuned(race, found.table, found.believed, known)
     prune(race, found.table, found.believed)
     drop_made_by_filter(case, race, found.believed)
     race.chosen = simplest(race)
+    drop_leftovers(race, seed)
     race.chosen = [f.candidate for f in trusted(race, seed) if f.confidence >= CONFIDENT]
     proof = prove(race, found.table, found.believed)
     while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
@@ -72,6 +76,18 @@ def trusted(race: Race, seed: int = 0) -> list[Finding]:
     if trust < 1.0 and not more_to_see(race, seed):
         trust = 1.0
     return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
+
+
+def drop_leftovers(race: Race, seed: int) -> None:
+    """Take away what may be made of the part of another finding that nobody can foretell, where much remains unexplained.
+
+    Of a finding of which the share f is foreseen, others may shave what is left: what gains less than 1 - f of its gain is not claimed.
+    """
+    if not race.chosen or explained(race) >= MOSTLY or not more_to_see(race, seed):
+        return
+    gain = {c.key: race.loss(c) for c in race.chosen}
+    left = {c.key: gain[c.key] * (1 - c.instance.effect.foreseen) for c in race.chosen}
+    race.chosen = [c for c in race.chosen if all(gain[c.key] >= left[other] for other in left if other != c.key)]
 
 
 def more_to_see(race: Race, seed: int) -> bool:

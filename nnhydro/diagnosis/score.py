@@ -5,8 +5,9 @@
 
 The logarithm makes a hypothesis reach the noise floor everywhere; on the squared error a flexible wrong one wins by shaving the worst
 recording. z are the baseline's parameters in standard deviations of what is known of them: moving a mass by twenty of them has its price.
-Columns with a value of their own in every recording (a phase, an offset) are eliminated from the common fit, and predicted in each block
-of a recording by what its other blocks taught. Lower is better. Source: diagnosis by likelihood of left-out recordings, ours.
+Values of their own in every recording (a phase, an offset) are random effects (nnhydro.diagnosis.own): integrated over in the common fit,
+and in each block of a recording predicted by what its other blocks and the spread over all recordings taught. Lower is better.
+Source: diagnosis by likelihood of left-out recordings, ours.
 """
 
 from dataclasses import dataclass
@@ -17,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.blocks import Blocks
+from nnhydro.diagnosis.own import Effects, nearness
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 FLOOR = 0.8  # of the noise energy: what lies below is chance, not merit
 RIDGE = 1e-8  # relative to a column's own energy: keeps aliased columns solvable
-OWN_RIDGE = 1e-3  # the same for values of a recording's own, which few rows must carry
 
 
 @final
@@ -83,58 +84,60 @@ class Bench:
 
     def left_out(self, take: Index, own: Index) -> tuple[Array, Array]:
         """Return the parameters of the columns at `take` fitted to all units (q,) and to all but each one (units, q)."""
-        G = self.by_unit[0].sum(axis=1)
-        H, g = G[:, take[:, None], take[None, :]], G[:, take, -1]
-        if len(own):
-            C = G[:, take[:, None], own[None, :]] @ self._own_gain(G, own)  # (units, q, o)
-            H = H - C @ G[:, own[:, None], take[None, :]]
-            g = np.asarray(g - np.matmul(C, G[:, own, -1][..., None])[..., 0], np.float64)
-        A, gt = H.sum(axis=0) + np.diag(self.penalty(take)), g.sum(axis=0)
-        return np.linalg.solve(A, gt), np.linalg.solve(A[None] - H, (gt - g)[..., None])[..., 0]
+        theta, left_out, _ = self._fitted(take, own)
+        return theta, left_out
 
-    def _own_gain(self, G: Array, own: Index) -> Array:
-        """The inverse (units, o, o) of the own columns' Gram matrices, with the prior that a recording's own values are like its peers'."""
-        Hoo = G[:, own[:, None], own[None, :]]
-        size = np.diag(self.total)[own] / len(G)
-        return np.asarray(np.linalg.inv(Hoo + np.diag(OWN_RIDGE * size + 1e-12)), np.float64)
+    def _fitted(self, take: Index, own: Index) -> tuple[Array, Array, Effects]:
+        """The parameters fitted to all units, to all but each one, and the values of a recording's own."""
+        G, penalty = self.by_unit[0].sum(axis=1), np.diag(self.penalty(take))
+        effects = Effects.of(G, take, own, penalty)
+        H, g = effects.eliminated()
+        A, gt = H.sum(axis=0) + penalty, g.sum(axis=0)
+        return np.linalg.solve(A, gt), np.linalg.solve(A[None] - H, (gt - g)[..., None])[..., 0], effects
 
     def scored(self, columns: Index, own: Index | None = None) -> Scored:
         """Return the left-out score with the candidate `columns` beside the baseline, and `own` with a value in every recording."""
         take, beside = self.index(columns), self.p + (np.zeros(0, np.int64) if own is None else own)
-        theta, left_out = self.left_out(take, beside)
-        G, n = self.by_unit
-        H, g, s = G[:, :, take[:, None], take[None, :]], G[:, :, take, -1], G[:, :, -1, -1]
-        energy = s - 2 * np.einsum("ujq,uq->uj", g, left_out) + np.einsum("uq,ujqr,ur->uj", left_out, H, left_out, optimize=True)
+        theta, left_out, effects = self._fitted(take, beside)
+        energy = self._energy(take, left_out)
         if len(beside):
-            energy = energy - self._own_gains(take, beside, left_out)
+            energy = energy - self._own_gains(take, beside, left_out, effects.v)
         energy = np.maximum(energy, 0.0)
-        by_unit = (n[:, None] / 2 * np.log(np.maximum(energy / n[:, None], FLOOR))).sum(axis=1)
+        by_unit = self._cost(energy)
         cost = 0.5 * float((self.prior * theta[: self.p] ** 2).sum())
         return Scored(energy, by_unit, float(by_unit.sum()) + cost, theta, cost)
 
-    @cached_property
-    def nearness(self) -> Array:
-        """Weight (blocks, blocks) of each other block of the same recording: neighbours count most, as a phase is not kept for ever."""
-        unit, place = self.blocks.unit, np.arange(len(self.blocks.unit))
-        apart = np.abs(place[:, None] - place[None, :])
-        result: Array = np.where((unit[:, None] == unit[None, :]) & (apart > 0), np.exp(-1.0 * (apart - 1)), 0.0)
+    def _energy(self, take: Index, theta: Array) -> Array:
+        """Squared errors (units, joints) of the columns at `take` with the parameters `theta` (units, q)."""
+        G = self.by_unit[0]
+        H, g, s = G[:, :, take[:, None], take[None, :]], G[:, :, take, -1], G[:, :, -1, -1]
+        result: Array = s - 2 * np.einsum("ujq,uq->uj", g, theta) + np.einsum("uq,ujqr,ur->uj", theta, H, theta, optimize=True)
         return result
+
+    def _cost(self, energy: Array) -> Array:
+        n = self.by_unit[1][:, None]
+        return np.asarray((n / 2 * np.log(np.maximum(energy / n, FLOOR))).sum(axis=1), np.float64)
+
+    @cached_property
+    def _near(self) -> Array:
+        return nearness(self.blocks.unit)
 
     def own_values(self, take: Index, own: Index, theta: Array) -> Array:
         """Return the values (blocks, o) of a recording's own columns, each from the other blocks of its unit; `theta` (units, q)."""
+        return self._predicted(take, own, theta, self._fitted(take, own)[2].v)
+
+    def _predicted(self, take: Index, own: Index, theta: Array, v: Array) -> Array:
         G, unit, o, q = self.joint_sums, self.blocks.unit, len(own), len(take)
         with_all = G[:, own[:, None], np.concatenate([own, take, [G.shape[2] - 1]])[None, :]]  # (blocks, o, o + q + 1)
-        rest: Array = np.tensordot(self.nearness, with_all, axes=1)
+        rest: Array = np.tensordot(self._near, with_all, axes=1)
         g = rest[:, :, -1] - np.matmul(rest[:, :, o:o + q], theta[unit][..., None])[..., 0]
-        size = np.diag(self.total)[own] / (int(unit.max()) + 1)
-        H = rest[:, :, :o] + np.diag(OWN_RIDGE * size + 1e-12)
         alone = np.bincount(unit)[unit] < 2
-        result: Array = np.where(alone[:, None], 0.0, np.linalg.solve(H, g[..., None])[..., 0])
+        result: Array = np.where(alone[:, None], 0.0, np.linalg.solve(rest[:, :, :o] + np.diag(1 / v), g[..., None])[..., 0])
         return result
 
-    def _own_gains(self, take: Index, own: Index, theta: Array) -> Array:
+    def _own_gains(self, take: Index, own: Index, theta: Array, v: Array) -> Array:
         """Energy (units, joints) that a recording's own columns take away, each block predicted by the others."""
-        a, G, unit = self.own_values(take, own, theta), self.blocks.G, self.blocks.unit
+        a, G, unit = self._predicted(take, own, theta, v), self.blocks.G, self.blocks.unit
         residual = G[:, :, own, -1] - np.einsum("bjoq,bq->bjo", G[:, :, own[:, None], take[None, :]], theta[unit], optimize=True)
         H = G[:, :, own[:, None], own[None, :]]
         gain = 2 * np.einsum("bo,bjo->bj", a, residual) - np.einsum("bo,bjor,br->bj", a, H, a, optimize=True)

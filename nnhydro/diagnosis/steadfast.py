@@ -1,6 +1,7 @@
 """A verdict must survive the cut-off moved by 30 % to either side: what appears at one filter alone is made by the filter.
 
 The chosen effects are fitted again at the moved cut-offs, columns and torque through the same filter, and each is asked what it gains.
+A wave whose pitch lies above the lower one is asked at the higher one only.
 """
 
 from collections.abc import Sequence
@@ -31,7 +32,9 @@ def kept_shares(case: Case, race: Race, believed: StripTheory, chosen: Sequence[
 def drop_made_by_filter(case: Case, race: Race, believed: StripTheory) -> None:
     """Take the chosen candidates away, the weakest first, that gain nothing at a moved cut-off."""
     while race.chosen:
-        shares = [min(kept, default=1.0) for kept in kept_shares(case, race, believed, race.chosen)]
+        kept = kept_shares(case, race, believed, race.chosen)
+        shares = [(max if c.instance.effect.own_in_every_recording else min)(share, default=1.0)
+                  for c, share in zip(race.chosen, kept, strict=True)]
         race.log += [f"{c.key[0]} joint {c.key[1]}: keeps {share:.2f} of its gain with the cut-off moved"
                      for c, share in zip(race.chosen, shares, strict=True)]
         weakest = int(np.argmin(shares))

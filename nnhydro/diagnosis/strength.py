@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.locks import MATERIAL, MISMATCH_TESTS, P_BLOCK, P_LEFT_OUT, SOFT, TRIED, VIOLENT
+from nnhydro.diagnosis.own import nearness
 
 Array = NDArray[np.float64]
 DRAWS = 200
@@ -23,7 +24,6 @@ FEWEST = 4  # recordings in which an effect must show before signs can testify
 ALL_SIGNS = 8  # recordings up to which all signs are tried; more are nearly normal
 NORMAL = 1.645  # quantile of P_LEFT_OUT
 STRONGEST = 1e4  # lambda: what is not found there is not found at all
-OWN_COST = 0.45  # gain lost a block and value, where a recording's own values are predicted from its three other blocks
 
 
 @final
@@ -105,13 +105,35 @@ def smallest_strength(where: Where, price: Price) -> float | None:
     return high
 
 
+def _own_gains(strength: float, where: Where, values: int) -> Array:
+    """Mean gain (units,) of each recording when each block of it is predicted by the values that its other blocks teach."""
+    taught = strength**2 / max(values, 1) * (nearness(where.unit) @ where.e)
+    told = taught / (1 + taught) if values else np.ones_like(taught)
+    return np.asarray(np.bincount(where.unit, strength**2 / 2 * where.e * told), np.float64)
+
+
 def smallest_own_strength(where: Where, values: int) -> float | None:
     """Return the lambda at which an effect with `values` of each recording's own is found with a chance of 0.8.
 
-        lambda^2 / 2 - 0.84 sqrt(c) lambda = 6 log(3 * 450 / 0.01) + 0.45 c values blocks       (see `locks.gain_p`)
+        sum_b g_b - 0.84 sqrt(c) lambda = 6 log(3 * 450 / 0.01),    g_b = e_b lambda^2 / 2 * h_b / (1 + h_b)
+        h_b = lambda^2 / values * sum_b' w_bb' e_b'  over the other blocks of the recording, w their nearness
+        and without the recording that shows most  >= 6 log(1 / 0.05)           (see `locks.gain_p`, `locks.confirmed`)
+
+    Source: what a normal value of spread 1 that is told with information h leaves unknown, 1 / (1 + h).
     """
-    if len(np.unique(where.unit[where.e > 1e-9])) < FEWEST:
-        return None
-    needed = SOFT * np.log(MISMATCH_TESTS * TRIED / P_BLOCK) + OWN_COST * where.correlation * values * int((where.e > 1e-9).sum())
     spread = SIGMAS * np.sqrt(where.correlation)
-    return float(spread + np.sqrt(spread**2 + 2 * needed))
+    shares = np.bincount(where.unit, where.e)
+    needed, confirming = SOFT * np.log(MISMATCH_TESTS * TRIED / P_BLOCK), SOFT * np.log(1 / P_LEFT_OUT)
+
+    def enough(strength: float) -> bool:
+        gains, rest = _own_gains(strength, where, values), np.arange(len(shares)) != shares.argmax()
+        return bool(gains.sum() - spread * strength >= needed
+                    and gains[rest].sum() - spread * strength * np.sqrt(shares[rest].sum()) >= confirming)
+
+    low, high = 1.0, STRONGEST
+    if (shares > 1e-9).sum() < 2 or not enough(high):
+        return None
+    while high / low > 1 + 1e-9:
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return high

@@ -1,5 +1,7 @@
 """What speaks for a finding: left-out errors, placebos, moved cut-offs; each against the same by hand on plain rows."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from races import JOINTS, NOISE, K, P, Plain, fit, instance, raced, rows, tables
@@ -157,8 +159,13 @@ def test_at_most_nine_placebos_are_tried(monkeypatch):
 
 def test_a_gain_that_shrinks_with_the_cut_off_moved_is_still_a_gain(monkeypatch):
     """A low cut-off rightly hides a ripple: only what gains nothing at one of them is made by the filter."""
-    shares = {"effect_0": [1.1, 0.05], "effect_4": [-0.01, 1.2]}
+    shares = {"effect_0": [1.1, 0.05], "effect_4": [-0.01, 1.2], "wave": [-0.01, 0.7], "other": [-0.01, -0.02]}
     monkeypatch.setattr("nnhydro.diagnosis.steadfast.kept_shares", lambda case, found, believed, chosen: [shares[c.key[0]] for c in chosen])
     found = raced(Plain(tables(14)), EACH, chosen=(0, 4))
     drop_made_by_filter(None, found, None)
     assert [c.key[0] for c in found.chosen] == ["effect_0"]
+    own = SimpleNamespace(spread={}, own_in_every_recording=True)
+    waves = [instance(name, (k,), effect=own) for k, name in ((1, "wave"), (2, "other"))]
+    found = raced(Plain(tables(14)), [EACH[0], *waves], chosen=(0, 1, 2))
+    drop_made_by_filter(None, found, None)
+    assert [c.key[0] for c in found.chosen] == ["effect_0", "wave"], "the pitch of a wave may lie above the lower cut-off"

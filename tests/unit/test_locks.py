@@ -9,6 +9,7 @@ from races import JOINTS, NOISE, SINGLE, K, P, candidate, fit, race, rows, table
 from nnhydro.diagnosis.locks import (
     Extremes,
     block_scores,
+    confirmed,
     family_wise_p,
     gain_p,
     left_out_p,
@@ -228,8 +229,28 @@ def test_values_of_a_recordings_own_pass_the_first_lock_by_their_gain():
     gain = found.total() - found.total([own])
     assert gain > 100
     assert passes(found, own, gain, 0)
-    assert not passes(found, own, 6 * np.log(450 / 0.0101), 0), "one in a hundred among 450 tried asks for more"
-    assert passes(found, own, 6 * np.log(450 / 0.0099), 0)
+    assert not passes(found, own, 6 * np.log(3 * 450 / 0.0101), 0), "one in a hundred of three tests of 450 asks for more"
+    assert passes(found, own, 6 * np.log(3 * 450 / 0.0099), 0)
+
+
+def test_recordings_in_which_nothing_is_missing_have_no_say_on_values_of_their_own():
+    rng, made = np.random.default_rng(5), tables(14, units=9, noise=0.8 * NOISE)
+    for u, table in enumerate(made[:3]):
+        table[..., -1] += (3.0 - u) * np.sign(rng.standard_normal()) * NOISE * table[..., P + 2]
+    own = candidate("own", (), (2,))
+    found = race(made, (own,))
+    before, after = found.scored(), found.scored([own])
+    gains = before.by_unit - after.by_unit
+    assert (gains[:3] > 20).all()
+    assert (gains[3:] <= 0).all(), "there it only costs"
+    assert passes(found, own, found.total() - found.total([own]), 0)
+    assert not passes(race(tables(14, units=9, noise=0.8 * NOISE), (own,)), own, 100.0, 0)
+
+
+@pytest.mark.parametrize(("gains", "said"), [((500.0, 18.1), True), ((500.0, 17.8), False), ((500.0,), False), ((), False),
+                                             ((18.1, 500.0), True), ((400.0, 30.0, -13.0), False), ((400.0, 31.0, -13.0), True)])
+def test_what_one_recording_shows_must_be_likely_in_the_others_too(gains, said):
+    assert confirmed(np.array(gains)) == said  # 6 log 20 = 17.97
 
 
 def test_the_noise_is_told_joint_by_joint():

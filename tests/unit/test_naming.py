@@ -71,7 +71,7 @@ def naming_of(monkeypatch):
     def told(found, confidence, gains):
         said = SimpleNamespace(race=found, table=None, believed=None)
         made = {"search": lambda *given: said, "instances": lambda *given: [], "torque_peaks": lambda units: (),
-                "prune": lambda *given: None, "drop_made_by_filter": lambda *given: None,
+                "prune": lambda *given: None, "drop_untuned": lambda *given: None, "drop_made_by_filter": lambda *given: None,
                 "simplest": lambda race: race.chosen, "explained": lambda race: 1.0,
                 "findings": lambda race: [Told(confidence[c.key[0]], c) for c in race.chosen],
                 "prove": lambda race, *given: proof_of(1.0, 0.1, **{c.key[0]: 0.1 + gains[c.key[0]] for c in race.chosen})}
@@ -108,6 +108,21 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
         assert told == [f"effect_{k}" for k in left]
     alone = naming_of(race(tables(20, {4: 0.12}), FORESEEN, chosen=(4,)), sure, {"effect_4": 0.0})
     assert alone == ["effect_4"], "beside nothing else it need not add a share"
+
+
+@pytest.mark.parametrize(("foreseen", "share", "left"), [(0.4, 0.5, [1]), (0.4, 0.6, [0, 1]), (0.9, 0.5, [0, 1]), (1.0, 0.3, [0, 1])])
+def test_what_may_be_made_of_the_part_of_another_finding_that_nobody_foretells_is_not_claimed(monkeypatch, foreseen, share, left):
+    monkeypatch.setattr(naming, "explained", lambda race: share)
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: True)
+    bank = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=value)) for k, value in enumerate((1.0, foreseen)))
+    found = race(tables(7, {0: 0.35, 1: 0.8}), bank, chosen=(0, 1))
+    assert 0.1 < found.loss(bank[0]) / found.loss(bank[1]) < 0.6
+    naming.drop_leftovers(found, 0)
+    assert found.chosen == [bank[k] for k in left]
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: False)
+    found.chosen = list(bank)
+    naming.drop_leftovers(found, 0)
+    assert found.chosen == list(bank), "where nothing else is seen nothing is left to be shaved"
 
 
 def test_there_is_more_to_see_where_an_effect_of_the_bank_still_gains_and_none_in_noise():

@@ -1,5 +1,6 @@
 """What a campaign can reveal, effect by effect: visible energies, sizes from strengths, typical shapes and nearest rivals."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -89,9 +90,10 @@ def test_the_size_is_the_strength_over_the_visible_amplitude():
     assert told["a0"].visible == pytest.approx(np.sqrt((left**2).sum() / (r.Z[:, P] ** 2).sum()))
     assert (told["a0"].shape, told["a0"].found_of, told["a0"].unit) == ({"v": 2.0}, (1, 1), "unit of a0")
     own = told["amplitude"]
-    energy = sum((left_of(made, k)[1] ** 2).sum() / 2 for k in (3, 4))
-    assert own.size == pytest.approx(own.strength / np.sqrt(energy))
-    assert own.strength == pytest.approx(smallest_own_strength(where, 2), rel=1e-6)
+    lefts = [left_of(made, k)[1] for k in (3, 4)]
+    assert own.size == pytest.approx(own.strength / np.sqrt(sum((left**2).sum() / 2 for left in lefts)))
+    blocks = np.array([sum((left[r.block == b] ** 2).sum() for left in lefts) for b in range(len(blocks))])
+    assert own.strength == pytest.approx(smallest_own_strength(replace(where, e=blocks / blocks.sum()), 2), rel=1e-6)
 
 
 def test_what_the_baseline_fits_or_bounds_forbid_has_no_size():

@@ -1,14 +1,17 @@
 """Left-out scores, batches, prices and the noise: the algebra on Gram matrices gives what plain least squares on the rows gives."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from races import JOINTS, NOISE, SINGLE, TRUTH, K, P, blocks_of, candidate, fit, race, rows, tables
+from scipy.stats import multivariate_normal
 
 from nnhydro.diagnosis.batch import scores
 from nnhydro.diagnosis.blocks import kept_rows, parts_of
 from nnhydro.diagnosis.noise import flexible_noise, noise_of, quiet_noise
+from nnhydro.diagnosis.own import Effects
 from nnhydro.diagnosis.race import gains, price, ranked
 from nnhydro.recordings.preprocessing import LowPass
 
@@ -18,7 +21,7 @@ MADE = tables(1, {0: 0.3})
 
 
 def with_own_values(seed=2, units=6):
-    """Tables in which columns 2 and 3 have a value of each recording's own that drifts from block to block."""
+    """Tables in which columns 2 and 3 have values of each recording's own, drawn from N(0, 1)."""
     rng, made = np.random.default_rng(seed), tables(seed, {0: 0.3}, units=units)
     for table in made:
         value = rng.standard_normal(2)
@@ -87,20 +90,61 @@ def test_a_column_of_zeros_changes_nothing():
     assert both.theta[P + 1] == 0.0
 
 
-def test_values_of_a_recordings_own_leave_the_common_fit_as_if_each_recording_had_columns_of_its_own():
+def marginal(made, take, own, v):
+    """Plain rows of each recording, and the covariance of its torque when values of its own N(0, diag v) are integrated over."""
+    r = rows(made)
+    here = [r.unit == u for u in range(len(made))]
+    return [(r.Z[i][:, take], r.y[i], np.eye(i.sum()) + (r.Z[i][:, own] * v) @ r.Z[i][:, own].T) for i in here]
+
+
+def effects_of(bench, take, own):
+    return Effects.of(bench.by_unit[0].sum(axis=1), take, own, 1e-9 * np.eye(len(take)))
+
+
+def test_the_common_fit_weighs_every_row_by_what_a_recordings_own_values_may_add():
     made = with_own_values()
-    r, bench = rows(made), race(made).bench
-    take = [*range(P), P]
-    own = np.zeros((len(r.y), 2 * len(made)))
-    size = (r.Z[:, P + 2:P + 4] ** 2).sum(axis=0) / len(made)
+    bench, take, own = race(made).bench, np.array([*range(P), P]), P + np.array([2, 3])
+    theta, left_out = bench.left_out(take, own)
+    parts = marginal(made, take, own, bench._fitted(take, own)[2].v)
+    A = [Y.T @ np.linalg.solve(S, Y) for Y, _, S in parts]
+    g = [Y.T @ np.linalg.solve(S, y) for Y, y, S in parts]
+    np.testing.assert_allclose(theta, np.linalg.solve(sum(A), sum(g)), rtol=1e-6)
     for u in range(len(made)):
-        own[r.unit == u, 2 * u:2 * u + 2] = r.Z[r.unit == u][:, P + 2:P + 4]
-    theta, left_out = bench.left_out(np.array(take), P + np.array([2, 3]))
-    weight = 1e-3 * np.tile(size, len(made))
-    np.testing.assert_allclose(theta, fit(r.Z[:, take], r.y, 0.0, own, weight), rtol=1e-6)
-    for u in range(len(made)):
-        out = r.unit != u
-        np.testing.assert_allclose(left_out[u], fit(r.Z[out][:, take], r.y[out], 0.0, own[out], weight), rtol=1e-6)
+        np.testing.assert_allclose(left_out[u], np.linalg.solve(sum(A) - A[u], sum(g) - g[u]), rtol=1e-6)
+
+
+def test_the_spreads_are_those_under_which_all_recordings_are_likeliest_and_those_that_were_drawn():
+    made = with_own_values(units=60)
+    bench, take, own = race(made).bench, np.array([*range(P), P]), P + np.array([2, 3])
+    found = effects_of(bench, take, own)
+
+    def likelihood(v):
+        H, g = replace(found, v=v).eliminated()
+        theta = np.linalg.solve(H.sum(axis=0), g.sum(axis=0))
+        return sum(multivariate_normal(cov=S).logpdf(y - Y @ theta) for Y, y, S in marginal(made, take, own, v))
+
+    best = likelihood(found.v)
+    assert found.v == pytest.approx([1.0, 1.0], rel=0.4), "of 60 draws"
+    for k in range(2):
+        for times in (0.7, 1.4):
+            assert likelihood(np.where(np.arange(2) == k, times, 1.0) * found.v) < best
+
+
+def test_values_of_a_recordings_own_that_are_not_there_cost_little_and_explain_nothing():
+    for seed in range(5):
+        bench, none = race(tables(seed, units=12)).bench, np.zeros(0, np.int64)
+        without, some = bench.scored(none), bench.scored(none, np.array([2, 3]))
+        assert -1 < some.total - without.total < 15
+        assert some.energy.sum() > 0.999 * without.energy.sum()
+
+
+def test_of_two_columns_that_hardly_differ_within_a_recording_the_spread_keeps_the_values_small():
+    made = with_own_values(units=12)
+    for table in made:
+        table[..., P + 4] = table[..., P + 3] + 1e-4 * table[..., P + 4]
+    bench, none = race(made).bench, np.zeros(0, np.int64)
+    alone, both = (bench.scored(none, np.array(own)).total for own in ((2, 3), (2, 3, 4)))
+    assert both < alone + 10, "a fit alone would take any difference of the two, and predict the next block by it"
 
 
 def test_a_block_is_predicted_by_the_value_that_its_recordings_other_blocks_taught_the_nearest_most():
@@ -108,14 +152,12 @@ def test_a_block_is_predicted_by_the_value_that_its_recordings_other_blocks_taug
     r, bench = rows(made), race(made).bench
     take, own = np.array([*range(P), P]), P + np.array([2, 3])
     theta = bench.left_out(take, own)[1]
-    values = bench.own_values(take, own, theta)
-    scored = bench.scored(np.array([0]), np.array([2, 3]))
-    size = (r.Z[:, own] ** 2).sum(axis=0) / len(made)
-    D = np.zeros((len(made), JOINTS))
+    values, v = bench.own_values(take, own, theta), bench._fitted(take, own)[2].v
+    scored, D = bench.scored(np.array([0]), np.array([2, 3])), np.zeros((len(made), JOINTS))
     for b in range(int(r.block.max()) + 1):
         u = int(r.unit[r.block == b][0])
         others = [c for c in sorted(set(r.block[r.unit == u])) if c != b]
-        A, g = np.diag(1e-3 * size), np.zeros(2)
+        A, g = np.diag(1 / v), np.zeros(2)
         for c in others:
             X, left = r.Z[r.block == c][:, own], r.y[r.block == c] - r.Z[r.block == c][:, take] @ theta[u]
             weight = np.exp(-(abs(c - b) - 1.0))  # neighbours count in full, those further on by 1/e less a block
@@ -133,9 +175,9 @@ def test_a_recording_of_one_block_has_no_value_of_its_own():
     bench = race(made).bench
     take, own = np.arange(P), P + np.array([2])
     assert len(bench.blocks.n) == len(made)
-    assert (bench.own_values(take, own, bench.left_out(take, own)[1]) == 0).all()
-    plain = bench.scored(np.array([], dtype=np.int64), np.array([2])).energy
     theta = bench.left_out(take, own)[1]
+    assert (bench.own_values(take, own, theta) == 0).all()
+    plain = bench.scored(np.array([], dtype=np.int64), np.array([2])).energy
     for u, table in enumerate(made):
         left = (table[..., -1] - table[..., :P] @ theta[u]) / NOISE
         np.testing.assert_allclose(plain[u], (left**2).sum(axis=0), rtol=1e-6)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from races import NOISE, P, race, tables
 
 from nnhydro.diagnosis.locks import sign_flip_p
 from nnhydro.diagnosis.strength import (
@@ -147,17 +148,37 @@ def test_strength_grows_as_the_root_of_the_correlation_of_rows():
     assert four == pytest.approx(1.68 + np.sqrt(1.68**2 + 2 * need))
 
 
+def gain_of(x, values, e, units):
+    """The documented mean gain of `units` recordings of four blocks, of whose energy each block has the share `e`."""
+    near = np.exp(-np.abs(np.arange(4)[:, None] - np.arange(4)) + 1.0) * (1 - np.eye(4))
+    h = x**2 * e / values * near.sum(axis=1)
+    return units * (x**2 * e / 2 * h / (1 + h)).sum()
+
+
 @pytest.mark.parametrize(("values", "correlation"), [(1, 1.0), (2, 1.0), (2, 1.7)])
 def test_values_of_each_recordings_own_ask_for_the_documented_strength(values, correlation):
-    where = spread(units=6, correlation=correlation)
-    x = smallest_own_strength(where, values)
-    left = x**2 / 2 - 0.84 * np.sqrt(correlation) * x
-    assert left == pytest.approx(6 * np.log(3 * 450 / 0.01) + 0.45 * correlation * values * 24)
+    x = smallest_own_strength(spread(units=6, correlation=correlation), values)
+    left = gain_of(x, values, 1 / 24, 6) - 0.84 * np.sqrt(correlation) * x
+    assert left == pytest.approx(6 * np.log(3 * 450 / 0.01))
 
 
-def test_values_of_their_own_in_less_than_four_recordings_are_found_at_no_strength():
-    assert smallest_own_strength(spread(units=3), 1) is None
-    assert smallest_own_strength(spread(units=4), 1) is not None
-    e = np.where(np.arange(24) < 12, 1 / 12, 0.0)
-    assert smallest_own_strength(Where(e, np.repeat(np.arange(6), 4), 1.0, 100.0), 1) is None
-    assert smallest_own_strength(Where(e, np.repeat(np.arange(6), 4)[::-1], 1.0, 100.0), 1) is None
+def test_the_documented_gain_is_what_the_score_gains_by_values_of_each_recordings_own():
+    rng, gained, x = np.random.default_rng(3), list[float](), 16.0
+    for draw in range(40):
+        made = tables(100 + draw, units=6, joints=1, rows=(400, 401))
+        for table in made:
+            wave = table[..., P:P + 2]
+            wave /= np.sqrt((wave**2).sum(axis=(0, 1))) / NOISE[0]
+            table[..., -1] += x / np.sqrt(12) * (wave @ rng.standard_normal(2))
+        bench, none = race(made).bench, np.zeros(0, np.int64)
+        gained.append(bench.scored(none).total - bench.scored(none, np.array([0, 1])).total)
+    assert np.mean(gained) == pytest.approx(gain_of(x, 2, 1 / 24, 6), rel=0.15)
+
+
+def test_values_of_their_own_must_be_seen_in_a_second_recording():
+    assert smallest_own_strength(spread(units=1), 1) is None
+    assert smallest_own_strength(spread(units=2), 1) is not None
+    e = np.where(np.arange(24) < 4, 0.99 / 4, 0.01 / 20)
+    x = smallest_own_strength(Where(e, np.repeat(np.arange(6), 4), 1.0, 100.0), 1)
+    assert gain_of(x, 1, 0.01 / 20, 5) - 0.84 * x * 0.1 == pytest.approx(6 * np.log(20)), "the others must confirm what one recording shows"
+    assert x > 2 * smallest_own_strength(spread(units=6), 1)
