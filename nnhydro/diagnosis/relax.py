@@ -7,7 +7,8 @@ A card holds the mechanism, not the exact law of this rig. So the other findings
 
 each with a prior standard deviation of half of a, and the finding in question is asked again what it adds. What the shape of another one
 can take over is not claimed, where that one explains three times as much: a law of other form leaves far less than it explains, and viscous
-friction, the rate of a spring's torque, is no shape of a spring that explains as much. The other values that a card names are its own
+friction, the rate of a spring's torque, is no shape of a spring that explains as much. What has a value of its own in every recording
+follows any shape: there whatever explains more lends all of them. The other values that a card names are its own
 mechanism, and are lent by whatever explains more.
 """
 
@@ -88,7 +89,7 @@ def retained(race: Race, table: Table, believed: StripTheory, asked: Candidate) 
     more = [c for c in others if c.columns and race.loss(c) > cost]
     torques = _torques(race, table, believed, more)
     sizes = [np.array([_size(np.concatenate([a[:, j] for a in one])) for j in range(one[0].shape[1])]) for one in torques]
-    much = [k for k, c in enumerate(more) if race.loss(c) > MUCH * cost]
+    much = [k for k, c in enumerate(more) if asked.own or race.loss(c) > MUCH * cost]
     names = [f"dq{j + 1}_rad_s" for j in range(table.pieces[0].y.shape[1])]
     rates = np.array([_size(np.concatenate([piece.state[name] for piece in table.pieces])) for name in names])
     further, size = _spread(table, believed, more, sizes)

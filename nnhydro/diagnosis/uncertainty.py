@@ -19,6 +19,7 @@ from nnhydro.diagnosis.score import Bench
 from nnhydro.effects.quantity import Z95
 
 Array = NDArray[np.float64]
+NOTHING_KNOWN = 1e100  # times a variance: no interval is wider, and none overflows
 FAR = 50.0  # score beyond which a value tried tells nothing of the parabola
 
 
@@ -104,7 +105,8 @@ def _widened(covariance: Array, H: Array, scores: Array, A: Array) -> Array:
         return covariance
     steps = np.linalg.solve(A[None] - H, scores[..., None])[..., 0]
     jackknife = (n - 1) / n * (steps**2).sum(axis=0)
-    wider = np.sqrt(np.maximum(1.0, jackknife / np.maximum(np.diag(covariance), 1e-300))) * float(stdtrit(n - 1, 0.975)) / Z95
+    known = np.maximum(np.diag(covariance), np.maximum(jackknife / NOTHING_KNOWN, 1e-300))
+    wider = np.sqrt(np.maximum(1.0, jackknife / known)) * float(stdtrit(n - 1, 0.975)) / Z95
     return np.asarray(covariance * wider[:, None] * wider[None, :], np.float64)
 
 

@@ -188,6 +188,17 @@ def test_loose_shapes_are_lent_by_what_explains_three_times_as_much(more, lent, 
 
 
 @pytest.mark.parametrize(("more", "lent"), [(0.9, 0), (1.1, 1)])
+def test_to_what_has_a_value_of_its_own_in_every_recording_all_shapes_are_lent_by_what_explains_more(more, lent, monkeypatch):
+    lenders = []
+    monkeypatch.setattr("nnhydro.diagnosis.relax.shapes", lambda a, *given: lenders.append(a) or shapes(a, *given))
+    drift = instance("drift", (4, 5), own=(1,))
+    found = raced(table := Plain(tables(12, {0: 1.0, 4: 0.5})), [*EACH[:4], drift], chosen=(0, 4))
+    losses(monkeypatch, effect_0=more, drift=1.0)
+    retained(found, table, None, found.chosen[1])
+    assert len(lenders) == lent * len(table.pieces)
+
+
+@pytest.mark.parametrize(("more", "lent"), [(0.9, 0), (1.1, 1)])
 def test_the_other_values_of_a_card_are_lent_by_what_explains_more(more, lent, monkeypatch):
     asked = []
     monkeypatch.setattr("nnhydro.diagnosis.relax.spread", lambda c: asked.append(c.key[0]) or spread(c))

@@ -270,3 +270,9 @@ def test_what_is_not_known_of_a_shape_adds_to_what_its_tangent_says(monkeypatch)
     told = fitted(found).of(bank[1])[1]
     monkeypatch.setattr("nnhydro.diagnosis.uncertainty._spreads", lambda *given: {"v": 0.0})
     np.testing.assert_allclose(told - fitted(found).of(bank[1])[1], np.diag([0.0, spread**2]), atol=1e-12)
+
+
+def test_a_value_that_nothing_tells_has_a_wide_interval_and_no_overflow():
+    wide = _widened(np.diag([1e-310, 1.0]), np.zeros((3, 2, 2)), np.full((3, 2), 1e6), np.eye(2))
+    assert np.isfinite(wide).all()
+    assert wide[1, 1] > 1e5
