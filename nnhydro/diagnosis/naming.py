@@ -79,15 +79,22 @@ def trusted(race: Race, seed: int = 0) -> list[Finding]:
 
 
 def drop_leftovers(race: Race, seed: int) -> None:
-    """Take away what may be made of the part of another finding that nobody can foretell, where much remains unexplained.
+    """Take away what may be made of the part of another finding that nobody can foretell, where without it much remains unexplained.
 
-    Of a finding of which the share f is foreseen, others may shave what is left: what gains less than 1 - f of its gain is not claimed.
+    Of a finding with the gain g, of which the share f is foreseen, what gains less than (1 - f) g is not claimed, and less than
+    (1 - f) g / f where it is what the finding is mistaken for: a gap turns late, and a delay shaves that.
     """
-    if not race.chosen or explained(race) >= MOSTLY or not more_to_see(race, seed):
+    if not race.chosen or not more_to_see(race, seed):
         return
     gain = {c.key: race.loss(c) for c in race.chosen}
-    left = {c.key: gain[c.key] * (1 - c.instance.effect.foreseen) for c in race.chosen}
-    race.chosen = [c for c in race.chosen if all(gain[c.key] >= left[other] for other in left if other != c.key)]
+
+    def left_by(other: Candidate, asked: Candidate) -> float:
+        f = other.instance.effect.foreseen
+        alike = asked.key[0] in other.instance.effect.signature.mistaken_for
+        return gain[other.key] * (1 - f) / (f if alike else 1.0)
+
+    race.chosen = [c for c in race.chosen if explained(race, [c]) >= MOSTLY
+                   or all(gain[c.key] >= left_by(other, c) for other in race.chosen if other is not c)]
 
 
 def more_to_see(race: Race, seed: int) -> bool:
@@ -96,10 +103,10 @@ def more_to_see(race: Race, seed: int) -> bool:
     return more > SEEN or family_wise_p(race, seed) <= P_LEFT_OUT
 
 
-def explained(race: Race) -> float:
-    """Return the share of the baseline's excess over the noise, in left-out score, that the chosen effects take away."""
+def explained(race: Race, without: Sequence[Candidate] = ()) -> float:
+    """Return the share of the baseline's excess over the noise, in left-out score, that the chosen effects, less `without`, take away."""
     whole = race.scored(without=race.chosen).total
-    gain, rows = whole - race.scored().total, float(race.bench.blocks.n.sum()) * len(race.noise)
+    gain, rows = whole - race.scored(without=without).total, float(race.bench.blocks.n.sum()) * len(race.noise)
     return gain / max(whole - KNOWN * rows / 2, gain, 1.0)
 
 

@@ -27,7 +27,8 @@ class Backlash(InstrumentEffect):
     signature = Signature(
         depends_on=("tau",), parity="odd", region="short knocks where the torque of the joint changes sign",
         excited_by="many slow changes of the sign of the torque",
-        mistaken_for=("joint_elasticity", "coulomb_friction", "stribeck_friction"),
+        mistaken_for=("joint_elasticity", "coulomb_friction", "stribeck_friction", "sensor_timing", "flow_memory", "wake_reentry",
+                      "wake_development"),
     )
     acts = "joint"
     foreseen = 0.4  # when the play is crossed hangs on the smallest torques, and the jump there is most of it
