@@ -245,6 +245,8 @@ def test_recordings_in_which_nothing_is_missing_have_no_say_on_values_of_their_o
     assert (gains[3:] <= 0).all(), "there it only costs"
     assert passes(found, own, found.total() - found.total([own]), 0)
     assert not passes(race(tables(14, units=9, noise=0.8 * NOISE), (own,)), own, 100.0, 0)
+    drift = candidate("drift", (3,), (2,))
+    assert not passes(race(made, (drift,)), drift, 1000.0, 0), "what has common values, too, needs the votes of all"
 
 
 @pytest.mark.parametrize(("gains", "said"), [((500.0, 18.1), True), ((500.0, 17.8), False), ((500.0,), False), ((), False),

@@ -130,6 +130,15 @@ def test_the_spreads_are_those_under_which_all_recordings_are_likeliest_and_thos
             assert likelihood(np.where(np.arange(2) == k, times, 1.0) * found.v) < best
 
 
+def test_the_spread_of_values_that_are_not_there_shrinks_below_what_a_fit_to_noise_would_give():
+    made = tables(3, units=30)
+    bench, take, own = race(made).bench, np.arange(P), P + np.array([2, 3])
+    r = rows(made)
+    left = r.y - r.Z[:, take] @ fit(r.Z[:, take], r.y)
+    alone = [np.linalg.lstsq(r.Z[r.unit == u][:, own], left[r.unit == u], rcond=None)[0] for u in range(len(made))]
+    assert (effects_of(bench, take, own).v < 0.5 * np.mean(np.square(alone), axis=0)).all()
+
+
 def test_values_of_a_recordings_own_that_are_not_there_cost_little_and_explain_nothing():
     for seed in range(5):
         bench, none = race(tables(seed, units=12)).bench, np.zeros(0, np.int64)

@@ -47,3 +47,18 @@ def test_a_card_of_few_values_tells_nothing_of_other_pitches_and_what_has_no_pha
     drop_untuned(found, table, None, PITCHES)
     assert [c.key[0] for c in found.chosen] == ["other"]
     assert found.log == []
+
+
+def test_of_two_waves_that_do_not_stand_out_the_weaker_goes_first_and_the_other_is_asked_again(monkeypatch):
+    waves = [instance(name, (k,), own=(0,), effect=WAVE) for k, name in enumerate(("first", "second"))]
+    found = raced(table := Plain(shaken(0.0)), waves, chosen=(0, 1))
+    first, second = found.chosen
+    gain, asked = {c.key: found.loss(c) for c in found.chosen}, []
+
+    def usual_of(race, *given):
+        asked.append(given[2])
+        return {first.key: 0.9 * gain[first.key], second.key: gain[first.key]}[given[2].key] if len(race.chosen) > 1 else 0.0
+
+    monkeypatch.setattr("nnhydro.diagnosis.tuned.usual", usual_of)
+    drop_untuned(found, table, None, waves)
+    assert (found.chosen, asked) == ([first], [first, second, first])
