@@ -77,7 +77,7 @@ def load_plugin(path: Path) -> tuple[str, ...]:
 
 
 def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | None = None) -> tuple[Effect, ...]:
-    """Return every (joint, grid point) of `effect` that makes sense for `arm`, linear values at their start.
+    """Return every (joint, grid point) of `effect` and of its narrower laws that makes sense for `arm`, linear values at their start.
 
     `torque_peak` (joints,) N m, the largest torque measured at each joint, sets the grids that are given in shares of it
     (`Effect.torque_scaled`): without it, and at a joint that reads nothing at all, such an effect is left out.
@@ -91,7 +91,8 @@ def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | 
         grids = {name: tuple(share * torque_peak[place - 1] for share in grid) if torque_peak and name in effect.torque_scaled else grid
                  for name, grid in effect.grids().items()}
         started = effect.started(arm, joint=place)
-        found += [_with(started, dict(zip(grids, point, strict=True))) for point in product(*grids.values())]
+        found += [_with(law, dict(zip(grids, point, strict=True)))
+                  for law in (started, *started.narrower()) for point in product(*grids.values())]
     return tuple(found)
 
 

@@ -1,7 +1,7 @@
 """Hypothesis: the drag law has another form with speed or along the span than the baseline's."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import torch
@@ -41,15 +41,21 @@ class DragForm(LoadEffect):
     taper: Values = parameter("1", 0.0, (-3.0, 3.0), "C_D at the outer end less its mean along the link")
     ends: Values = parameter("1", 0.0, (-3.0, 3.0), "C_D at both ends less its mean along the link")
 
+    def narrower(self) -> tuple["DragForm", ...]:
+        """Return the laws of the span, of the taper and of the speed alone: what is free without need misleads where speeds are other."""
+        span = replace(self, linear=(), cubic=())
+        return span, replace(span, ends=()), replace(self, taper=(), ends=())
+
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (linear, cubic, taper, ends), (n, joints, 2 + 2 links)."""
+        """Return d tau / d (linear, cubic, taper, ends), (n, joints, 2 + 2 links), less what this law leaves out."""
         strips = Strips.of(flow, STRIPS)
         w, drag = strips.w, unit_drag(strips)
         pressure = 0.5 * flow.rho * flow.D[:, None]
         span = 2 * strips.x / flow.L[:, None] - 1
-        speed_laws = [strips.to_joints(pressure * w).sum(-1), strips.to_joints(drag * w.abs()).sum(-1)]
-        laws_of_span = [strips.to_joints(drag * span), strips.to_joints(drag * (3 * span**2 - 1) / 2)]
-        return torch.cat([torch.stack(speed_laws, dim=-1), *laws_of_span], dim=-1)
+        parts = ((self.linear, strips.to_joints(pressure * w).sum(-1, keepdim=True)),
+                 (self.cubic, strips.to_joints(drag * w.abs()).sum(-1, keepdim=True)),
+                 (self.taper, strips.to_joints(drag * span)), (self.ends, strips.to_joints(drag * (3 * span**2 - 1) / 2)))
+        return torch.cat([columns for values, columns in parts if values], dim=-1)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

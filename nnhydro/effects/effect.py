@@ -12,7 +12,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import torch
 from torch import Tensor
@@ -75,6 +75,10 @@ class Effect(Parametrised):
         if (cls.needs_water and arm.dry) or arm.n_links < cls.fewest_links:
             return ()
         return (0,) if cls.acts == "arm" else tuple(range(1, arm.n_links + 1))
+
+    def narrower(self) -> tuple[Self, ...]:
+        """Return the laws of fewer parameters that are tried besides: what is left out has no values at all; none by default."""
+        return ()
 
     def plausible(self) -> bool:
         """Return whether the values make sense together, beyond each one's own bounds; a mechanism that cannot be is not claimed."""

@@ -15,13 +15,13 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 @final
 @dataclass(frozen=True)
 class PayloadMass(LoadEffect):
-    """A point mass at the end of the last link, weight included."""
+    """A point mass at the end of the last link or a little beyond it, weight included."""
 
     id = "payload_mass"
     family = "inertia"
     name = "mass at the tip"
     mechanism = "A tool, a sensor or trapped water at the tip makes the arm heavier there than arm.yaml says."
-    equation = "tau = m J_tip^T (a_tip + g),  J_tip the Jacobian of the tip"
+    equation = "tau = m J^T (a + g),  J and a the Jacobian and the acceleration of the point at L + beyond on the last link's axis"
     source = "Rivera (1995), section 3.3 (rigid-body dynamics) with one more point mass"
     signature = Signature(
         depends_on=("q", "qd", "qdd", "u0"), parity="odd", region="strong acceleration of the tip",
@@ -31,14 +31,16 @@ class PayloadMass(LoadEffect):
     acts = "arm"
 
     mass: Values = parameter("kg", 0.1, (0.0, 1e3), "mass at the tip", per="arm")
+    beyond: Values = parameter("m", 0.0, (0.0, 1.0), "how far beyond the link's end its centre lies", per="arm", linear=False,
+                               grid=(0.0, 0.06))
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d mass, (n, joints, 1): mass 1, first moment L and second moment L^2 of the last link."""
-        links, L = flow.arm.n_links, float(flow.L[-1])
+        """Return d tau / d mass, (n, joints, 1): mass 1, first moment l and second moment l^2 of the last link, l = L + beyond."""
+        links, reach = flow.arm.n_links, float(flow.L[-1]) + self.beyond[0]
         rigid = RigidBody.of_arm(flow.arm).columns(flow)
         last = [rigid[..., k * links + links - 1] for k in range(3)]
-        return (last[0] + L * last[1] + L**2 * last[2])[..., None]
+        return (last[0] + reach * last[1] + reach**2 * last[2])[..., None]
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The tip carries {said['mass']} more than the arm's description says."
+        return f"The tip carries {said['mass']} more than the arm's description says, centred {said['beyond']} beyond the link's end."

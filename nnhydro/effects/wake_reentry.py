@@ -19,13 +19,14 @@ STRIPS = 10  # a link
 @final
 @dataclass(frozen=True)
 class WakeReentry(LoadEffect):
-    """Water set in motion before overtakes the strip: it pushes in the old direction."""
+    """Water set in motion before runs ahead of the strip: the strip's drag is that of its speed through this water."""
 
     id = "wake_reentry"
     family = "wake"
     name = "meeting one's own wake"
     mechanism = "The link drags water along. When it stops, that water runs on and pushes it; when it turns back, it runs into it."
-    equation = "f = -1/2 rho D kappa |o| o,  o = m - w where the wake m runs ahead of the link, dm/dt = (w - m) max(|w|, |m|)/(lambda D)"
+    equation = ("f = 1/2 rho D (-2 kappa_1 |w| o + kappa_2 (|w - o| (w - o) - |w| w + 2 |w| o)), the drag of w - a o expanded in a;  "
+                "o how much faster the wake m runs than the strip, along m;  dm/dt = (w - m) (max(|w|, |m|)/(lambda D) + r)")
     source = "McLain & Rock (1998) restrict themselves to starts from rest for this reason; the form is ours"
     signature = Signature(
         depends_on=("w", "motion before"), parity="odd", region="after stops and reversals",
@@ -34,27 +35,32 @@ class WakeReentry(LoadEffect):
     )
     acts = "arm"
     needs_water = True
+    foreseen = 0.8  # vortices that run into a link do so in their own ways
 
-    push: Values = parameter("1", 0.2, (0.0, 5.0), "kappa while the link goes on or stands", per="arm")
-    meeting: Values = parameter("1", 0.2, (0.0, 5.0), "kappa after it has turned back", per="arm")
-    length: Values = parameter("1", 5.0, (0.5, 60.0), "diameters over which the wake settles, lambda", per="arm", linear=False,
-                               grid=(2.0, 5.0, 12.0, 25.0))
+    slowing: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_1 while the link goes on", per="arm")
+    meeting: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_1 after it has turned back", per="arm")
+    push: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_2, the push of the lead's square on a link at rest", per="arm")
+    length: Values = parameter("1", 5.0, (0.5, 300.0), "diameters over which the wake settles, lambda", per="arm", linear=False,
+                               grid=(2.0, 6.0, 18.0, 60.0))
+    fading: Values = parameter("1/s", 0.0, (0.0, 20.0), "rate at which the wake also settles by itself, r", per="arm", linear=False,
+                               grid=(0.0, 1.0, 2.5))
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (push, meeting), (n, joints, 2)."""
+        """Return d tau / d (slowing, meeting, push), (n, joints, 3)."""
         strips = Strips.of(flow, STRIPS)
         w = strips.w
         if flow.motion.steady:
-            return torch.zeros(len(w), flow.arm.n_links, 2, dtype=torch.float64)
-        m = overtaking(flow.motion.t, w, (self.length[0] * flow.D[:, None]))
-        over = torch.where((m - w) * m > 0, m - w, torch.zeros_like(w))
-        f = -0.5 * flow.rho * flow.D[:, None] * over.abs() * over
-        against = (m * w < 0).to(torch.float64)
-        # meeting: the link's own drag is the baseline's; what is left is the excess over it
-        excess = torch.where(m * w < 0, f - 0.5 * flow.rho * flow.D[:, None] * w.abs() * w, f)
-        return torch.stack([strips.to_joints(f * (1 - against)).sum(-1), strips.to_joints(excess * against).sum(-1)], dim=-1)
+            return torch.zeros(len(w), flow.arm.n_links, 3, dtype=torch.float64)
+        m = overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0])
+        o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
+        first = -2 * w.abs() * o
+        rest = (w - o).abs() * (w - o) - w.abs() * w - first
+        back = m * w < 0
+        parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest)
+        return torch.stack([strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f).sum(-1) for f in parts], dim=-1)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"Its own wake catches up with the arm: it pushes with {said['push']} of the drag of its own speed after a stop and adds "
-                f"{said['meeting']} after a reversal, fading over {said['length']} diameters.")
+        return (f"The arm meets its own wake, which runs on after a stop and pushes by a C_D of {said['push']}. Of the wake's "
+                f"lead the link feels {said['slowing']} (times C_D) while it slows down and {said['meeting']} once it has "
+                f"turned back; the wake fades over {said['length']} diameters and at {said['fading']}.")

@@ -12,7 +12,7 @@ of speed along a link that turns. Source: MuJoCo documentation, XML reference an
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import pi
 from typing import Any, final
@@ -40,7 +40,7 @@ class _Parts:
 
     joints: list[dict[str, float]]
     C_D: list[float]
-    payload: float = 0.0
+    payloads: list[tuple[float, float]] = field(default_factory=list)  # mass in kg, distance beyond the last link's end in m
     holds: list[str] = field(default_factory=list)
     lacks: list[str] = field(default_factory=list)
 
@@ -63,7 +63,7 @@ def _spring(parts: _Parts, term: Any) -> None:
 
 
 def _payload(parts: _Parts, term: Any) -> None:
-    parts.payload += term.mass[0]
+    parts.payloads.append((term.mass[0], term.beyond[0]))
 
 
 def _drag(parts: _Parts, term: Any) -> None:
@@ -106,9 +106,12 @@ def _filled(model: StripTheory) -> _Parts:
     return parts
 
 
-def _inertial(body: ET.Element, m: float, h: float, J: float, D: float, payload: float, L: float) -> None:
-    """Mass, mass centre and inertia about it; across the link as of a rod of diameter D, which a planar arm never feels."""
-    mass, first, second = m + payload, h + payload * L, J + payload * L**2
+def _inertial(body: ET.Element, moments: Sequence[float], D: float, points: Sequence[tuple[float, float]]) -> None:
+    """Mass, mass centre and inertia about it; across the link as of a rod of diameter D, which a planar arm never feels.
+
+    `moments` are the link's of order 0, 1 and 2, `points` (mass in kg, distance from its joint in m) what else moves with it.
+    """
+    mass, first, second = (moment + sum(m * x**order for m, x in points) for order, moment in enumerate(moments))
     require(mass > 0, "a link has no mass: MuJoCo refuses massless bodies that move; state the masses in arm.yaml", ModelError)
     centre = first / mass
     about = second - mass * centre**2
@@ -122,7 +125,8 @@ def _body(parent: ET.Element, model: StripTheory, rigid: RigidBody, parts: _Part
     arm, last = model.arm, i == model.arm.n_links - 1
     L, D = float(arm.L[i]), float(arm.D[i])
     body = ET.SubElement(parent, "body", name=f"link{i + 1}", pos=f"{float(arm.L[i - 1]):.9g} 0 0" if i else "0 0 0")
-    _inertial(body, rigid.mass[i], rigid.first_moment[i], rigid.second_moment[i], D, parts.payload if last else 0.0, L)
+    moments = (rigid.mass[i], rigid.first_moment[i], rigid.second_moment[i])
+    _inertial(body, moments, D, [(mass, L + beyond) for mass, beyond in parts.payloads] if last else [])
     ET.SubElement(body, "joint", {"name": f"joint{i + 1}", "type": "hinge", "axis": "0 0 1",
                                   **{key: f"{value:.9g}" for key, value in parts.joints[i].items()}})
     fluid = {"fluidshape": "ellipsoid", "fluidcoef": f"{2 * parts.C_D[i] / pi:.9g} 0 0 0 0"} if parts.C_D[i] > 0 else {"fluidshape": "none"}

@@ -17,7 +17,7 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.transmission import to_drives
-from nnhydro.physics.wake_memory import relaxed
+from nnhydro.physics.wake_memory import overtaking, relaxed
 
 
 def test_a_spring_pulls_to_its_rest_angle():
@@ -34,11 +34,12 @@ def test_stribeck_friction_breaks_away_high_and_slides_low():
     assert_close(tau, tensor([0.2 + 0.3 * np.exp(-0.04), 0.2, 0.2 + 0.3 / np.e]) * torch.tanh(tensor([3.0, 150.0, 15.0])))
 
 
-def test_a_mass_at_the_tip_is_a_point_mass_of_the_rigid_body():
+@pytest.mark.parametrize("beyond", [0.0, 0.05])
+def test_a_mass_at_the_tip_or_beyond_it_is_a_point_mass_of_the_rigid_body(beyond):
     a = arm(2, gravity_m_s2=9.81)
-    m, L2 = 0.3, LINKS[1]["length_m"]
-    tau = made("payload_mass", a, mass=(m,)).torque(Flow(a, states(2)))
-    assert_close(tau, RigidBody((0.0, m), (0.0, m * L2), (0.0, m * L2**2)).torque(Flow(a, states(2))))
+    m, reach = 0.3, LINKS[1]["length_m"] + beyond
+    tau = made("payload_mass", a, mass=(m,), beyond=(beyond,)).torque(Flow(a, states(2)))
+    assert_close(tau, RigidBody((0.0, m), (0.0, m * reach), (0.0, m * reach**2)).torque(Flow(a, states(2))))
 
 
 def test_the_rotor_behind_a_belt_is_felt_by_its_own_motor_alone():
@@ -113,15 +114,44 @@ def test_the_wake_that_develops_is_over_after_its_reach():
     assert ((X[early, 0, :3].sum(-1) / drag[early, 0]) > 0.9).all()
 
 
-def test_after_a_stop_the_wake_pushes_on_and_after_a_start_it_does_not():
+def stopped(u0_after=0.0):
+    """A one-link arm at rest behind a carriage that starts, stops at 2.2 s and then moves with `u0_after` m/s: flow and times."""
     a, t = arm(1), np.linspace(0, 4, 801)
-    u0 = np.interp(t, [0, 0.5, 2.0, 2.2, 4], [0, 0.6, 0.6, 0, 0])
+    u0 = np.interp(t, [0, 0.5, 2.0, 2.2, 2.5, 4], [0, 0.6, 0.6, 0, u0_after, u0_after])
     still = torch.zeros(801, 1, dtype=torch.float64)
-    flow = Flow(a, Motion(tensor(t), still, still, still, tensor(u0), still[:, 0]))
-    X = made("wake_reentry", a, length=(5.0,)).columns(flow)[:, 0]
-    assert not X[t < 1.9].any()
-    assert (X[t > 2.25, 0] < 0).all()
-    assert not X[:, 1].any()
+    return Flow(a, Motion(tensor(t), still, still, still, tensor(u0), still[:, 0])), t
+
+
+def test_after_a_stop_the_wake_pushes_on_and_after_a_start_it_does_not():
+    flow, t = stopped()
+    slowing, meeting, push = made("wake_reentry", flow.arm, length=(5.0,)).columns(flow)[:, 0].T
+    for column in (slowing, meeting, push):
+        assert not column[t < 1.9].any()
+    assert (slowing[(t > 2.05) & (t < 2.15)] < 0).all(), "while it slows down its own wake carries it"
+    assert (push[t > 2.25] < 0).all()
+    assert not slowing[t > 2.25].any()
+    assert not meeting.any(), "it never turns back"
+
+
+@pytest.mark.parametrize(("u0_after", "back"), [(-0.4, True), (0.1, False)])
+def test_all_of_the_wake_felt_the_drag_is_that_of_the_speed_through_moving_water(u0_after, back):
+    flow, t = stopped(u0_after)
+    one = made("wake_reentry", flow.arm, length=(8.0,), fading=(0.5,))
+    columns = one.columns(flow)[:, 0]
+    w = Strips.of(flow, 10).w[:, 0, 0]
+    m = overtaking(flow.motion.t, w[:, None, None], flow.D[:, None] * 8.0, 0.5)[:, 0, 0]
+    o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
+    moment = 0.5 * flow.rho * flow.D[0] * flow.L[0] ** 2 / 2
+    assert_close(columns.sum(1), moment * ((w - o).abs() * (w - o) - w.abs() * w))
+    assert bool(columns[t > 2.5, 1].any()) == back
+
+
+def test_a_wake_that_fades_by_itself_is_forgotten_at_rest():
+    t = tensor(np.linspace(0, 3, 301))
+    w = torch.where(t < 1, 0.5, 0.0)[:, None, None].to(torch.float64)
+    m = overtaking(t, w, torch.full((1, 1), 1e15, dtype=torch.float64), fading=2.0)[:, 0, 0]
+    assert_close(m[t > 1.1], 0.5 * torch.exp(-2.0 * (t[t > 1.1] - 0.99)))
+    assert float(overtaking(t, w, torch.full((1, 1), 1e15, dtype=torch.float64))[-1, 0, 0]) == pytest.approx(0.5)
 
 
 def test_shedding_hums_at_twice_the_Strouhal_frequency():
@@ -279,3 +309,17 @@ def test_a_memory_joined_by_doubling_is_the_step_by_step_recursion():
     for k in range(1, 77):
         m = target[k] + (m - target[k]) * torch.exp(-rate[k])
         assert_close(said[k], m)
+
+
+def test_narrower_laws_of_drag_hold_the_columns_that_the_whole_law_has_for_them():
+    a = arm(2)
+    flow, whole = Flow(a, run(2)), made("drag_form", a)
+    every = dict(zip(whole.linear_names(), whole.columns(flow).unbind(-1), strict=True))
+    laws = whole.narrower()
+    assert [set(law.linear_names()) for law in laws] == [{"taper[1]", "taper[2]", "ends[1]", "ends[2]"}, {"taper[1]", "taper[2]"},
+                                                         {"linear", "cubic"}]
+    for law in laws:
+        for name, column in zip(law.linear_names(), law.columns(flow).unbind(-1), strict=True):
+            assert_close(column, every[name])
+        assert_close(law.with_linear(torch.ones(len(law.linear_names()))).torque(flow), law.columns(flow).sum(-1))
+        assert set(law.quantities()) == set(law.linear_names())

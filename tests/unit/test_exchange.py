@@ -151,7 +151,7 @@ def dry_machine():
     loads = Loads({"rigid_body": RigidBody.of_arm(a), "viscous_friction": ViscousFriction((0.3, 0.1)),
                    "coulomb_friction": CoulombFriction((0.5, 0.2)), "rotor": known["rotor_inertia"](inertia=(0.04,), joint=2),
                    "hose": known["umbilical_stiffness"](stiffness=(0.6,), preload=(-0.3,), joint=1),
-                   "load": known["payload_mass"](mass=(0.4,))})
+                   "load": known["payload_mass"](mass=(0.4,), beyond=(0.03,))})
     return StripTheory(a, GIVEN, {}, "machine", loads)
 
 

@@ -140,9 +140,9 @@ def test_a_channel_that_clips_reads_no_more_than_its_level_whatever_its_gain_and
     assert float(read[:, 0].abs().max()) <= 0.7 + 1e-12
 
 
-def test_less_is_foreseen_of_what_jumps_rings_or_clips_and_least_of_a_gap():
+def test_less_is_foreseen_of_what_jumps_rings_clips_or_swirls_and_least_of_a_gap():
     foreseen = {id_: cls.foreseen for id_, cls in REGISTER.items() if cls.foreseen < 1}
-    assert set(foreseen) == {"backlash", "joint_elasticity", "torque_saturation"}
+    assert set(foreseen) == {"backlash", "joint_elasticity", "torque_saturation", "wake_reentry"}
     assert all(foreseen["backlash"] < value for id_, value in foreseen.items() if id_ != "backlash")
 
 
