@@ -1,9 +1,9 @@
 """From a finished race to findings: rivals, classes, confidence, parameters with intervals.
 
 A rival that takes a finding's place and predicts left-out recordings no worse (sign-flip p > 0.05), or hardly worse with a torque that is
-much the finding's own (cosine above 0.97), belongs to the finding's class: a law of slightly other form leaves as much. Of members that are
-one torque (0.98) the one with the fewest parameters names it. The family is named where the class lies in one. Confidence is the class's
-weight among all rivals, softened for the correlation of residuals.
+much the finding's own (cosine above 0.97), belongs to the finding's class: a law of slightly other form leaves as much. A drift that stays
+where it is is none (nnhydro.diagnosis.still). Of members that are one torque (0.98) the one with the fewest parameters names it. The family
+is named where the class lies in one. Confidence is the class's weight among all rivals, softened for the correlation of residuals.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +17,7 @@ from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.instances import Hypothesis
 from nnhydro.diagnosis.locks import SOFT, left_out_p
 from nnhydro.diagnosis.race import Race, ranked
+from nnhydro.diagnosis.still import stays
 from nnhydro.diagnosis.uncertainty import Fit, fitted, likeness
 from nnhydro.effects.quantity import intervals
 
@@ -24,6 +25,7 @@ Array = NDArray[np.float64]
 NEAR = 10.0  # rivals further behind than this never enter a class by their score
 ALIKE, LITTLE = 0.98, 0.02  # cosine from which two effects are one torque, where the better one gains no more than this share of the whole
 MUCH_ALIKE, HARDLY = 0.97, 0.05  # the same for two effects that cannot be told apart where either law may have another form
+SPECIAL = 0.15  # of the whole: what the general form of a family may gain more than a law of its own family of the same torque
 CLEAR, RESEMBLING = 20.0, 0.9  # how far ahead of the general form of its family an effect must be that resembles it
 MOST_RIVALS = 5
 
@@ -39,6 +41,7 @@ class Rival:
     gain: float  # of the finding itself
     general: bool  # whether it is the general form of the finding's family
     candidate: Candidate
+    special: bool = False  # whether the finding is the general form of its family
 
     @property
     def in_class(self) -> bool:
@@ -46,6 +49,8 @@ class Rival:
         if self.general and self.likeness > RESEMBLING and self.behind < CLEAR:
             return True
         if self.likeness > MUCH_ALIKE and self.behind < max(NEAR, HARDLY * self.gain):
+            return True
+        if self.special and self.likeness > ALIKE and self.behind < SPECIAL * self.gain:
             return True
         return self.behind < NEAR and (self.p > 0.05 or self.behind < 2.0)
 
@@ -91,11 +96,12 @@ def rivals_of(race: Race, candidate: Candidate) -> list[Rival]:
     now, base = race.scored(), race.total(without=[candidate])
     total, found = race.total(), []
     for gain, rival in ranked(race, race.bank.candidates, [candidate])[: MOST_RIVALS + 1]:
-        if rival.key == candidate.key:
+        if rival.key == candidate.key or stays(race, race.kept(without=[candidate]), rival):
             continue
         there, one, other = race.scored([rival], [candidate]), rival.instance.effect, candidate.instance.effect
-        general = one.general and one.family == other.family
-        found.append(Rival((base - gain) - total, left_out_p(there, now), likeness(race, candidate, rival), base - total, general, rival))
+        general, special = (a.general and one.family == other.family for a in (one, other))
+        found.append(Rival((base - gain) - total, left_out_p(there, now), likeness(race, candidate, rival), base - total, general, rival,
+                           special))
     return found[:MOST_RIVALS]
 
 

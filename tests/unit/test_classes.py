@@ -15,8 +15,8 @@ from nnhydro.diagnosis.verdict import Rival, _size, rivals_of, simplest
 PRIOR = np.array([4.0, 0.0, 50.0])
 
 
-def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False):
-    return Rival(behind, p, alike, gain, general, SINGLE[0])
+def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False, special=False):
+    return Rival(behind, p, alike, gain, general, SINGLE[0], special)
 
 
 @pytest.mark.parametrize(("one", "inside"), [
@@ -26,6 +26,8 @@ def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False):
     (rival(15.0, alike=0.975, gain=305.0), True), (rival(15.0, alike=0.975, gain=295.0), False),  # within a twentieth of the whole
     (rival(19.0, alike=0.91, general=True), True), (rival(21.0, alike=0.91, general=True), False),
     (rival(19.0, alike=0.89, general=True), False), (rival(19.0, alike=0.91), False), (rival(-5.0), True),
+    (rival(44.0, alike=0.985, gain=300.0, special=True), True), (rival(46.0, alike=0.985, gain=300.0, special=True), False),
+    (rival(44.0, alike=0.975, gain=300.0, special=True), False),  # the general form holds it: a law of its family, not quite its shape
 ])
 def test_a_rival_is_in_the_class_where_it_cannot_be_told_from_the_finding(one, inside):
     assert one.in_class == inside
