@@ -9,9 +9,9 @@ import numpy as np
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import instances
-from nnhydro.diagnosis.locks import P_LEFT_OUT, family_wise_p
+from nnhydro.diagnosis.locks import P_BLOCK, P_LEFT_OUT, family_wise_p
 from nnhydro.diagnosis.proof import Proof, prove
-from nnhydro.diagnosis.race import Race, ranked
+from nnhydro.diagnosis.race import UNPHYSICAL, Race, ranked
 from nnhydro.diagnosis.relax import prune
 from nnhydro.diagnosis.search import Found, search
 from nnhydro.diagnosis.starts import started
@@ -23,8 +23,9 @@ from nnhydro.recordings.splitting import Unit
 COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
 MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it are trusted less, in proportion
+ALL = 1.5  # of that: what is trusted in full even where more is sure to be there
 KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
-SEEN = 3.0  # gain in left-out score that shows that there is more to be found
+SEEN = 10.0  # gain in left-out score that shows that there is more to be found: the best of hundreds, chance gains some
 CONFIDENT = 0.5  # nothing is said with less
 
 
@@ -55,7 +56,9 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     prune(race, found.table, found.believed)
     drop_made_by_filter(case, race, found.believed)
     race.chosen = simplest(race)
+    drop_impossible(race)
     drop_leftovers(race, seed)
+    drop_impossible(race)
     race.chosen = [f.candidate for f in trusted(race, seed) if f.confidence >= CONFIDENT]
     proof = prove(race, found.table, found.believed)
     while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
@@ -67,15 +70,23 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
 def trusted(race: Race, seed: int = 0) -> list[Finding]:
     """Return the findings with their confidence, less where together they explain little and something else is seen in what remains.
 
-    That may be the cause of all. How much is expected of the findings the card of the strongest says (`Effect.foreseen`).
+        trust = min(1, s)   where something more is seen,   min(1, s, (1/2 + s)/2) where it is sure,   s = explained / (0.6 f)
+
+    That may be the cause of all. How much is expected of the findings, f, the card of the strongest says (`Effect.foreseen`).
     """
     if not race.chosen:
         return []
     strongest = max(race.chosen, key=race.loss)
-    trust = min(1.0, explained(race) / (MOSTLY * strongest.instance.effect.foreseen))
-    if trust < 1.0 and not more_to_see(race, seed):
-        trust = 1.0
+    share = explained(race) / (MOSTLY * strongest.instance.effect.foreseen)
+    doubt = more_to_see(race, seed) if share < ALL else 0
+    trust = min((1.0, share, (CONFIDENT + share) / 2)[: 1 + doubt])
     return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
+
+
+def drop_impossible(race: Race) -> None:
+    """Take away, the weakest first, what others made possible that have been taken away: a value now leaves its physical bounds."""
+    while race.chosen and race.total() >= UNPHYSICAL:
+        race.chosen.remove(min(race.chosen, key=race.loss))
 
 
 def drop_leftovers(race: Race, seed: int) -> None:
@@ -97,10 +108,13 @@ def drop_leftovers(race: Race, seed: int) -> None:
                    or all(gain[c.key] >= left_by(other, c) for other in race.chosen if other is not c)]
 
 
-def more_to_see(race: Race, seed: int) -> bool:
-    """Return whether a test or any effect of the bank still sees something beside what is chosen."""
+def more_to_see(race: Race, seed: int) -> int:
+    """Return whether a test or any effect of the bank still sees something beside what is chosen: 0, 1, or 2 where the test is sure."""
+    p = family_wise_p(race, seed)
+    if p <= P_BLOCK:
+        return 2
     more = max((gain for gain, _ in ranked(race, race.bank.candidates)), default=0.0)
-    return more > SEEN or family_wise_p(race, seed) <= P_LEFT_OUT
+    return int(more > SEEN or p <= P_LEFT_OUT)
 
 
 def explained(race: Race, without: Sequence[Candidate] = ()) -> float:

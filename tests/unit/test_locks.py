@@ -11,6 +11,7 @@ from nnhydro.diagnosis.locks import (
     block_scores,
     confirmed,
     family_wise_p,
+    first_lock_p,
     gain_p,
     left_out_p,
     material,
@@ -220,6 +221,16 @@ def test_what_takes_away_less_than_a_hundredth_of_the_error_is_no_finding_howeve
     assert passes(found, SINGLE[2], 10.0, 0) == said
 
 
+def test_the_first_lock_opens_to_the_signs_of_blocks_or_to_what_is_gained_on_data_left_out():
+    quiet, loud = race(tables(6)), race(tables(7, {2: 0.4}))
+    assert family_wise_p(quiet, 0) > 0.05
+    enough = 6 * np.log(3 * 450 / 0.01)
+    assert first_lock_p(quiet, SINGLE[2], 40.0, 0) == family_wise_p(quiet, 0)
+    assert first_lock_p(quiet, SINGLE[2], enough, 0) == pytest.approx(0.01)
+    assert first_lock_p(loud, SINGLE[2], 0.0, 0) == family_wise_p(loud, 0) <= 0.01
+    assert first_lock_p(loud, candidate("own", (), (2,)), 0.0, 0) == 1.0, "no sign of a block speaks for a recording's own value"
+
+
 def test_values_of_a_recordings_own_pass_the_first_lock_by_their_gain():
     rng, made = np.random.default_rng(5), tables(14)
     for table in made:
@@ -247,6 +258,20 @@ def test_recordings_in_which_nothing_is_missing_have_no_say_on_values_of_their_o
     assert not passes(race(tables(14, units=9, noise=0.8 * NOISE), (own,)), own, 100.0, 0)
     drift = candidate("drift", (3,), (2,))
     assert not passes(race(made, (drift,)), drift, 1000.0, 0), "what has common values, too, needs the votes of all"
+
+
+def test_a_recording_as_quiet_as_noise_has_no_vote_on_a_wave_that_costs_it_something():
+    rng, made = np.random.default_rng(5), tables(21, units=9, noise=0.84 * NOISE, rows=(40, 60))
+    for u, table in enumerate(made[:4]):
+        table[..., -1] += (4.0 - 0.5 * u) * np.sign(rng.standard_normal()) * NOISE * table[..., P + 2]
+    wave = candidate("wave", (), (2,))
+    found = race(made, (wave,))
+    before, after = found.scored(), found.scored([wave])
+    quiet = (before.energy <= 0.8 * found.bench.by_unit[1][:, None]).all(axis=1)
+    costly = np.argmin(before.by_unit - after.by_unit)
+    assert quiet[costly]
+    assert not opens(before.by_unit - after.by_unit), "with its vote they would not agree"
+    assert passes(found, wave, found.total() - found.total([wave]), 0)
 
 
 @pytest.mark.parametrize(("gains", "said"), [((500.0, 18.1), True), ((500.0, 17.8), False), ((500.0,), False), ((), False),

@@ -288,6 +288,9 @@ def test_the_first_lock_that_stays_shut_is_what_keeps_a_card_out():
     assert _why(loud, SINGLE[2], 50.0, 0.005).startswith("it explains only 0.")
     own = candidate("own", (), (2,))
     assert _why(race(tables(8), (own,)), own, 10.0, 0.001).startswith("what it explains may be chance (p = 1 ")
+    paid = 6 * np.log(3 * 450 / 0.01)  # a hundredth of three tests of 450 hypotheses each
+    assert _why(race(tables(8), (own,)), own, paid - 0.1, 0.001).startswith("what it explains may be chance (p = 0.01 ")
+    assert not _why(race(tables(8), (own,)), own, paid + 0.1, 0.001).startswith("what it explains may be chance")
 
 
 def test_the_quiet_noise_is_the_lower_quartile_over_recordings():

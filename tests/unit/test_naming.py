@@ -50,21 +50,31 @@ def test_peaks_of_the_torque_are_those_of_rows_that_are_compared():
     assert torque_peaks([SimpleNamespace(segments=lambda: segments[:2]), SimpleNamespace(segments=lambda: segments[2:])]) == (3.0, 5.0)
 
 
+@dataclass(frozen=True)
+class Said:
+    confidence: float
+
+
 @pytest.mark.parametrize(("share", "said"), [(0.9, 0.8), (0.6, 0.8), (0.3, 0.4), (0.15, 0.2)])
 def test_findings_that_explain_little_together_are_said_with_less_confidence(monkeypatch, share, said):
-    @dataclass(frozen=True)
-    class Said:
-        confidence: float
-
     monkeypatch.setattr(naming, "findings", lambda race: [Said(0.8)])
-    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: True)
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)
     monkeypatch.setattr(naming, "explained", lambda race: share)
     bank = (candidate("plain", (0,), effect=SimpleNamespace(foreseen=1.0)), candidate("gap", (1,), effect=SimpleNamespace(foreseen=0.4)))
     for planted, chosen, told in (({}, (0,), said), ({0: 0.8}, (0, 1), said), ({1: 0.8}, (0, 1), 0.8 * min(1.0, share / 0.24))):
         made = race(tables(1, planted), bank, chosen=chosen)  # of a gap nobody expects more
         assert [f.confidence for f in naming.trusted(made)] == pytest.approx([told])
-    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: False)  # what remains is nothing that anything could be the cause of
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 0)  # what remains is nothing that anything could be the cause of
     assert [f.confidence for f in naming.trusted(made)] == pytest.approx([0.8])
+
+
+@pytest.mark.parametrize(("share", "trust"), [(0.9, 1.0), (0.89, 0.9917), (0.6, 0.75), (0.3, 0.5), (0.24, 0.4)])
+def test_where_more_is_sure_to_be_there_full_trust_takes_nine_tenths_and_half_of_it_no_more_than_else(monkeypatch, share, trust):
+    monkeypatch.setattr(naming, "findings", lambda race: [Said(0.8)])
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 2)
+    monkeypatch.setattr(naming, "explained", lambda race: share)
+    made = race(tables(1, {0: 0.5}), FORESEEN, chosen=(0,))
+    assert [f.confidence for f in naming.trusted(made)] == pytest.approx([0.8 * trust], rel=1e-3)
 
 
 @pytest.fixture
@@ -129,7 +139,7 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
 def test_what_may_be_made_of_the_part_of_another_finding_that_nobody_foretells_is_not_claimed(monkeypatch, foreseen, alike, share, left):
     without = []
     monkeypatch.setattr(naming, "explained", lambda race, less=(): without.append(less) or share)
-    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: True)
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)
     seen = SimpleNamespace(mistaken_for=("effect_0",) if alike else ("effect_5",))
     bank = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=value, signature=seen))
                  for k, value in enumerate((1.0, foreseen)))
@@ -139,10 +149,20 @@ def test_what_may_be_made_of_the_part_of_another_finding_that_nobody_foretells_i
     naming.drop_leftovers(found, 0)
     assert found.chosen == [bank[k] for k in left]
     assert without[0] == [bank[0]], "what is explained without the one that is asked"
-    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: False)
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 0)
     found.chosen = list(bank)
     naming.drop_leftovers(found, 0)
     assert found.chosen == list(bank), "where nothing else is seen nothing is left to be shaved"
+
+
+def test_what_only_another_finding_made_possible_goes_with_it():
+    found = race(tables(23, {0: 0.6, 4: 0.6, 1: -0.2}), low=0.0, chosen=(0, 4))
+    naming.drop_impossible(found)
+    assert found.chosen == [SINGLE[0], SINGLE[4]], "all is possible"
+    found.chosen = [SINGLE[0], SINGLE[1], SINGLE[4]]
+    assert found.total() > 1e9, "the value of column 1 is below 0"
+    naming.drop_impossible(found)
+    assert found.chosen == [SINGLE[0], SINGLE[4]]
 
 
 def test_there_is_more_to_see_where_an_effect_of_the_bank_still_gains_and_none_in_noise():
@@ -151,8 +171,9 @@ def test_there_is_more_to_see_where_an_effect_of_the_bank_still_gains_and_none_i
     assert not naming.more_to_see(race(tables(32)), 0)
 
 
-@pytest.mark.parametrize(("gain", "p", "more"), [(2.9, 1.0, False), (3.1, 1.0, True), (0.0, 0.05, True), (0.0, 0.051, False)])
-def test_either_a_gain_of_three_or_a_test_at_one_in_twenty_shows_that_there_is_more_to_see(gain, p, more, monkeypatch):
+@pytest.mark.parametrize(("gain", "p", "more"), [(9.9, 1.0, 0), (10.1, 1.0, 1), (0.0, 0.05, 1), (0.0, 0.051, 0), (0.0, 0.01, 2),
+                                                 (99.0, 0.011, 1)])
+def test_either_a_gain_of_ten_or_a_test_at_one_in_twenty_shows_that_there_is_more_to_see(gain, p, more, monkeypatch):
     monkeypatch.setattr(naming, "ranked", lambda found, bank: [(gain, SINGLE[0]), (-1.0, SINGLE[1])])
     monkeypatch.setattr(naming, "family_wise_p", lambda found, seed: p)
     assert naming.more_to_see(race(tables(32)), 0) == more
