@@ -16,12 +16,16 @@ DRIFT, BIAS, OTHER = (candidate("drift", (3,), (2,), effect=PLAIN), candidate("b
 
 
 def moving(values, curve=0.0, rows=LONG):
-    """Tables whose column 2, a constant at both joints, has `values` in the recordings; column 4 is the same, column 3 a slow curve."""
+    """Tables whose column 2, a constant at both joints, has `values` in the recordings; column 4 is the same, column 3 a slow curve.
+
+    Column 0, of which a half is planted, has a mean of 1: whoever forgets it takes it for a zero.
+    """
     made = tables(3, {0: 0.5}, units=len(values), rows=rows)
     for u, (table, value) in enumerate(zip(made, values, strict=True)):
+        table[..., P] += 1.0
         table[..., P + 2] = table[..., P + 4] = 1.0
         table[..., P + 3] = (u - (len(values) - 1) / 2) / len(values)
-        table[..., -1] += value + curve * table[..., P + 3]
+        table[..., -1] += 0.5 + value + curve * table[..., P + 3]
     return made
 
 
@@ -42,7 +46,7 @@ def test_what_is_the_same_in_every_recording_stays(values, curve, said):
     assert stays(race(moving(values, curve), (OTHER, DRIFT)), [OTHER], DRIFT) == said
 
 
-@pytest.mark.parametrize(("share", "said"), [(0.8, True), (1.3, False)])
+@pytest.mark.parametrize(("share", "said"), [(0.96, True), (1.04, False)])
 def test_the_spread_is_bounded_at_a_quarter_of_the_mean(share, said):
     from scipy.stats import chi2
 
