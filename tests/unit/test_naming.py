@@ -109,11 +109,11 @@ def test_waves_are_asked_for_their_pitch_before_all_and_leftovers_before_confide
     made, asked = race(tables(23, dict.fromkeys(range(4), 0.6)), FORESEEN, chosen=(0, 1)), []
     sure = {f"effect_{k}": 0.9 for k in range(4)}
     naming_of(made, sure, dict.fromkeys(sure, 1.0))
-    for name in ("drop_untuned", "prune", "drop_leftovers", "trusted"):
+    for name in ("drop_untuned", "prune", "drop_impossible", "drop_leftovers", "trusted"):
         real = getattr(naming, name)
         monkeypatch.setattr(naming, name, lambda *given, name=name, real=real: asked.append(name) or real(*given))
     naming.named(SimpleNamespace(model=SimpleNamespace(arm=None), all_units=()))
-    assert asked[:4] == ["drop_untuned", "prune", "drop_leftovers", "trusted"]
+    assert asked[:6] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_impossible", "trusted"]
 
 
 def test_what_is_likelier_wrong_than_right_is_not_said(naming_of):
