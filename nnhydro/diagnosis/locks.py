@@ -186,19 +186,22 @@ def material(before: Scored, after: Scored) -> float:
     return float(np.max((a - b) / np.maximum(a, 1e-300)))
 
 
-def first_lock_p(race: Race, candidate: Candidate, gain: float, seed: int) -> float:
-    """Return the p of "nothing is missing" by which `candidate` passes lock 1: that of the blocks, or of its `gain` on data left out.
+def first_lock_p(candidate: Candidate, gain: float, p_block: float) -> float:
+    """Return the p of "nothing is missing" by which `candidate` passes lock 1: `p_block` of the blocks, or that of its `gain`.
 
-    What few blocks tell has few signs; no block's sign can testify to values of each recording's own.
+        p = min(p_block, 3 * 450 exp(-gain / 6))        the second alone for values of each recording's own
+
+    What few blocks tell has few signs; no block's sign can testify to values of each recording's own. `gain` is that in left-out score,
+    `p_block` the p of `family_wise_p`. Source: `gain_p`; that either may open the lock is ours.
     """
     p_gain = gain_p(gain, MISMATCH_TESTS * TRIED)
-    return p_gain if candidate.own else min(family_wise_p(race, seed), p_gain)
+    return p_gain if candidate.own else min(p_block, p_gain)
 
 
 def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
     """Return whether `candidate` passes both locks and is material, or relieves what is known, and write it down."""
     before, after = race.scored(), race.scored([candidate])
-    p_block = first_lock_p(race, candidate, gain, seed)
+    p_block = first_lock_p(candidate, gain, family_wise_p(race, seed))
     p_left_out, share, p_known = left_out_p(before, after), material(before, after), known_p(race, before)
     race.log.append(f"{candidate.key[0]} joint {candidate.key[1]}: gain {gain:.1f}, p_block {p_block:.3f}, p_left_out {p_left_out:.4f}, "
                     f"energy {share:.3f}, p_known {p_known:.3f}")

@@ -23,7 +23,6 @@ from nnhydro.recordings.splitting import Unit
 COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
 MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it are trusted less, in proportion
-ALL = 1.5  # of that: what is trusted in full even where more is sure to be there
 KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
 SEEN = 10.0  # gain in left-out score that shows that there is more to be found: the best of hundreds, chance gains some
 CONFIDENT = 0.5  # nothing is said with less
@@ -60,9 +59,11 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     drop_leftovers(race, seed)
     drop_impossible(race)
     race.chosen = [f.candidate for f in trusted(race, seed) if f.confidence >= CONFIDENT]
+    drop_impossible(race)
     proof = prove(race, found.table, found.believed)
     while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
         race.chosen.remove(least)
+        drop_impossible(race)
         proof = prove(race, found.table, found.believed)
     return Named(found, trusted(race, seed), proof)
 
@@ -78,8 +79,7 @@ def trusted(race: Race, seed: int = 0) -> list[Finding]:
         return []
     strongest = max(race.chosen, key=race.loss)
     share = explained(race) / (MOSTLY * strongest.instance.effect.foreseen)
-    doubt = more_to_see(race, seed) if share < ALL else 0
-    trust = min((1.0, share, (CONFIDENT + share) / 2)[: 1 + doubt])
+    trust = min((1.0, share, (CONFIDENT + share) / 2)[: 1 + more_to_see(race, seed)])
     return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
 
 

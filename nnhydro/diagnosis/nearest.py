@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from nnhydro.diagnosis.bank import Candidate
-from nnhydro.diagnosis.locks import MATERIAL, MISMATCH_TESTS, P_BLOCK, TRIED, family_wise_p, gain_p, left_out_p, material, opens
+from nnhydro.diagnosis.locks import MATERIAL, P_BLOCK, family_wise_p, first_lock_p, left_out_p, material, opens
 from nnhydro.diagnosis.race import Race, ranked
 from nnhydro.diagnosis.tournament import LEAST_OF_FIRST
 
@@ -33,7 +33,7 @@ class Near:
 def _why(race: Race, candidate: Candidate, gain: float, p_block: float) -> str:
     """What keeps `candidate` out: the first of the locks that stays shut, in the order of the search."""
     before, after = race.scored(), race.scored([candidate])
-    p_one, share = gain_p(gain, MISMATCH_TESTS * TRIED) if candidate.own else p_block, material(before, after)
+    p_one, share = first_lock_p(candidate, gain, p_block), material(before, after)
     if p_one > P_BLOCK:
         return f"what it explains may be chance (p = {p_one:.2g} over all that was tried)"
     if not opens(before.by_unit - after.by_unit):

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate
+from nnhydro.diagnosis.locks import FEWEST
 from nnhydro.diagnosis.race import Race, columns_of, own_of
 
 Array = NDArray[np.float64]
 STEADY = 0.25  # r
 CHANCE = 0.05
-FEWEST = 4  # recordings of which anything is said
 
 
 def zeros(race: Race, rest: Sequence[Candidate], candidate: Candidate) -> Array:
-    """Return the values (units,) in the recordings that a candidate with an offset of each one's own has beside `rest`."""
+    """Return the zero (units,) N m that a candidate with an offset of each recording's own has in each, fitted beside `rest`."""
     kept, bench = [*rest, candidate], race.bench
     take, own = bench.index(columns_of(kept)), bench.p + own_of(kept)
     theta, G = bench.left_out(take, own)[0], bench.by_unit[0].sum(axis=1)

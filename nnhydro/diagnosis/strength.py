@@ -83,7 +83,10 @@ def _better_left_out(gains: Array) -> NDArray[np.bool_]:
 
 
 def chance(strength: float, where: Where, price: Price, seed: int = 0) -> float:
-    """Return the chance that both locks open at `strength` lambda, and that what is gained is material and worth its price."""
+    """Return the chance that both locks open at `strength` lambda, and that what is gained is material and worth its price.
+
+    Lock 1 is asked by its blocks alone: that left-out likelihood opens it, too, makes what few blocks show visible a little earlier.
+    """
     xi = np.random.default_rng(seed).standard_normal((DRAWS, len(where.e)))
     U = strength * where.e + np.sqrt(where.correlation * where.e) * xi
     U[:, where.e <= 0] = 0.0

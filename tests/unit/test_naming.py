@@ -113,7 +113,7 @@ def test_waves_are_asked_for_their_pitch_before_all_and_leftovers_before_confide
         real = getattr(naming, name)
         monkeypatch.setattr(naming, name, lambda *given, name=name, real=real: asked.append(name) or real(*given))
     naming.named(SimpleNamespace(model=SimpleNamespace(arm=None), all_units=()))
-    assert asked[:6] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_impossible", "trusted"]
+    assert asked[:7] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_impossible", "trusted", "drop_impossible"]
 
 
 def test_what_is_likelier_wrong_than_right_is_not_said(naming_of):
@@ -123,12 +123,16 @@ def test_what_is_likelier_wrong_than_right_is_not_said(naming_of):
     assert told == ["effect_0", "effect_2", "effect_3"]
 
 
-def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of):
+def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of, monkeypatch):
+    asked, real = [], naming.drop_impossible
+    monkeypatch.setattr(naming, "drop_impossible", lambda race: asked.append(len(race.chosen)) or real(race))
     made = tables(20, {0: 0.8, 4: 0.12, 3: 0.12})
     sure = {f"effect_{k}": 0.9 for k in range(K)}
     for gains, left in (((0.5, 0.01, 0.02), [0]), ((0.5, 0.2, 0.02), [0, 4]), ((0.5, 0.2, 0.2), [0, 4, 3])):
         told = naming_of(race(made, FORESEEN, chosen=(0, 4, 3)), sure, dict(zip(("effect_0", "effect_4", "effect_3"), gains, strict=True)))
         assert told == [f"effect_{k}" for k in left]
+        assert asked == [3, 3, 3, *range(2, len(left) - 1, -1)], "whatever is taken away, what is impossible without it goes, too"
+        asked.clear()
     alone = naming_of(race(tables(20, {4: 0.12}), FORESEEN, chosen=(4,)), sure, {"effect_4": 0.0})
     assert alone == ["effect_4"], "beside nothing else it need not add a share"
 
