@@ -103,4 +103,5 @@ def _opened(answer: Json, score: Json) -> str:
     if score["error_before"] is None or score["error_after"] is None:
         return text
     return (f"{text} On motions whose torques it never saw the corrected model errs by {100 * score['error_after']:.1f} %, "
-            f"the baseline by {100 * score['error_before']:.1f} %.")
+            f"the baseline by {100 * score['error_before']:.1f} %, and the truth itself, given the motions as recorded, "
+            f"by {100 * score['error_true']:.1f} %.")

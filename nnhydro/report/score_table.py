@@ -24,8 +24,10 @@ def print_score(score: dict[str, Any], where: str) -> None:
     say(f"Class size {_number(score['class_size']) or '-'}; parameters: median error {_percent(numbers['median_error']) or '-'}, "
         f"95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of {numbers['compared']}")
     if unseen["campaigns"]:
-        say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after (median); "
-            f"{_percent(unseen['share_of_improvement']) or '-'} of the possible improvement; made worse {_percent(unseen['made_worse'])}")
+        say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after, "
+            f"of the truth itself on the motions as recorded {_number(unseen['median_true']) or 'not known'} (medians)")
+        say(f"Of the error {_percent(unseen['share_of_error']) or '-'} is taken away, of the improvement that the truth would make "
+            f"{_percent(unseen['share_of_improvement']) or '-'} (medians); made worse {_percent(unseen['made_worse'])}")
     parts = score["placed"]
     if parts["campaigns"]:
         say(f"Acting in a part of the campaign: {parts['campaigns']}; the part told with an overlap of 0.6 or more in "

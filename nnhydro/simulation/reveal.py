@@ -5,7 +5,8 @@
     FOLDER/<campaign>/baseline          the calibrated baseline, for the error before
 
 The error of unseen motions is McLain and Rock's, sum|tau - prediction| / sum|tau|, pooled over joints, samples and motions, against the
-noise-free truth (the mean over its phases where a hidden cause acts by chance).
+noise-free truth (the mean over its phases where a hidden cause acts by chance). `error_true` is that of the truth itself, given the motions
+as they were recorded (true_model.py).
 """
 
 import re
@@ -80,8 +81,10 @@ def unseen_error(unseen: dict[str, Any], torques: Torques) -> float:
 
 
 def _errors(verdict: Verdict, answer: dict[str, Any], folder: Path, campaign: Path) -> Verdict:
-    sources: dict[str, Torques | None] = {"error_before": None, "error_after": None}
+    sources: dict[str, Torques | None] = {"error_before": None, "error_after": None, "error_true": None}
     notes: list[str] = []
+    if answer["unseen"] and all("true_model_Nm" in motion for motion in answer["unseen"].values()):
+        sources["error_true"] = lambda name: np.array(answer["unseen"][name]["true_model_Nm"])
     try:
         if (folder / "baseline").is_dir():
             sources["error_before"] = _predicted_model(folder / "baseline", campaign)

@@ -76,6 +76,7 @@ class Verdict:
     seconds: float | None = None
     error_before: float | None = None
     error_after: float | None = None
+    error_true: float | None = None  # of the truth itself, given the motions as they were recorded
     notes: tuple[str, ...] = field(default=())
     part: str = "always"  # in what part of the campaign the effect acts
     placed: Placed | None = None  # how well that was told, where the effect was named

@@ -78,10 +78,14 @@ def _group(name: str, members: Sequence[Verdict]) -> dict[str, Any]:
 
 
 def _unseen(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+    """How well unseen motions are foretold; the share of the improvement that the truth itself would make counts hidden effects alone."""
     both = [(v, v.error_before, v.error_after) for v in verdicts if v.error_before is not None and v.error_after is not None]
-    effects = [1 - after / before for v, before, after in both if v.kind == "effect" and before > 0]
+    effects = [(before, after, v.error_true) for v, before, after in both if v.kind == "effect" and before > 0]
+    possible = [(before - after) / (before - true) for before, after, true in effects if true is not None and before > true]
     return {"campaigns": len(both), "median_before": _median([b for _, b, _ in both]), "median_after": _median([a for _, _, a in both]),
-            "share_of_improvement": _median(effects), "made_worse": _share([after > WORSE * before for _, before, after in both])}
+            "median_true": _median([v.error_true for v, _, _ in both if v.error_true is not None]),
+            "share_of_error": _median([1 - after / before for before, after, _ in effects]), "share_of_improvement": _median(possible),
+            "made_worse": _share([after > WORSE * before for _, before, after in both])}
 
 
 def confusion(verdicts: Sequence[Verdict]) -> dict[str, dict[str, int]]:

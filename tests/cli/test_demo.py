@@ -21,7 +21,8 @@ def answer():
 
 
 def score(**changes):
-    return {"right": True, "joint": True, "named": ("coulomb_friction",), "error_before": 0.25, "error_after": 0.125, **changes}
+    return {"right": True, "joint": True, "named": ("coulomb_friction",), "error_before": 0.25, "error_after": 0.125, "error_true": 0.1,
+            **changes}
 
 
 def test_one_effect_of_the_catalogue_is_hidden_in_the_campaign_and_no_file_beside_the_seal_names_it():
@@ -39,6 +40,7 @@ def test_the_opened_answer_says_what_was_hidden_and_what_the_correction_is_worth
     assert "The diagnosis was right" in said
     assert "12.5 %" in said
     assert "25.0 %" in said
+    assert "the truth itself, given the motions as recorded, by 10.0 %" in said
 
 
 @pytest.mark.parametrize(("changes", "words"), [

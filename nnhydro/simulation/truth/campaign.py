@@ -9,6 +9,7 @@ Everything follows from (seed, index). A draw in which a cause cannot reach its 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -51,6 +52,23 @@ class Wish:
 
 
 @dataclass(frozen=True)
+class Unseen:
+    """An unseen run with what loads it, and the columns in which encoders of the same steps would record its links themselves.
+
+    No hidden cause moves the angles of `links`: who knows the truth knows what a compliant drive or a moved zero has done to them.
+    """
+
+    run: Run
+    arm: TrueArm
+    causes: tuple[Cause, ...]
+    links: dict[str, Array]
+
+    def torque(self, t: Array, q: Array, qd: Array, qdd: Array, u0: Array, du0: Array) -> Array:
+        """Return what the torque sensors would read (n, L) in this run on that motion, the mean over chance."""
+        return _expected(replace(self.run, t=t, q=q, qd=qd, qdd=qdd, u0=u0, du0=du0), self.arm, self.causes)
+
+
+@dataclass(frozen=True)
 class Concealed:
     """A campaign as files (name -> columns), what arm.yaml holds, the baseline to diagnose it against, and the answer to be sealed."""
 
@@ -58,6 +76,7 @@ class Concealed:
     arm: dict[str, Any]
     baseline: str
     answer: dict[str, Any]
+    unseen: dict[str, Unseen]
 
 
 def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
@@ -121,9 +140,9 @@ def _hide(rng: Generator, bench: Bench, names: Sequence[str], wish: Wish) -> tup
 
 
 def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause]) -> Array:
-    """Return what the torque sensors would read (n, L) at the recorded instants, the mean over chance."""
+    """Return what the torque sensors would read (n, L), the mean over chance."""
     phases = PHASES if any(cause.chance for cause in causes) else 1
-    readings = [read(replace(run, seed=run.seed + k), arm, causes).tau[::FINE] for k in range(phases)]
+    readings = [read(replace(run, seed=run.seed + k), arm, causes).tau for k in range(phases)]
     mean: Array = np.mean(readings, axis=0)
     return mean
 
@@ -182,7 +201,12 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
         entry["rivals"] = near
         entry |= {} if part is None else {"acts": part.answer()}
     todo = [replace(plan, seconds=seconds[0]) for plan in plans(rng, links, 9, seconds)[:3]]
+    unseen = {}
     for run in _runs(rng, arm, todo, sensors, "motion", runs[-1].start + 300.0):
-        files[f"unseen/{run.name}.csv"] = record(run, read(run, arm, causes), arm, sensors, sigma, rng, False)
-        answer["unseen"][run.name] = {"t_s": run.t[::FINE].round(6).tolist(), "tau_Nm": _expected(run, arm, causes).round(5).tolist()}
-    return Concealed(files, document(stated, known_to), "drag-only" if inertia_hidden else "constant", answer)
+        seen, same = read(run, arm, causes), deepcopy(rng)
+        files[f"unseen/{run.name}.csv"] = record(run, seen, arm, sensors, sigma, rng, False)
+        alone = record(run, replace(seen, q=run.q, qd=run.qd, qdd=run.qdd), arm, sensors, sigma, same, False)
+        unseen[run.name] = Unseen(run, arm, tuple(causes), alone)
+        truth = _expected(run, arm, causes)[::FINE]
+        answer["unseen"][run.name] = {"t_s": run.t[::FINE].round(6).tolist(), "tau_Nm": truth.round(5).tolist()}
+    return Concealed(files, document(stated, known_to), "drag-only" if inertia_hidden else "constant", answer, unseen)

@@ -1,0 +1,70 @@
+"""The truth as a model: what it errs on motions as recorded is what no model can mend."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nnhydro.simulation.conceal import _csv
+from nnhydro.simulation.scoring import Verdict
+from nnhydro.simulation.summary import summary
+from nnhydro.simulation.true_model import foretold
+from nnhydro.simulation.truth.campaign import Wish, draw_campaign
+from nnhydro.simulation.truth.sensors import FINE
+
+
+def error(drawn, columns=lambda unseen: unseen.links):
+    """sum|foretold - truth| / sum|truth| over the unseen motions."""
+    wrong = total = 0.0
+    for name, unseen in drawn.unseen.items():
+        truth = np.array(drawn.answer["unseen"][name]["tau_Nm"])
+        wrong += np.abs(foretold(unseen, drawn.arm, _csv(columns(unseen))) - truth).sum()
+        total += np.abs(truth).sum()
+    return wrong / total
+
+
+def of(drawn, given, index=0):
+    """The first draw of a kind of recorder."""
+    while (made := draw_campaign(drawn, index, Wish("torque_gain", "strong", size="small"))).answer["given"] != given:
+        index += 1
+    return made
+
+
+def exact(unseen):
+    """The motion as it was, every derivative given."""
+    run = unseen.run
+    columns = {"t_s": run.t} | {f"q{j + 1}_rad": run.q[:, j] for j in range(run.q.shape[1])}
+    columns |= {f"dq{j + 1}_rad_s": run.qd[:, j] for j in range(run.q.shape[1])}
+    columns |= {f"ddq{j + 1}_rad_s2": run.qdd[:, j] for j in range(run.q.shape[1])}
+    columns |= {"u0_m_s": run.u0, "du0_m_s2": run.du0} if run.u0.any() else {}
+    return {key: x[::FINE] for key, x in columns.items()}
+
+
+def test_on_the_exact_motion_the_truth_is_right_to_the_last_digit_of_the_file():
+    assert error(of(5, "none"), exact) < 2e-4
+
+
+def test_derivatives_that_have_to_be_taken_cost_more_than_those_that_are_given():
+    assert 0 < error(of(5, "all")) < error(of(5, "none"))
+
+
+def test_angles_of_a_compliant_drive_are_not_held_against_the_truth():
+    drawn = draw_campaign(3, 0, Wish("encoder_offset", "strong", size="small"))
+    seen = {f"unseen/{name}.csv": unseen.links for name, unseen in drawn.unseen.items()}
+    assert any(not np.array_equal(links["q1_rad"], drawn.files[file]["q1_rad"]) or
+               not np.array_equal(links.get("q2_rad"), drawn.files[file].get("q2_rad")) for file, links in seen.items())
+    assert error(drawn) < error(drawn, lambda unseen: drawn.files[f"unseen/{unseen.run.name}.csv"])
+
+
+VERDICT = Verdict("campaign_000", "effect", "strong", truth=("x",), other_shape=False, named=("x",), detected=True, right=True, exact=True,
+                  family=True, joint=True, false_claims=0, class_sizes=(1,), claims=((1.0, True),), pairs=(("x", "x"),), alarm=True)
+
+
+def test_the_share_is_of_what_the_truth_would_mend():
+    of_two = [replace(VERDICT, error_before=0.10, error_after=0.04, error_true=0.02), replace(VERDICT, error_before=0.2, error_after=0.1)]
+    unseen = summary(of_two, [])["unseen"]
+    assert unseen["share_of_improvement"] == pytest.approx(0.75)
+    assert unseen["share_of_error"] == pytest.approx(0.55)
+    assert unseen["median_true"] == pytest.approx(0.02)
+    hopeless = summary([replace(VERDICT, error_before=0.02, error_after=0.02, error_true=0.03)], [])["unseen"]
+    assert hopeless["share_of_improvement"] is None
