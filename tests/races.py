@@ -18,7 +18,7 @@ NOISE = np.array([0.5, 2.0])
 
 def candidate(name, columns, own=(), joint=0, grid=1, **keys):
     """A candidate whose instance knows only what the selection asks of it."""
-    keys = {"spans": {}, "plausible": lambda values: True, "width": len(columns) + len(own), **keys}
+    keys = {"spans": {}, "spell": None, "plausible": lambda values: True, "width": len(columns) + len(own), **keys}
     return Candidate(SimpleNamespace(key=(name, joint), grid=grid, **keys), tuple(columns), tuple(own))
 
 

@@ -23,7 +23,7 @@ from nnhydro.diagnosis.locks import SOFT
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.score import RIDGE, Bench
 from nnhydro.diagnosis.table import Piece, Table
-from nnhydro.diagnosis.verdict import CLEAR, HARDLY, NEAR, rivals_of
+from nnhydro.diagnosis.verdict import CLEAR, HARDLY, NEAR, parameter_count, rivals_of
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.preprocessing import prepare
 from nnhydro.recordings.splitting import Unit
@@ -44,6 +44,7 @@ class Contest:
     behind: tuple[float, ...]
     limit: Array  # (members, members) score by which a member (column) must fall behind another one (row) to leave its class
     own: tuple[float, ...] = ()  # how far those members are behind whose values are each recording's own
+    hardly: Array | bool = True  # (members, members) whether it must fall behind by a share of what is gained, too
 
 
 def contest_of(race: Race) -> Contest | None:
@@ -55,11 +56,19 @@ def contest_of(race: Race) -> Contest | None:
         every = [r for r in rivals_of(race, chosen) if r.in_class]
         inside = [r for r in every if not r.candidate.own]
         if inside and not chosen.own:
-            members = (chosen, *(r.candidate for r in inside))
+            told = (chosen, *(r.candidate for r in inside))
+            members = tuple(max(_laws(race, c), key=parameter_count) for c in told)
             limits = np.array([[_limit(a, b) for b in members] for a in members])
+            wider = np.array([[min(map(parameter_count, _laws(race, b))) > parameter_count(a) for b in told] for a in told])
             return Contest(members, tuple(c for c in race.chosen if c is not chosen), (0.0, *(r.behind for r in inside)), limits,
-                           tuple(r.behind for r in every if r.candidate.own))
+                           tuple(r.behind for r in every if r.candidate.own), ~wider)
     return None
+
+
+def _laws(race: Race, member: Candidate) -> list[Candidate]:
+    """The member and the other laws of its effect: which of them comes nearest after the motion nobody knows, the widest holds all."""
+    spell, width = member.instance.spell, member.instance.width
+    return [member, *(c for c in race.bank.candidates if c.key == member.key and c.instance.spell is spell and c.instance.width != width)]
 
 
 def _limit(one: Candidate, other: Candidate) -> float:
@@ -226,10 +235,10 @@ class Judge:
     def _ahead(self, gain: Array, rows: float, gained: Array | None = None) -> Array:
         """By how many standard deviations each member (row), the truth, throws each other one (column) out of the class.
 
-        A rival must fall behind by a share of all that is gained, too: what hardly differs is one torque, however well it is known.
+        A rival of no more parameters must fall behind by a share of all that is gained, too: its law may have a slightly other form.
         """
         behind, limit = np.array(self.contest.behind), self.contest.limit
-        limit = limit if gained is None else np.maximum(limit, HARDLY * gained[:, None])
+        limit = limit if gained is None else np.maximum(limit, np.where(self.contest.hardly, HARDLY * gained[:, None], 0.0))
         ahead = behind[None, :] - behind[:, None] + rows / 2 * np.log1p(gain / rows) - limit
         return np.asarray(ahead / np.sqrt(CORRELATION * np.maximum(gain, 1e-9)), np.float64)
 

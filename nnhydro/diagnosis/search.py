@@ -70,7 +70,7 @@ def _targets(race: Race) -> dict[Key, tuple[Candidate, list[Candidate]]]:
 
 
 def _refined(case: Case, race: Race) -> tuple[Instance, ...]:
-    """The instances of the next round: refined ones of the targets, the others as they are."""
+    """The instances of the next round: refined ones of the targets, the others, and other laws of the same effects, as they are."""
     made: list[Instance] = []
     targets = _targets(race)
     for target, others in targets.values():
@@ -78,7 +78,8 @@ def _refined(case: Case, race: Race) -> tuple[Instance, ...]:
         values = torch.tensor([race.values(kept)[1].get(k, 0.0) for k in target.columns], dtype=torch.float64)
         believed = with_loads(case, race, kept)  # the reading that the instrument changes: fitted with it, not in its stead
         made += [settled(one, values, believed) for one in finer(target.instance)]
-    same = [c.instance for c in race.bank.candidates if c.key not in targets and c.grid <= MANY]
+    laws = {key: target.instance.effect.linear_names() for key, (target, _) in targets.items()}
+    same = [c.instance for c in race.bank.candidates if c.grid <= MANY and laws.get(c.key) != c.instance.effect.linear_names()]
     return (*made, *same)
 
 

@@ -1,9 +1,10 @@
 """From a finished race to findings: rivals, classes, confidence, parameters with intervals.
 
 A rival that takes a finding's place and predicts left-out recordings no worse (sign-flip p > 0.05), or hardly worse with a torque that is
-much the finding's own (cosine above 0.97), belongs to the finding's class: a law of slightly other form leaves as much. A drift that stays
-where it is is none (nnhydro.diagnosis.still). Of members that are one torque (0.98) the one with the fewest parameters names it. The family
-is named where the class lies in one. Confidence is the class's weight among all rivals, softened for the correlation of residuals.
+much the finding's own (cosine above 0.97), belongs to the finding's class: a law of slightly other form leaves as much, unless it has more
+parameters than the finding and still predicts worse. A drift that stays where it is is none (nnhydro.diagnosis.still). Of members that are
+one torque (0.98) the one with the fewest parameters names it. The family is named where the class lies in one. Confidence is the class's
+weight among all rivals, softened for the correlation of residuals.
 """
 
 from dataclasses import dataclass, replace
@@ -42,13 +43,14 @@ class Rival:
     general: bool  # whether it is the general form of the finding's family
     candidate: Candidate
     special: bool = False  # whether the finding is the general form of its family
+    wider: bool = False  # whether it has more parameters than the finding
 
     @property
     def in_class(self) -> bool:
         """Whether the rival cannot be told from the finding."""
         if self.general and self.likeness > RESEMBLING and self.behind < CLEAR:
             return True
-        if self.likeness > MUCH_ALIKE and self.behind < max(NEAR, HARDLY * self.gain):
+        if self.likeness > MUCH_ALIKE and self.behind < max(NEAR, 0.0 if self.wider else HARDLY * self.gain):
             return True
         if self.special and self.likeness > ALIKE and self.behind < SPECIAL * self.gain:
             return True
@@ -100,8 +102,9 @@ def rivals_of(race: Race, candidate: Candidate) -> list[Rival]:
             continue
         there, one, other = race.scored([rival], [candidate]), rival.instance.effect, candidate.instance.effect
         general, special = (a.general and one.family == other.family for a in (one, other))
+        wider = parameter_count(rival) > parameter_count(candidate)
         found.append(Rival((base - gain) - total, left_out_p(there, now), likeness(race, candidate, rival), base - total, general, rival,
-                           special))
+                           special, wider))
     return found[:MOST_RIVALS]
 
 
@@ -147,7 +150,8 @@ def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
                    fit.of(candidate)[1][:linear, :linear])
 
 
-def _size(candidate: Candidate) -> int:
+def parameter_count(candidate: Candidate) -> int:
+    """Return the number of its parameters."""
     return len(candidate.columns) + len(candidate.own) + len(candidate.instance.spans)
 
 
@@ -155,7 +159,7 @@ def simplest(race: Race) -> list[Candidate]:
     """Return the chosen candidates, each replaced by a rival with fewer parameters and the same torque where there is one."""
     for place, chosen in enumerate(race.chosen):
         alike = [r.candidate for r in rivals_of(race, chosen) if r.same_torque]
-        race.chosen[place] = min([chosen, *alike], key=_size)
+        race.chosen[place] = min([chosen, *alike], key=parameter_count)
     return race.chosen
 
 

@@ -10,13 +10,13 @@ from races import JOINTS, NOISE, SINGLE, K, P, Plain, candidate, fit, instance, 
 
 from nnhydro.diagnosis.contest import Contest, Judge, contest_of, least_pair
 from nnhydro.diagnosis.uncertainty import likeness
-from nnhydro.diagnosis.verdict import Rival, _size, rivals_of, simplest
+from nnhydro.diagnosis.verdict import Rival, parameter_count, rivals_of, simplest
 
 PRIOR = np.array([4.0, 0.0, 50.0])
 
 
-def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False, special=False):
-    return Rival(behind, p, alike, gain, general, SINGLE[0], special)
+def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False, special=False, wider=False):
+    return Rival(behind, p, alike, gain, general, SINGLE[0], special, wider)
 
 
 @pytest.mark.parametrize(("one", "inside"), [
@@ -24,6 +24,7 @@ def rival(behind, p=0.0, alike=0.0, gain=100.0, general=False, special=False):
     (rival(9.9, p=0.06), True), (rival(9.9, p=0.04), False), (rival(10.1, p=1.0), False),  # behind, but not on the single recordings
     (rival(9.9, alike=0.975), True), (rival(10.1, alike=0.975), False), (rival(9.9, alike=0.965), False),  # much the same torque
     (rival(15.0, alike=0.975, gain=305.0), True), (rival(15.0, alike=0.975, gain=295.0), False),  # within a twentieth of the whole
+    (rival(15.0, alike=0.975, gain=305.0, wider=True), False), (rival(9.9, alike=0.975, gain=305.0, wider=True), True),  # free, yet worse
     (rival(19.0, alike=0.91, general=True), True), (rival(21.0, alike=0.91, general=True), False),
     (rival(19.0, alike=0.89, general=True), False), (rival(19.0, alike=0.91), False), (rival(-5.0), True),
     (rival(44.0, alike=0.985, gain=300.0, special=True), True), (rival(46.0, alike=0.985, gain=300.0, special=True), False),
@@ -71,6 +72,8 @@ def test_rivals_take_the_findings_place_beside_the_others_and_the_best_come_firs
         assert one.likeness == pytest.approx(likeness(found, bank[0], one.candidate))
     assert told[0].p > 0.001
     assert told[1].p == pytest.approx(1 / 2**7)
+    shaped = (*bank[:2], candidate("effect_2", (2,), effect=bank[2].instance.effect, spans={"v": (1.0, 2.0)}), *bank[3:])
+    assert [one.wider for one in rivals_of(race(made, shaped, chosen=(0, 4)), bank[0])[:2]] == [False, True]
 
 
 def test_no_more_than_five_rivals_are_told():
@@ -90,7 +93,8 @@ def test_a_name_with_fewer_parameters_stands_for_the_same_torque():
     found = race(made, (rich, few, unlike), chosen=(0,))
     assert simplest(found) == [few]
     shaped = candidate("few", (0,), effect=other, spans={"v": (1.0, 2.0)})
-    assert (_size(rich), _size(few), _size(shaped), _size(candidate("own", (0,), (1, 2)))) == (2, 1, 2, 3)
+    own = candidate("own", (0,), (1, 2))
+    assert [parameter_count(one) for one in (rich, few, shaped, own)] == [2, 1, 2, 3]
     alone = race(made, (rich, unlike), chosen=(0,))
     assert simplest(alone) == [rich]
 
@@ -170,10 +174,31 @@ def test_a_contest_is_that_of_the_first_finding_that_has_rivals_in_its_class():
     further = [c.instance.effect.general and c.instance.effect.family == "a" for c in told.members]  # the general form of the family
     np.testing.assert_array_equal(told.limit, np.tile(np.where(further, 20.0, 10.0), (len(told.members), 1)))
     assert any(further)
+    assert told.hardly.all(), "each has one column"
     assert bank[1] in told.members
     clear = race(tables(4, {0: 0.8}), tuple(candidate(f"e{k}", (k,), effect=SimpleNamespace(family="a", general=False)) for k in range(K)),
                  chosen=(0,))
     assert contest_of(clear) is None
+
+
+def test_a_member_stands_in_the_contest_with_the_law_that_holds_all_its_others():
+    """Which law of the effect comes nearest after the motion nobody knows; behind it is as far as the nearest one now."""
+    made, bank = competing()
+    member = bank[1]
+    effect = member.instance.effect
+    laws = [candidate("effect_1", columns, effect=effect, spell=spell)
+            for columns, spell in (((1, 5), None), ((1, 3, 5), None), ((1, 2, 3, 5), "run_1"))]
+    told, wide = contest_of(race(made, bank, chosen=(4, 0))), race(made, (*bank, *laws), chosen=(4, 0))
+    wider = contest_of(wide)
+    place = told.members.index(member)
+    assert wider.members[place] is laws[1], "of three columns; the law of four acts elsewhere"
+    assert wider.members[0] is wide.bank.candidates[0]
+    assert wider.hardly.all(), "the nearest law may be the one of a single column"
+    rich = [candidate("effect_1", columns, effect=effect) for columns in ((1, 5), (1, 3, 5))]
+    free = contest_of(race(made, (bank[0], bank[4], *rich), chosen=(1, 0)))
+    assert free.members[1].columns == (1, 3, 5)
+    np.testing.assert_array_equal(free.hardly, [[True, False], [True, True]])
+    assert wider.behind[place] <= told.behind[place] + 1e-9
 
 
 def test_noise_is_held_against_each_joint_of_its_own():

@@ -310,3 +310,5 @@ def test_a_rival_that_hardly_differs_stays_in_the_class_however_well_both_are_kn
     judge, gain = contest((0.0, 0.0)), np.full((2, 2), 100.0)
     assert judge.chance(gain, 1e4) > 0.9
     assert judge.chance(gain, 1e4, gained=np.array([1e4, 1e4])) < 0.01
+    freer = replace(judge, contest=replace(judge.contest, hardly=np.zeros((2, 2), dtype=bool)))
+    assert freer.chance(gain, 1e4, gained=np.array([1e4, 1e4])) > 0.9, "rivals of more parameters have no such excuse"

@@ -98,6 +98,17 @@ def test_a_fault_of_a_sensor_is_refined_on_the_reading_of_the_model_fitted_with_
     np.testing.assert_allclose(values, case.before.mean + case.before.F @ z)
 
 
+def test_other_laws_of_a_refined_effect_stay_in_the_bank_as_they_are():
+    case, race = rubbing(1.0)
+    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key[0] == "drag_form"]
+    race = race_of(Table(case), [*(c.instance for c in race.bank.candidates), *known], case.model, None)
+    laws = [one.effect.linear_names() for one in known]
+    assert len(set(laws)) == len(laws) > 3
+    race.chosen = [next(c for c in race.bank.candidates if c.instance is known[-1])]
+    again = [one.effect.linear_names() for one in _refined(case, race) if one.key == known[0].key]
+    assert sorted(again) == sorted(laws), "each law once"
+
+
 def test_what_sensors_read_in_the_end_is_the_torque_of_the_model_with_what_was_found():
     case, race = rubbing(1.0)
     found = search(case, [c.instance for c in race.bank.candidates], None, 0)
