@@ -59,7 +59,9 @@ def _per_joint(key: str, symbol: str) -> Callable[[_Parts, Any], None]:
 
 def _spring(parts: _Parts, term: Any) -> None:
     rest = term.quantities()["rest_angle"].value
-    parts.joints[term.joint - 1] |= {"stiffness": term.stiffness[0], "springref": rest}
+    parts.joints[term.joint - 1] |= {"stiffness": term.quantities()["stiffness"].value, "springref": rest}
+    if not term.linear:
+        parts.lacks.append(f"hose at joint {term.joint}: MuJoCo's spring is linear: held with its stiffness at the rest angle")
 
 
 def _payload(parts: _Parts, term: Any) -> None:

@@ -25,7 +25,33 @@ def test_a_spring_pulls_to_its_rest_angle():
     tau = spring.torque(Flow(arm(2), steady([[1.0, 0.7], [1.0, 0.2]])))
     assert_close(tau, tensor([[0.0, 0.25], [0.0, 0.0]]))
     assert spring.quantities() == {"stiffness": Quantity(0.5, "N m/rad"), "rest_angle": Quantity(0.2, "rad")}
-    assert spring.statement({"stiffness": (0.44, 0.56)}).startswith("Joint 2 is pulled back towards 0.2 rad by 0.50 +- 0.06 N m/rad")
+    said = spring.statement({"stiffness": (0.44, 0.56)})
+    assert said == "Joint 2 is pulled back towards 0.2 rad by 0.50 +- 0.06 N m/rad: a hose or cable."
+
+
+def bent(k, p, k2, k3):
+    return made("umbilical_stiffness", arm(1), 1, stiffness=(k,), preload=(p,), quadratic=(k2,), cubic=(k3,))
+
+
+def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_there_as_its_slope():
+    k, rest, hardening = 0.8, 0.3, 0.15  # k (d + 0.15 d^3), d = q - rest, multiplied out
+    hose = bent(k * (1 + 3 * hardening * rest**2), -k * (rest + hardening * rest**3), -3 * k * hardening * rest, k * hardening)
+    q = np.linspace(-2, 2, 9)
+    d = q - rest
+    np.testing.assert_allclose(hose.torque(Flow(arm(1), steady(q[:, None])))[:, 0], k * (d + hardening * d**3), atol=1e-12)
+    told = hose.quantities()
+    assert (told["stiffness"].value, told["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
+    assert "grows more than in proportion" in hose.statement()
+    assert "grows less than in proportion" in bent(1.0, 0.0, 0.0, -0.1).statement()
+
+
+@pytest.mark.parametrize(("values", "makes_sense"), [
+    ((1.0, 0.5, 0.0, -0.1), True), ((1.0, -6.2, 0.0, 0.0), True), ((1.0, 6.4, 0.0, 0.0), False),  # a rest angle beyond a turn
+    ((0.0, 0.5, 0.0, 0.0), False), ((0.0, 0.0, 0.0, 0.0), True), ((0.0, 0.5, 1.0, 0.0), False),  # no pull; none; never slack
+    ((0.0, 0.0, 0.0, -1.0), False), ((0.0, 1.0, 0.0, -1.0), False), ((0.0, -1.0, 1.0, 0.0), True),  # away from the middle
+])
+def test_a_hose_pulls_towards_an_angle_within_a_turn(values, makes_sense):
+    assert bent(*values).plausible() == makes_sense
 
 
 def test_stribeck_friction_breaks_away_high_and_slides_low():
@@ -266,7 +292,7 @@ def test_numbers_are_told_with_the_figures_of_their_uncertainty(value, interval,
 
 
 def test_the_interval_of_a_derived_quantity_follows_from_the_covariance():
-    spring = made("umbilical_stiffness", arm(1), 1, stiffness=(2.0,), preload=(-1.0,))
+    spring = made("umbilical_stiffness", arm(1), 1, stiffness=(2.0,), preload=(-1.0,), quadratic=(), cubic=())
     covariance = torch.tensor([[0.01, 0.002], [0.002, 0.04]], dtype=torch.float64)
     low, high = intervals(lambda v: spring.with_linear(v).quantities(), spring.linear_values(), covariance)["rest_angle"]
     gradient = np.array([-0.25, -0.5])  # of -preload/stiffness

@@ -1,5 +1,7 @@
 """URDF in, MuJoCo XML and curves out: held against MuJoCo itself, and against what was put in."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -150,7 +152,7 @@ def dry_machine():
     a, known = arm(density=0.0, gravity_m_s2=9.81), catalogue()
     loads = Loads({"rigid_body": RigidBody.of_arm(a), "viscous_friction": ViscousFriction((0.3, 0.1)),
                    "coulomb_friction": CoulombFriction((0.5, 0.2)), "rotor": known["rotor_inertia"](inertia=(0.04,), joint=2),
-                   "hose": known["umbilical_stiffness"](stiffness=(0.6,), preload=(-0.3,), joint=1),
+                   "hose": known["umbilical_stiffness"](stiffness=(0.6,), preload=(-0.3,), quadratic=(), cubic=(), joint=1),
                    "load": known["payload_mass"](mass=(0.4,), beyond=(0.03,))})
     return StripTheory(a, GIVEN, {}, "machine", loads)
 
@@ -163,6 +165,16 @@ def test_mujoco_moves_the_exported_machine_with_the_same_torques():
     ours = model.torque(Motion.at(q, qd, qdd)).numpy()
     np.testing.assert_allclose(theirs, ours, rtol=2e-4, atol=2e-4)  # MuJoCo's dry friction is a soft constraint
     assert len(made.holds) == 6
+
+
+def test_a_hose_that_bends_is_held_by_its_stiffness_at_rest_and_that_is_said():
+    model = dry_machine()
+    bent = replace(model.loads.terms["hose"], cubic=(0.2,), quadratic=(0.0,))
+    made = mujoco_xml(replace(model, loads=Loads({**model.loads.terms, "hose": bent})))
+    k, rest = (bent.quantities()[name].value for name in ("stiffness", "rest_angle"))
+    assert k == pytest.approx(0.6 + 3 * 0.2 * rest**2)
+    assert f'stiffness="{k:.9g}"' in made.xml
+    assert any("spring is linear" in line for line in made.lacks)
 
 
 @pytest.mark.parametrize("links", [1, 2, 3])
