@@ -45,6 +45,19 @@ def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_t
     assert "grows less than in proportion" in bent(1.0, 0.0, 0.0, -0.1).statement()
 
 
+@pytest.mark.parametrize(("zeros", "rest"), [((-0.4, 1.0, 2.0), -0.4), ((0.3, 2j, -2j), 0.3)])
+def test_of_several_angles_a_hose_lies_slack_at_the_least_that_is_one_and_towards_which_it_pulls(zeros, rest):
+    k3, k2, k, p = np.poly(zeros).real
+    assert bent(k, p, k2, k3).quantities()["rest_angle"].value == pytest.approx(rest)
+
+
+def test_a_hose_is_also_tried_as_a_linear_spring():
+    one = bent(1.0, 0.0, 0.0, 0.0)
+    assert [len(law.linear_names()) for law in (one, *one.narrower())] == [4, 2]
+    assert one.linear
+    assert not bent(1.0, 0.0, 0.0, 0.1).linear
+
+
 @pytest.mark.parametrize(("values", "makes_sense"), [
     ((1.0, 0.5, 0.0, -0.1), True), ((1.0, -6.2, 0.0, 0.0), True), ((1.0, 6.4, 0.0, 0.0), False),  # a rest angle beyond a turn
     ((0.0, 0.5, 0.0, 0.0), False), ((0.0, 0.0, 0.0, 0.0), True), ((0.0, 0.5, 1.0, 0.0), False),  # no pull; none; never slack
