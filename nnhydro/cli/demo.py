@@ -102,6 +102,7 @@ def _opened(answer: Json, score: Json) -> str:
     text = f"The sealed answer, opened only now: {hidden['effect']} at joint {hidden['joint']}, {numbers}. The diagnosis {verdict}."
     if score["error_before"] is None or score["error_after"] is None:
         return text
+    truth = score["error_true"]
+    known = "" if truth is None else f", and the truth itself, given the motions as recorded, by {100 * truth:.1f} %"
     return (f"{text} On motions whose torques it never saw the corrected model errs by {100 * score['error_after']:.1f} %, "
-            f"the baseline by {100 * score['error_before']:.1f} %, and the truth itself, given the motions as recorded, "
-            f"by {100 * score['error_true']:.1f} %.")
+            f"the baseline by {100 * score['error_before']:.1f} %{known}.")

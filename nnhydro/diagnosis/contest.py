@@ -23,7 +23,7 @@ from nnhydro.diagnosis.locks import SOFT
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.score import RIDGE, Bench
 from nnhydro.diagnosis.table import Piece, Table
-from nnhydro.diagnosis.verdict import CLEAR, HARDLY, NEAR, parameter_count, rivals_of
+from nnhydro.diagnosis.verdict import CLEAR, HARDLY, NEAR, laws_of, parameter_count, rivals_of
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.preprocessing import prepare
 from nnhydro.recordings.splitting import Unit
@@ -45,6 +45,7 @@ class Contest:
     limit: Array  # (members, members) score by which a member (column) must fall behind another one (row) to leave its class
     own: tuple[float, ...] = ()  # how far those members are behind whose values are each recording's own
     hardly: Array | bool = True  # (members, members) whether it must fall behind by a share of what is gained, too
+    freest: tuple[Candidate, ...] = ()  # the widest law of each member, which holds whatever law of it comes nearest; none: its own
 
 
 def contest_of(race: Race) -> Contest | None:
@@ -57,18 +58,12 @@ def contest_of(race: Race) -> Contest | None:
         inside = [r for r in every if not r.candidate.own]
         if inside and not chosen.own:
             told = (chosen, *(r.candidate for r in inside))
-            members = tuple(max(_laws(race, c), key=parameter_count) for c in told)
-            limits = np.array([[_limit(a, b) for b in members] for a in members])
-            wider = np.array([[min(map(parameter_count, _laws(race, b))) > parameter_count(a) for b in told] for a in told])
-            return Contest(members, tuple(c for c in race.chosen if c is not chosen), (0.0, *(r.behind for r in inside)), limits,
-                           tuple(r.behind for r in every if r.candidate.own), ~wider)
+            limits = np.array([[_limit(a, b) for b in told] for a in told])
+            wider = np.array([[min(map(parameter_count, laws_of(race, b))) > parameter_count(a) for b in told] for a in told])
+            freest = tuple(max(laws_of(race, c), key=parameter_count) for c in told)
+            return Contest(told, tuple(c for c in race.chosen if c is not chosen), (0.0, *(r.behind for r in inside)), limits,
+                           tuple(r.behind for r in every if r.candidate.own), ~wider, freest)
     return None
-
-
-def _laws(race: Race, member: Candidate) -> list[Candidate]:
-    """The member and the other laws of its effect: which of them comes nearest after the motion nobody knows, the widest holds all."""
-    spell, width = member.instance.spell, member.instance.width
-    return [member, *(c for c in race.bank.candidates if c.key == member.key and c.instance.spell is spell and c.instance.width != width)]
 
 
 def _limit(one: Candidate, other: Candidate) -> float:
@@ -105,13 +100,15 @@ class Judge:
 
     @property
     def candidates(self) -> tuple[Candidate, ...]:
-        """All whose columns are needed: the rest, then the members."""
-        return (*self.contest.rest, *self.contest.members)
+        """All whose columns are needed: the rest, the members, then wider laws of theirs."""
+        named = (*self.contest.rest, *self.contest.members)
+        return (*named, *(c for c in self.contest.freest if not any(c is one for one in named)))
 
-    def _places(self) -> list[list[int]]:
-        """Columns of each candidate, side by side behind the baseline's."""
+    def _places(self) -> dict[int, list[int]]:
+        """Columns of each candidate (by its id), side by side behind the baseline's."""
         ends = self.race.bench.p + np.cumsum([0, *(len(c.columns) + len(c.own) for c in self.candidates)])
-        return [list(range(start, end)) for start, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)]
+        spans = zip(self.candidates, ends[:-1].tolist(), ends[1:].tolist(), strict=True)
+        return {id(c): list(range(start, end)) for c, start, end in spans}
 
     def recorded(self) -> Array:
         """Return the Gram matrix (q, q) over the recordings at hand."""
@@ -142,35 +139,36 @@ class Judge:
         G, rows = Bench.of(blocks, self.race.noise, self.race.bench.prior).by_unit
         return [Planned(motions[k], _less_offsets(one, p), float(n) * joints) for k, one, n in zip(numbers, G, rows, strict=True)]
 
-    def _pairs(self, H: Array) -> Iterator[tuple[int, int, float, Array, Array]]:
-        """Yield for every pair (A the truth, B in its place) lambda^2, and B's values (k,) with their covariance where A is the truth."""
-        places, rest = self._places(), len(self.contest.rest)
+    def _pairs(self, H: Array, laws: Sequence[Candidate]) -> Iterator[tuple[int, int, float, Array, Array]]:
+        """Yield for every pair (A the truth, the law of B in its place) lambda^2, and B's values (k,) with their covariance there."""
+        places = self._places()
         for a in range(len(self.contest.members)):
             d = self._values(a, len(H))
             for b in (b for b in range(len(self.contest.members)) if b != a):
-                take, A = self._beside(H, places[rest + b])
+                mine = places[id(laws[b])]
+                take, A = self._beside(H, mine)
                 inverse, h = np.linalg.inv(A), H[take] @ d
-                fit, own = inverse @ h, slice(len(take) - len(places[rest + b]), len(take))
+                fit, own = inverse @ h, slice(len(take) - len(mine), len(take))
                 yield a, b, max(float(d @ H @ d - h @ fit), 0.0), fit[own], np.asarray(CORRELATION * inverse[own, own], np.float64)
 
     def _values(self, a: int, q: int) -> Array:
         """The fitted values (q,) of member `a` at its places among all columns."""
-        places, member = self._places(), self.contest.members[a]
+        member = self.contest.members[a]
         values, d = self.race.values([*self.contest.rest, member])[1], np.zeros(q)
-        d[places[len(self.contest.rest) + a]] = [values[k] for k in sorted(member.columns)]
+        d[self._places()[id(member)]] = [values[k] for k in sorted(member.columns)]
         return d
 
     def _beside(self, H: Array, more: Sequence[int] = ()) -> tuple[Array, Array]:
         """The places (k,) of the baseline, the other findings and `more`, and what a fit of them inverts (k, k)."""
-        p = self.race.bench.p
-        take = np.array([*range(p), *(k for place in self._places()[:len(self.contest.rest)] for k in place), *more])
+        p, places = self.race.bench.p, self._places()
+        take = np.array([*range(p), *(k for one in self.contest.rest for k in places[id(one)]), *more])
         penalty = np.concatenate([self.race.bench.prior, np.zeros(len(take) - p)]) + RIDGE * np.diag(H)[take] + 1e-12
         return take, H[np.ix_(take, take)] + np.diag(penalty)
 
     def apart(self, H: Array) -> Array:
-        """Return lambda^2 (members, members): what is left of member A's torque (row) when B (column) is fitted in its place."""
+        """Return lambda^2 (members, members): what is left of member A's torque (row) when B's freest law (column) is fitted instead."""
         found = np.zeros((len(self.contest.members),) * 2)
-        for a, b, size, _, _ in self._pairs(H):
+        for a, b, size, _, _ in self._pairs(H, self.contest.freest or self.contest.members):
             found[a, b] = size
         return found
 
@@ -188,14 +186,17 @@ class Judge:
         """Return the chance (members, members) that B (column), fitted in the place of A (row), has values that make sense.
 
         A law that holds A's as a special case fits as well as A whatever is recorded; what ends it is that its values become absurd, such
-        as a hose's rest angle ten turns away.
+        as a hose's rest angle ten turns away. Of several laws of B the one that makes sense most often counts.
         """
-        found, rng = np.ones((len(self.contest.members),) * 2), np.random.default_rng(0)
-        for a, b, _, mean, covariance in self._pairs(H):
-            one = self.contest.members[b].instance
-            low, high = np.array(one.bounds()).T
-            drawn = rng.multivariate_normal(mean, covariance, DRAWS, method="svd")
-            found[a, b] = np.mean([bool(((x >= low) & (x <= high)).all()) and one.plausible(x) for x in drawn])
+        found = np.eye(len(self.contest.members))
+        for laws in (self.contest.members, *([self.contest.freest] if self.contest.freest else [])):
+            rng = np.random.default_rng(0)
+            for a, b, _, mean, covariance in self._pairs(H, laws):
+                one = laws[b].instance
+                low, high = np.array(one.bounds()).T
+                drawn = rng.multivariate_normal(mean, covariance, DRAWS, method="svd")
+                sense = float(np.mean([bool(((x >= low) & (x <= high)).all()) and one.plausible(x) for x in drawn]))
+                found[a, b] = max(found[a, b], sense)
         return found
 
     def _own_leave(self, recordings: int) -> float:

@@ -152,6 +152,14 @@ def _typical(rows: Sequence[Reveal]) -> Reveal:
     return replace(chosen, found_of=(sum(r.size is not None for r in rows), len(rows)))
 
 
+def _of_laws(rows: Sequence[Reveal]) -> Reveal:
+    """The typical row of the law of the effect that is found at the smallest size: fewer values cost less."""
+    laws: dict[int, list[Reveal]] = {}
+    for row in rows:
+        laws.setdefault(row.instance.width, []).append(row)
+    return min((_typical(one) for one in laws.values()), key=lambda r: np.inf if r.size is None else r.size)
+
+
 def _with_rivals(race: Race, rows: Sequence[Reveal]) -> list[Reveal]:
     """The rows with the effect whose columns come nearest to theirs beside the baseline, among the candidates of `race`."""
     bench, total = race.bench, race.bench.total
@@ -208,6 +216,6 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
         progress("sizes")
         for row in _reveals(race, threshold, correlated):
             by_key.setdefault((*row.instance.key, row.parameter), []).append(row)
-    typical = [_typical(rows) for rows in by_key.values()]
+    typical = [_of_laws(rows) for rows in by_key.values()]
     shown = list({id(row.instance): row.instance for row in typical}.values())
     return Power(case, noise, _with_rivals(race_of(table, shown, believed, None, noise), typical))

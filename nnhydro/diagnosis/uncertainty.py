@@ -62,7 +62,8 @@ def _tangents(race: Race, candidate: Candidate, values: dict[int, float]) -> lis
 
 def _same_but(name: str, one: Candidate, other: Candidate) -> bool:
     a, b = one.instance.effect, other.instance.effect
-    return all(np.isclose(getattr(a, f)[0], getattr(b, f)[0], rtol=1e-9) for f in other.instance.spans if f != name)
+    same_law = len(one.columns) == len(other.columns)
+    return same_law and all(np.isclose(getattr(a, f)[0], getattr(b, f)[0], rtol=1e-9) for f in other.instance.spans if f != name)
 
 
 def _spreads(race: Race, candidate: Candidate) -> dict[str, float]:

@@ -43,7 +43,7 @@ class Rival:
     general: bool  # whether it is the general form of the finding's family
     candidate: Candidate
     special: bool = False  # whether the finding is the general form of its family
-    wider: bool = False  # whether it has more parameters than the finding
+    wider: bool = False  # whether each of its laws has more parameters than the finding
 
     @property
     def in_class(self) -> bool:
@@ -102,7 +102,7 @@ def rivals_of(race: Race, candidate: Candidate) -> list[Rival]:
             continue
         there, one, other = race.scored([rival], [candidate]), rival.instance.effect, candidate.instance.effect
         general, special = (a.general and one.family == other.family for a in (one, other))
-        wider = parameter_count(rival) > parameter_count(candidate)
+        wider = min(map(parameter_count, laws_of(race, rival))) > parameter_count(candidate)
         found.append(Rival((base - gain) - total, left_out_p(there, now), likeness(race, candidate, rival), base - total, general, rival,
                            special, wider))
     return found[:MOST_RIVALS]
@@ -148,6 +148,12 @@ def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
     return Finding(effect, families.pop() if len(families) == 1 else None, (effect.id, *sorted(members - {effect.id})),
                    float(min((weights[0] + same) / weights.sum(), 0.99)), statement, parameters, support, candidate,
                    fit.of(candidate)[1][:linear, :linear])
+
+
+def laws_of(race: Race, one: Candidate) -> list[Candidate]:
+    """Return the candidate and other laws of its effect, of more or fewer columns, at the same joint in the same part."""
+    spell, width = one.instance.spell, one.instance.width
+    return [one, *(c for c in race.bank.candidates if c.key == one.key and c.instance.spell is spell and c.instance.width != width)]
 
 
 def parameter_count(candidate: Candidate) -> int:

@@ -14,6 +14,8 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 
 FURTHEST = 2 * pi  # rad: a rest angle beyond a turn is no hose's but that of a constant torque
+SIDEWAYS = 1.0  # rad: a hose stiffens or softens about the angle at which it lies slack, not about another one
+NONE = 1e-9  # of the largest torque within a turn: terms below it are no part of the law
 
 
 @effect
@@ -35,10 +37,10 @@ class UmbilicalStiffness(LoadEffect):
     )
     acts = "joint"
 
-    stiffness: Values = parameter("N m/rad", 0.5, (0.0, 1e4), "spring constant", per="arm")
+    stiffness: Values = parameter("N m/rad", 0.5, (-1e4, 1e4), "torque per angle at q = 0: the spring constant of a linear one", per="arm")
     preload: Values = parameter("N m", 0.0, (-1e4, 1e4), "torque at q = 0: -stiffness times rest angle, where it is linear", per="arm")
-    quadratic: Values = parameter("N m/rad^2", 0.0, (-1e4, 1e4), "how much stiffer it is on one side, k_2", per="arm")
-    cubic: Values = parameter("N m/rad^3", 0.0, (-1e4, 1e4), "how much stiffer it grows on both sides, k_3", per="arm")
+    quadratic: Values = parameter("N m/rad^2", 0.0, (-1e4, 1e4), "how much stiffer it is on one side, k_2", per="arm", absent=True)
+    cubic: Values = parameter("N m/rad^3", 0.0, (-1e4, 1e4), "how much stiffer it grows on both sides, k_3", per="arm", absent=True)
 
     def narrower(self) -> tuple["UmbilicalStiffness", ...]:
         """Return the linear spring alone."""
@@ -55,24 +57,43 @@ class UmbilicalStiffness(LoadEffect):
         bent = [q**2] * len(self.quadratic) + [q**3] * len(self.cubic)
         return at_joint(torch.stack([q, torch.ones_like(q), *bent], dim=1), self.joint, flow.arm.n_links)
 
+    def _law(self) -> np.polynomial.Polynomial:
+        """The torque over the angle, without terms that nobody could measure."""
+        c = [self.preload[0], self.stiffness[0], *self.quadratic, *self.cubic]
+        sizes = [abs(x) * FURTHEST**n for n, x in enumerate(c)]
+        while len(c) > 1 and sizes[len(c) - 1] <= NONE * max(sizes):
+            c.pop()
+        return np.polynomial.Polynomial(c)
+
     def _rest(self) -> tuple[float, float] | None:
         """Stiffness and angle where it lies slack, the least one of those towards which it pulls; None where it pulls nowhere."""
-        law = np.polynomial.Polynomial([self.preload[0], self.stiffness[0], *(self.quadratic or (0.0,)), *(self.cubic or (0.0,))]).trim()
-        slope = law.deriv()
-        zeros = [float(z.real) for z in np.asarray(law.roots(), complex) if abs(z.imag) < 1e-9 * (1 + abs(z))] if any(law.coef) else [0.0]
-        return min(((float(slope(q)), q) for q in zeros if slope(q) > 0), key=lambda one: abs(one[1]), default=None)
+        law = self._law()
+        slope, zeros = law.deriv(), np.asarray(law.roots(), complex)
+        found = [(float(slope(z.real)), float(z.real)) for z in zeros if abs(z.imag) < 1e-9 * (1 + abs(z)) and slope(z.real) > 0]
+        return min(found, key=lambda one: abs(one[1]), default=None)
 
     def plausible(self) -> bool:
-        """Return whether the rest angle is one that a hose could have."""
-        rest = self._rest()
-        return not any(self.linear_values()) or (rest is not None and abs(rest[1]) <= FURTHEST)
+        """Return whether the rest angle is one that a hose could have, and whether what bends bends about it."""
+        rest, bend = self._rest(), self._law().deriv(2)
+        if rest is None or abs(rest[1]) > FURTHEST:
+            return not any(self.linear_values())
+        turns = float(-bend.coef[0] / bend.coef[1]) if bend.degree() == 1 else None
+        return not any(bend.coef) or (turns is not None and abs(turns - rest[1]) <= SIDEWAYS)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the rest angle, and the stiffness there."""
         k, q = self._rest() or (self.stiffness[0], 0.0)
         return {"stiffness": Quantity(k, "N m/rad"), "rest_angle": Quantity(q, "rad")}
 
+    def _grows(self) -> str:
+        """How its pull grows within a radian of its rest angle, in words."""
+        rest = self._rest()
+        if self.linear or rest is None:
+            return ""
+        stiffer = [self._law().deriv()(rest[1] + side) > rest[0] for side in (-1.0, 1.0)]
+        words = "on one side more than on the other" if len(set(stiffer)) > 1 else f"{'more' if stiffer[0] else 'less'} than in proportion"
+        return f" near there, a pull that grows {words}"
+
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        bent = "" if self.linear else f" near there, a pull that grows {'more' if sum(self.cubic) > 0 else 'less'} than in proportion"
-        return f"Joint {self.joint} is pulled back towards {said['rest_angle']} by {said['stiffness']}{bent}: a hose or cable."
+        return f"Joint {self.joint} is pulled back towards {said['rest_angle']} by {said['stiffness']}{self._grows()}: a hose or cable."

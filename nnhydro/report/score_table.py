@@ -24,10 +24,13 @@ def print_score(score: dict[str, Any], where: str) -> None:
     say(f"Class size {_number(score['class_size']) or '-'}; parameters: median error {_percent(numbers['median_error']) or '-'}, "
         f"95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of {numbers['compared']}")
     if unseen["campaigns"]:
-        say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after, "
-            f"of the truth itself on the motions as recorded {_number(unseen['median_true']) or 'not known'} (medians)")
-        say(f"Of the error {_percent(unseen['share_of_error']) or '-'} is taken away, of the improvement that the truth would make "
-            f"{_percent(unseen['share_of_improvement']) or '-'} (medians); made worse {_percent(unseen['made_worse'])}")
+        say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after (medians); "
+            f"of the error {_percent(unseen['share_of_error']) or '-'} is taken away; made worse {_percent(unseen['made_worse'])}")
+        truth = unseen["of_the_truth"]
+        if truth["campaigns"]:
+            say(f"The truth itself errs by {_number(truth['median_true'])} on these motions as recorded; of the improvement that it would "
+                f"make the corrected models make {_percent(truth['share']) or '-'} (median of the {truth['better_than_baseline']} of "
+                f"{truth['campaigns']} campaigns with one), {_percent(truth['pooled']) or '-'} in sum")
     parts = score["placed"]
     if parts["campaigns"]:
         say(f"Acting in a part of the campaign: {parts['campaigns']}; the part told with an overlap of 0.6 or more in "

@@ -81,10 +81,13 @@ def unseen_error(unseen: dict[str, Any], torques: Torques) -> float:
 
 
 def _errors(verdict: Verdict, answer: dict[str, Any], folder: Path, campaign: Path) -> Verdict:
-    sources: dict[str, Torques | None] = {"error_before": None, "error_after": None, "error_true": None}
+    if not answer["unseen"]:
+        return verdict
+    if all("true_model_Nm" in motion for motion in answer["unseen"].values()):
+        true = unseen_error(answer["unseen"], lambda name: np.array(answer["unseen"][name]["true_model_Nm"]))
+        verdict = replace(verdict, error_true=true)
+    sources: dict[str, Torques | None] = {"error_before": None, "error_after": None}
     notes: list[str] = []
-    if answer["unseen"] and all("true_model_Nm" in motion for motion in answer["unseen"].values()):
-        sources["error_true"] = lambda name: np.array(answer["unseen"][name]["true_model_Nm"])
     try:
         if (folder / "baseline").is_dir():
             sources["error_before"] = _predicted_model(folder / "baseline", campaign)

@@ -11,7 +11,7 @@ import numpy as np
 from nnhydro.simulation.scoring import Verdict
 from nnhydro.simulation.truth.localised import PARTS
 
-SCHEMA = "nnhydro/score/1"
+SCHEMA = "nnhydro/score/2"
 SURE = 0.9  # findings said with at least this confidence must be right as often
 OVERLAP, MOMENT = 0.6, 0.5  # overlap of regions, and s, from which on a part or a moment counts as told
 WORSE = 1.02  # an unseen error that has grown by more than 2 % is a case made worse
@@ -78,13 +78,21 @@ def _group(name: str, members: Sequence[Verdict]) -> dict[str, Any]:
 
 
 def _unseen(verdicts: Sequence[Verdict]) -> dict[str, Any]:
-    """How well unseen motions are foretold; the share of the improvement that the truth itself would make counts hidden effects alone."""
+    """How well unseen motions are foretold, and what share of the improvement that the truth itself would make, for hidden effects.
+
+    The median is over the campaigns in which the truth is better than the baseline, the pooled share over all, whatever it is there.
+    """
     both = [(v, v.error_before, v.error_after) for v in verdicts if v.error_before is not None and v.error_after is not None]
     effects = [(before, after, v.error_true) for v, before, after in both if v.kind == "effect" and before > 0]
-    possible = [(before - after) / (before - true) for before, after, true in effects if true is not None and before > true]
+    known = [(before, after, true) for before, after, true in effects if true is not None]
+    shares = [(before - after) / (before - true) for before, after, true in known if before > true]
+    possible = sum(before - true for before, _, true in known)
     return {"campaigns": len(both), "median_before": _median([b for _, b, _ in both]), "median_after": _median([a for _, _, a in both]),
-            "median_true": _median([v.error_true for v, _, _ in both if v.error_true is not None]),
-            "share_of_error": _median([1 - after / before for before, after, _ in effects]), "share_of_improvement": _median(possible),
+            "share_of_error": _median([1 - after / before for before, after, _ in effects]),
+            "of_the_truth": {"campaigns": len(known), "better_than_baseline": len(shares), "share": _median(shares),
+                             "pooled": sum(before - after for before, after, _ in known) / possible if possible > 0 else None,
+                             "median_true": _median([true for _, _, true in known]),
+                             "median_after": _median([after for _, after, _ in known])},
             "made_worse": _share([after > WORSE * before for _, before, after in both])}
 
 

@@ -51,7 +51,7 @@ def test_reveal_gives_json_to_programs(suite: Path, tmp_path: Path, capsys: pyte
     capsys.readouterr()
     assert run(["reveal", str(suite), "--diagnoses", str(diagnosed(tmp_path, None)), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["schema"] == "nnhydro/score/1"
+    assert document["schema"] == "nnhydro/score/2"
     assert document["groups"][0]["right"] == 0.0
     assert document["confusion"] == {"torque_bias": {"nothing": 1}}
 

@@ -181,24 +181,50 @@ def test_a_contest_is_that_of_the_first_finding_that_has_rivals_in_its_class():
     assert contest_of(clear) is None
 
 
-def test_a_member_stands_in_the_contest_with_the_law_that_holds_all_its_others():
-    """Which law of the effect comes nearest after the motion nobody knows; behind it is as far as the nearest one now."""
+def test_a_member_is_fitted_in_the_contest_by_its_widest_law_and_has_the_torque_of_the_nearest():
+    """Which law of an effect comes nearest after the motion nobody knows: the widest holds all. What it does is what was seen of it."""
     made, bank = competing()
-    member = bank[1]
-    effect = member.instance.effect
+    member, effect = bank[1], bank[1].instance.effect
     laws = [candidate("effect_1", columns, effect=effect, spell=spell)
             for columns, spell in (((1, 5), None), ((1, 3, 5), None), ((1, 2, 3, 5), "run_1"))]
-    told, wide = contest_of(race(made, bank, chosen=(4, 0))), race(made, (*bank, *laws), chosen=(4, 0))
-    wider = contest_of(wide)
+    wide = race(made, (*bank, *laws), chosen=(4, 0))
+    told = contest_of(wide)
     place = told.members.index(member)
-    assert wider.members[place] is laws[1], "of three columns; the law of four acts elsewhere"
-    assert wider.members[0] is wide.bank.candidates[0]
-    assert wider.hardly.all(), "the nearest law may be the one of a single column"
+    assert told.freest[place] is laws[1], "of three columns; the law of four acts elsewhere"
+    assert told.freest[0] is told.members[0] is bank[0]
+    assert told.hardly.all(), "the nearest law may be the one of a single column"
+    judge, r = Judge(None, wide, None, told), rows(made)
+    assert judge.candidates == (*told.rest, *told.members, *told.freest[place:place + 1])
+    apart = judge.apart(judge.recorded())
+    torque = fit(r.Z[:, [0, 1, 2, P, P + 4]], r.y, 0.0)[P] * r.Z[:, P]
+    Z = r.Z[:, [0, 1, 2, P + 4, P + 1, P + 3, P + 5]]
+    assert apart[0, place] == pytest.approx(((torque - Z @ fit(Z, torque, 0.0)) ** 2).sum(), rel=1e-4)
+    torque = fit(r.Z[:, [0, 1, 2, P + 1, P + 4]], r.y, 0.0)[P] * r.Z[:, P + 1]
+    Z = r.Z[:, [0, 1, 2, P + 4, P]]
+    assert apart[place, 0] == pytest.approx(((torque - Z @ fit(Z, torque, 0.0)) ** 2).sum(), rel=1e-4)
+
+
+@pytest.mark.parametrize(("near", "wide", "possible"), [(True, False, 1.0), (False, True, 1.0), (False, False, 0.0)])
+def test_a_rival_is_possible_where_one_of_its_laws_makes_sense(near, wide, possible):
+    made, bank = competing()
+    free = ((-np.inf, np.inf),)
+    laws = [candidate("effect_1", columns, effect=bank[1].instance.effect, plausible=lambda values, sense=sense: sense,
+                      bounds=lambda columns=columns: free * len(columns)) for columns, sense in (((1,), near), ((1, 3), wide))]
+    one = candidate("effect_0", (0,), effect=bank[0].instance.effect, bounds=lambda: free)
+    found = race(made, (one, *laws), chosen=(0,))
+    judge = Judge(None, found, None, Contest((one, laws[0]), (), (0.0, 5.0), 10.0, freest=(one, laws[1])))
+    assert judge.possible(judge.recorded())[0, 1] == possible
+
+
+def test_a_rival_is_as_free_as_the_narrowest_law_of_its_effect():
+    made, bank = competing()
+    effect = bank[1].instance.effect
     rich = [candidate("effect_1", columns, effect=effect) for columns in ((1, 5), (1, 3, 5))]
-    free = contest_of(race(made, (bank[0], bank[4], *rich), chosen=(1, 0)))
-    assert free.members[1].columns == (1, 3, 5)
-    np.testing.assert_array_equal(free.hardly, [[True, False], [True, True]])
-    assert wider.behind[place] <= told.behind[place] + 1e-9
+    free = race(made, (bank[0], bank[4], *rich), chosen=(1, 0))
+    assert [one.wider for one in rivals_of(free, bank[0]) if one.candidate.key[0] == "effect_1"] == [True]
+    np.testing.assert_array_equal(contest_of(free).hardly, [[True, False], [True, True]])
+    plain = race(made, (bank[0], bank[4], bank[1], *rich), chosen=(1, 0))
+    assert [one.wider for one in rivals_of(plain, bank[0]) if one.candidate.key[0] == "effect_1"] == [False], "whichever law comes nearest"
 
 
 def test_noise_is_held_against_each_joint_of_its_own():

@@ -237,6 +237,9 @@ def test_reveal_scores_predicted_torques_and_lists_what_is_missing(suite, tmp_pa
     assert verdict["right"]
     assert verdict["error_after"] == pytest.approx(0.05)
     assert verdict["error_before"] is None
+    truth = unseen_error(answer["unseen"], lambda name: np.array(answer["unseen"][name]["true_model_Nm"]))
+    assert verdict["error_true"] == pytest.approx(truth)
+    assert 0 < truth < 0.05
 
 
 def test_the_data_set_is_what_its_card_says():

@@ -12,6 +12,7 @@ from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 from nnhydro.effects.link_interference import shadowed
 from nnhydro.effects.quantity import Quantity, intervals, told
 from nnhydro.physics.flow import Flow, Water
+from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
@@ -43,6 +44,7 @@ def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_t
     assert (told["stiffness"].value, told["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
     assert "grows more than in proportion" in hose.statement()
     assert "grows less than in proportion" in bent(1.0, 0.0, 0.0, -0.1).statement()
+    assert "grows on one side more than on the other" in bent(1.0, 0.0, 0.5, 0.1).statement()
 
 
 @pytest.mark.parametrize(("zeros", "rest"), [((-0.4, 1.0, 2.0), -0.4), ((0.3, 2j, -2j), 0.3)])
@@ -60,11 +62,28 @@ def test_a_hose_is_also_tried_as_a_linear_spring():
 
 @pytest.mark.parametrize(("values", "makes_sense"), [
     ((1.0, 0.5, 0.0, -0.1), True), ((1.0, -6.2, 0.0, 0.0), True), ((1.0, 6.4, 0.0, 0.0), False),  # a rest angle beyond a turn
-    ((0.0, 0.5, 0.0, 0.0), False), ((0.0, 0.0, 0.0, 0.0), True), ((0.0, 0.5, 1.0, 0.0), False),  # no pull; none; never slack
-    ((0.0, 0.0, 0.0, -1.0), False), ((0.0, 1.0, 0.0, -1.0), False), ((0.0, -1.0, 1.0, 0.0), True),  # away from the middle
-])
-def test_a_hose_pulls_towards_an_angle_within_a_turn(values, makes_sense):
+    ((0.0, 0.5, 0.0, 0.0), False), ((0.0, 0.0, 0.0, 0.0), True), ((-1.0, 0.5, 0.0, 0.0), False),  # no pull; none; a push
+    ((0.0, 0.5, 1.0, 0.0), False), ((0.0, 0.0, 0.0, -1.0), False), ((1.0, 0.0, 0.0, 1e-310), True),  # never slack; nothing cubic
+    ((0.0, -1.0, 1.0, 0.0), False), ((0.001, 0.3, 0.0, 0.01), False),  # pushes on one side; a torque that hardly changes
+    ((1.0, -0.39, 0.0, -1.0), False), ((1.7, -0.5, 0.3, 0.2), True)])
+def test_a_hose_pulls_towards_an_angle_within_a_turn_and_bends_about_it(values, makes_sense):
     assert bent(*values).plausible() == makes_sense
+
+
+@pytest.mark.parametrize("law", [np.ones_like, lambda q: -np.cos(q)])
+def test_a_bent_hose_is_no_name_for_a_constant_or_for_a_tilt_about_its_turning_point(law):
+    rng, q, hits = np.random.default_rng(0), np.linspace(-0.8, 0.8, 600), 0
+    for _ in range(100):
+        k3, k2, k, p = np.polyfit(q, 0.3 * law(q) + 0.02 * rng.standard_normal(600), 3)
+        hits += bent(k, p, k2, k3).plausible()
+    assert hits <= 10
+
+
+def test_models_of_before_know_the_linear_hose_alone():
+    document = {"kind": "effect:umbilical_stiffness", "parameters": {"stiffness": [0.5], "preload": [-0.1]}, "options": {"joint": 1}}
+    old = term_of(document)
+    assert old == made("umbilical_stiffness", arm(1), 1, stiffness=(0.5,), preload=(-0.1,), quadratic=(), cubic=())
+    assert term_of(old.document()) == old
 
 
 def test_stribeck_friction_breaks_away_high_and_slides_low():

@@ -10,7 +10,8 @@ from nnhydro.simulation.conceal import _csv
 from nnhydro.simulation.scoring import Verdict
 from nnhydro.simulation.summary import summary
 from nnhydro.simulation.true_model import foretold
-from nnhydro.simulation.truth.campaign import Wish, draw_campaign
+from nnhydro.simulation.truth.campaign import Wish, _expected, draw_campaign
+from nnhydro.simulation.truth.registry import makers
 from nnhydro.simulation.truth.sensors import FINE
 
 FULL, RARE, BELT = 5, 6, 3  # seeds of recorders of every derivative, and of angles alone; the third has a belt besides
@@ -50,6 +51,28 @@ def test_on_the_exact_motion_the_truth_is_right_to_the_last_digit_of_the_file(se
     assert error(drawn, exact) < 2e-4
 
 
+@pytest.mark.parametrize("cause", ["flow_memory", "history_force", "wake_reentry", "wake_development", "sensor_timing", "torque_ripple"])
+def test_what_remembers_is_stepped_as_finely_as_in_the_run(cause):
+    drawn = healthy(RARE)
+    unseen = next(iter(drawn.unseen.values()))
+    draft = makers()[cause](np.random.default_rng(2), unseen.arm)
+    with_it = replace(unseen, causes=(draft.make(np.sqrt(draft.low * draft.high)),))
+    run, exact_truth = unseen.run, [_expected(unseen.run, unseen.arm, causes)[::FINE] for causes in (with_it.causes, ())]
+    said = foretold(with_it, drawn.arm, _csv(exact(with_it)))
+    assert run.dt == pytest.approx(1 / (50.0 * FINE))
+    assert np.abs(said - exact_truth[0]).sum() < 0.05 * np.abs(exact_truth[1] - exact_truth[0]).sum()
+
+
+def test_the_phases_of_chance_that_were_drawn_are_not_known():
+    drawn = healthy(FULL)
+    unseen = next(iter(drawn.unseen.values()))
+    wave = makers()["wave_orbital"](np.random.default_rng(2), unseen.arm).make(0.2)
+    with_it = replace(unseen, causes=(wave,))
+    truth, mean = _expected(unseen.run, unseen.arm, (wave,))[::FINE], _expected(unseen.run, unseen.arm, (wave,), 400)[::FINE]
+    said = foretold(with_it, drawn.arm, _csv(exact(with_it)))
+    assert 0.3 < np.abs(said - truth).sum() / np.abs(mean - truth).sum() < 3
+
+
 def test_derivatives_that_have_to_be_taken_cost_more_than_those_that_are_given():
     assert [healthy(seed).answer["given"] for seed in (FULL, RARE)] == ["all", "none"]
     assert 0 < error(healthy(FULL)) < error(healthy(RARE))
@@ -69,9 +92,13 @@ VERDICT = Verdict("campaign_000", "effect", "strong", truth=("x",), other_shape=
 
 def test_the_share_is_of_what_the_truth_would_mend():
     of_two = [replace(VERDICT, error_before=0.10, error_after=0.04, error_true=0.02), replace(VERDICT, error_before=0.2, error_after=0.1)]
-    unseen = summary(of_two, [])["unseen"]
-    assert unseen["share_of_improvement"] == pytest.approx(0.75)
-    assert unseen["share_of_error"] == pytest.approx(0.55)
-    assert unseen["median_true"] == pytest.approx(0.02)
-    hopeless = summary([replace(VERDICT, error_before=0.02, error_after=0.02, error_true=0.03)], [])["unseen"]
-    assert hopeless["share_of_improvement"] is None
+    worse = replace(VERDICT, error_before=0.02, error_after=0.03, error_true=0.04)
+    unseen = summary([*of_two, worse], [])["unseen"]
+    assert unseen["share_of_error"] == pytest.approx(0.5)
+    truth = unseen["of_the_truth"]
+    assert (truth["campaigns"], truth["better_than_baseline"]) == (2, 1)
+    assert truth["share"] == pytest.approx(0.75)
+    assert truth["pooled"] == pytest.approx((0.06 - 0.01) / (0.08 - 0.02))
+    assert (truth["median_true"], truth["median_after"]) == (pytest.approx(0.03), pytest.approx(0.035))
+    hopeless = summary([worse], [])["unseen"]["of_the_truth"]
+    assert (hopeless["share"], hopeless["pooled"]) == (None, None)

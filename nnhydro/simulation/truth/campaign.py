@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from nnhydro.simulation.truth import registry
 from nnhydro.simulation.truth.arms import document, draw_arm
@@ -27,6 +28,7 @@ from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, 
 
 ATTEMPTS = 30
 PHASES = 8  # of a cause that acts by chance: an unseen motion's truth is the mean over them
+OTHERS, ANOTHER = 32, 1000  # phases of chance, and from which seed on, for the truth as a model: it cannot know those that were drawn
 MIX = {"effect": 0.6, "none": 0.2, "base_form": 0.1, "unlisted": 0.1}
 MORNING = 9 * 3600.0  # s, when the campaign begins
 SIZES = {"small": ((8, 8), (6.0, 7.0), (50.0,)), "normal": ((8, 20), (6.0, 12.0), (50.0, 80.0, 100.0))}
@@ -63,9 +65,15 @@ class Unseen:
     causes: tuple[Cause, ...]
     links: dict[str, Array]
 
-    def torque(self, t: Array, q: Array, qd: Array, qdd: Array, u0: Array, du0: Array) -> Array:
-        """Return what the torque sensors would read (n, L) in this run on that motion, the mean over chance."""
-        return _expected(replace(self.run, t=t, q=q, qd=qd, qdd=qdd, u0=u0, du0=du0), self.arm, self.causes)
+    def torque(self, t: Array, *motion: Array) -> Array:
+        """Return what the torque sensors would read (n, L) in this run on the motion q, qd, qdd (n, L), u0, du0 (n,), the mean over chance.
+
+        Between the rows the motion is a cubic spline: what remembers is stepped as finely as the run itself was.
+        """
+        fine = np.linspace(t[0], t[-1], FINE * (len(t) - 1) + 1)
+        q, qd, qdd, u0, du0 = (CubicSpline(t, x)(fine) for x in motion)
+        run = replace(self.run, t=fine, q=q, qd=qd, qdd=qdd, u0=u0, du0=du0, seed=self.run.seed + ANOTHER)
+        return _expected(run, self.arm, self.causes, OTHERS)[::FINE]
 
 
 @dataclass(frozen=True)
@@ -139,10 +147,10 @@ def _hide(rng: Generator, bench: Bench, names: Sequence[str], wish: Wish) -> tup
     return found, part
 
 
-def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause]) -> Array:
+def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause], phases: int = PHASES) -> Array:
     """Return what the torque sensors would read (n, L), the mean over chance."""
-    phases = PHASES if any(cause.chance for cause in causes) else 1
-    readings = [read(replace(run, seed=run.seed + k), arm, causes).tau for k in range(phases)]
+    often = phases if any(cause.chance for cause in causes) else 1
+    readings = [read(replace(run, seed=run.seed + k), arm, causes).tau for k in range(often)]
     mean: Array = np.mean(readings, axis=0)
     return mean
 
