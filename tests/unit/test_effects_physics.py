@@ -70,6 +70,14 @@ def test_a_hose_pulls_towards_an_angle_within_a_turn_and_bends_about_it(values, 
     assert bent(*values).plausible() == makes_sense
 
 
+@pytest.mark.parametrize("rest", [-1.6, -0.9, 0.9, 1.6])
+def test_a_hose_that_lies_slack_far_from_zero_may_be_soft_there(rest):
+    k3, k2, k, p = np.poly1d([-0.15, 0.0, 1.0, 0.0])(np.poly1d([1.0, -rest])).coef
+    one = bent(k, p, k2, k3)
+    assert one.plausible()
+    assert all(low <= value <= high for value, (low, high) in zip(one.linear_values(), one.linear_bounds(), strict=True))
+
+
 @pytest.mark.parametrize("law", [np.ones_like, lambda q: -np.cos(q)])
 def test_a_bent_hose_is_no_name_for_a_constant_or_for_a_tilt_about_its_turning_point(law):
     rng, q, hits = np.random.default_rng(0), np.linspace(-0.8, 0.8, 600), 0

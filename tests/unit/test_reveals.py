@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 from races import NOISE, K, P, candidate, fit, race, rows, tables
 
-from nnhydro.diagnosis.power import Reveal, _directions, _reveals, _typical, _with_rivals, _within_bounds, correlation, visible_energies
+from nnhydro.diagnosis.power import (
+    Reveal,
+    _directions,
+    _of_laws,
+    _reveals,
+    _typical,
+    _with_rivals,
+    _within_bounds,
+    correlation,
+    visible_energies,
+)
 from nnhydro.diagnosis.strength import Price, Where, smallest_own_strength, smallest_strength
 from nnhydro.recordings.low_pass import LowPass
 
@@ -108,8 +118,8 @@ def test_what_the_baseline_fits_or_bounds_forbid_has_no_size():
     assert told["b0"].size > 0
 
 
-def reveal(size, shape=0.0):
-    return Reveal(SimpleNamespace(), "p", "1", size, 0.5, size, {"v": shape}, np.ones(1), (int(size is not None), 1))
+def reveal(size, shape=0.0, width=1):
+    return Reveal(SimpleNamespace(width=width), "p", "1", size, 0.5, size, {"v": shape}, np.ones(1), (int(size is not None), 1))
 
 
 @pytest.mark.parametrize(("sizes", "middle"), [([3.0], 3.0), ([3.0, 1.0, 2.0], 2.0), ([4.0, 1.0, 3.0, 2.0], 3.0), ([None, 1.0, None], 1.0),
@@ -118,6 +128,16 @@ def test_the_typical_shape_is_that_of_the_middle_size_among_those_that_are_found
     told = _typical([reveal(size, shape=k) for k, size in enumerate(sizes)])
     assert told.size == middle
     assert told.found_of == (sum(size is not None for size in sizes), len(sizes))
+
+
+def test_of_an_effect_with_several_laws_the_size_is_that_of_the_law_found_earliest():
+    """Each law's size is that of its middle shape; all shapes of all laws together have another one."""
+    sizes = [(3.0, 2), (4.0, 2), (9.0, 2), (6.0, 4), (7.0, 4), (8.0, 4)]
+    rows = [reveal(size, shape=k, width=width) for k, (size, width) in enumerate(sizes)]
+    told = _of_laws(rows)
+    assert (told.size, told.found_of, told.instance.width) == (4.0, (3, 3), 2)
+    assert _of_laws([reveal(None, width=2), reveal(5.0, width=4)]).size == 5.0
+    assert _of_laws([reveal(None, width=2), reveal(None, width=4)]).size is None
 
 
 def test_the_threshold_pays_for_every_column_of_every_race():

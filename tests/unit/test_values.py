@@ -112,10 +112,11 @@ def test_the_tangent_of_a_shape_is_the_difference_of_the_torques_at_its_neighbou
     assert (alone == 0).all()
 
 
-def test_neighbours_of_a_shape_differ_in_that_parameter_alone():
+def test_neighbours_of_a_shape_differ_in_that_parameter_alone_and_are_of_the_same_law():
     def of(v, w, k):
         return candidate("two", (k,), spans={"v": (1.0, 3.0), "w": (1.0, 3.0)}, effect=SimpleNamespace(v=(v,), w=(w,)))
-    bank = (of(2.0, 2.0, 0), of(3.0, 2.0, 1), of(3.0, 5.0, 2), of(2.0, 1.0, 3))
+    law = candidate("two", (4, 5), spans={"v": (1.0, 3.0), "w": (1.0, 3.0)}, effect=SimpleNamespace(v=(2.5,), w=(2.0,)))
+    bank = (of(2.0, 2.0, 0), of(3.0, 2.0, 1), of(3.0, 5.0, 2), of(2.0, 1.0, 3), law)
     along_v, along_w = _tangents(race(tables(5), bank), bank[0], {0: 1.0})
     np.testing.assert_allclose(np.flatnonzero(along_v[0]), [P, P + 1])
     np.testing.assert_allclose(np.flatnonzero(along_w[0]), [P, P + 3])
