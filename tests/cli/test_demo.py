@@ -53,6 +53,8 @@ def test_a_wrong_diagnosis_is_called_wrong(changes, words):
 
 def test_motions_that_could_not_be_scored_are_not_spoken_of():
     assert "%" not in _opened(answer(), score(error_after=None))
+    old = _opened(answer(), score(error_true=None))
+    assert old.endswith("by 12.5 %, the baseline by 25.0 %.")
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from nnhydro.simulation.conceal import _csv
+from nnhydro.simulation.reveal import _errors
 from nnhydro.simulation.scoring import Verdict
 from nnhydro.simulation.summary import summary
 from nnhydro.simulation.true_model import foretold
@@ -88,6 +89,16 @@ def test_angles_of_a_compliant_drive_are_not_held_against_the_truth():
 
 VERDICT = Verdict("campaign_000", "effect", "strong", truth=("x",), other_shape=False, named=("x",), detected=True, right=True, exact=True,
                   family=True, joint=True, false_claims=0, class_sizes=(1,), claims=((1.0, True),), pairs=(("x", "x"),), alarm=True)
+
+
+def test_an_answer_of_before_has_no_truth_and_one_without_motions_no_errors(tmp_path):
+    (tmp_path / "torques").mkdir()
+    assert _errors(VERDICT, {"unseen": {}}, tmp_path, tmp_path) == VERDICT
+    told = _errors(VERDICT, {"unseen": {"motion_01": {"t_s": [0.0], "tau_Nm": [[1.0]]}}}, tmp_path, tmp_path)
+    assert told.error_true is None
+    assert "not scored" in told.notes[0]
+    motions = {"motion_01": {"tau_Nm": [[1.0]], "true_model_Nm": [[1.1]]}, "motion_02": {"tau_Nm": [[1.0]], "true_model_Nm": [[0.7]]}}
+    assert _errors(VERDICT, {"unseen": motions}, tmp_path, tmp_path).error_true == pytest.approx(0.2), "which needs no model"
 
 
 def test_the_share_is_of_what_the_truth_would_mend():
