@@ -20,10 +20,10 @@ from nnhydro.diagnosis.bank import Candidate, build
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.feasible import Proposed
 from nnhydro.diagnosis.locks import SOFT
-from nnhydro.diagnosis.race import Race
+from nnhydro.diagnosis.race import Race, laws_of
 from nnhydro.diagnosis.score import RIDGE, Bench
 from nnhydro.diagnosis.table import Piece, Table
-from nnhydro.diagnosis.verdict import CLEAR, HARDLY, NEAR, laws_of, parameter_count, rivals_of
+from nnhydro.diagnosis.verdict import CLEAR, HARDLY, NEAR, parameter_count, rivals_of
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.preprocessing import prepare
 from nnhydro.recordings.splitting import Unit

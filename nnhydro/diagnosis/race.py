@@ -152,6 +152,12 @@ def gains(race: Race, tried: Sequence[Candidate], without: Sequence[Candidate] =
     return [(now - (totals[id(c)] if id(c) in totals else race.total([c], without)), c) for c in tried]
 
 
+def laws_of(race: Race, one: Candidate) -> list[Candidate]:
+    """Return the candidate and other laws of its effect, of more or fewer columns, at the same joint in the same part."""
+    spell, width = one.instance.spell, one.instance.width
+    return [one, *(c for c in race.bank.candidates if c.key == one.key and c.instance.spell is spell and c.instance.width != width)]
+
+
 def ranked(race: Race, bank: Sequence[Candidate], without: Sequence[Candidate] = ()) -> list[tuple[float, Candidate]]:
     """Return (gain, candidate), best first: the best grid point of every (effect, joint) that is not chosen yet."""
     taken = {c.key for c in race.kept(without=without)}

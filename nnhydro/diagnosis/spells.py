@@ -17,7 +17,7 @@ from nnhydro.diagnosis.episodes import INSIDE, OUTSIDE, Units, by_turns, in_a_ro
 from nnhydro.diagnosis.instances import Instance, Key
 from nnhydro.diagnosis.locks import P_BLOCK, SOFT, gain_p, opens, turns
 from nnhydro.diagnosis.moments import PARTS, left_by, moment, projected, sector
-from nnhydro.diagnosis.race import UNPHYSICAL, Race, quieter, race_of, ranked
+from nnhydro.diagnosis.race import UNPHYSICAL, Race, laws_of, quieter, race_of, ranked
 from nnhydro.diagnosis.spell import Sector, Spell
 from nnhydro.diagnosis.table import Table
 from nnhydro.effects.effect import LoadEffect
@@ -176,21 +176,22 @@ def _in_space(race: Race, table: Table, believed: StripTheory, others: Sequence[
     beside = made.bank.candidates[:len(others)]
     rows = projected(table, believed, [c.instance for c in loads], [c.instance for c in others], made.bench, race.noise)
     start = made.bench.p + sum(c.instance.width for c in beside)
-    best: dict[Key, tuple[float, Candidate, Sector]] = {}
+    best: dict[tuple[Key, int], tuple[float, Candidate, Sector]] = {}  # each law of an effect has its own sector
     for c, placed in zip(loads, made.bank.candidates[len(others):], strict=True):
         for joint in range(1, len(race.noise) + 1):
             found = sector(rows, joint, made.bench.p - start + np.array(placed.columns))
             if found is None or not found[2].shows(c.instance.effect):
                 continue
-            if found[1] > LEAST and (c.key not in best or found[0] > best[c.key][0]):
-                best[c.key] = (found[0], c, found[2])
+            law = (c.key, c.instance.width)
+            if found[1] > LEAST and (law not in best or found[0] > best[law][0]):
+                best[law] = (found[0], c, found[2])
     for _, c, where in sorted(best.values(), key=lambda one: -one[0])[:RIVALS]:
         yield judged(race, table, believed, c, others, Spell(sector=where), len(race.noise) * PARTS**2 / 2)
 
 
 def _tried(race: Race, table: Table, believed: StripTheory, order: Order) -> Iterator[Judged]:
     """All spells that are worth a judgement."""
-    asked = {(id(c), frozenset(id(o) for o in others)): (c, others) for c, others in _asked(race, order)}
+    asked = {(id(law), frozenset(id(o) for o in others)): (law, others) for c, others in _asked(race, order) for law in laws_of(race, c)}
     for candidate, others in asked.values():
         yield from _in_time(race, table, believed, candidate, others, order)
     beside = {frozenset(id(o) for o in others): others for _, others in asked.values()}

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.instances import Hypothesis
 from nnhydro.diagnosis.locks import SOFT, left_out_p
-from nnhydro.diagnosis.race import Race, ranked
+from nnhydro.diagnosis.race import Race, laws_of, ranked
 from nnhydro.diagnosis.still import stays
 from nnhydro.diagnosis.uncertainty import Fit, fitted, likeness
 from nnhydro.effects.quantity import intervals
@@ -148,12 +148,6 @@ def _finding(race: Race, fit: Fit, candidate: Candidate) -> Finding:
     return Finding(effect, families.pop() if len(families) == 1 else None, (effect.id, *sorted(members - {effect.id})),
                    float(min((weights[0] + same) / weights.sum(), 0.99)), statement, parameters, support, candidate,
                    fit.of(candidate)[1][:linear, :linear])
-
-
-def laws_of(race: Race, one: Candidate) -> list[Candidate]:
-    """Return the candidate and other laws of its effect, of more or fewer columns, at the same joint in the same part."""
-    spell, width = one.instance.spell, one.instance.width
-    return [one, *(c for c in race.bank.candidates if c.key == one.key and c.instance.spell is spell and c.instance.width != width)]
 
 
 def parameter_count(candidate: Candidate) -> int:

@@ -143,12 +143,14 @@ def test_a_hose_that_pulls_in_a_sector_is_a_spring_there_and_no_part_of_a_ripple
     for k in range(COUNT):
         r = recording(ARM, planted(ARM), f"run{k:02d}", seed=k + 1, noise=0.003, seconds=4.0)
         tau, q = np.array(r.tau), r.q[:, 0]
-        tau[:, 0] -= 0.6 * (q + 0.5) * ((q > 0.0) & (q < 0.6))
+        tau[:, 0] += 0.6 * (q + 0.5) * ((q > 0.0) & (q < 0.6))
         made.append(replace(r, tau=tau))
     race = found(Campaign.of(ARM, made), (*FEW, "torque_ripple"))
     (chosen,) = race.chosen
     assert chosen.key == ("umbilical_stiffness", 1)
     assert chosen.instance.spell.sector.low == pytest.approx(0.0, abs=0.07)
+    values = race.values(race.chosen)[1]
+    assert [values[k] for k in chosen.columns] == pytest.approx([0.6, 0.3], abs=0.02), "the linear law, which is all that there is"
     there = [c for c in race.bank.candidates if c.instance.spell == chosen.instance.spell]
     assert len(there) > 1
     assert all(chosen.instance.spell.sector.shows(c.instance.effect) for c in there), "no ripple whose period the sector does not hold"
