@@ -9,6 +9,7 @@ import pytest
 from campaigns import planted, recording
 from rigs import arm, run
 
+from nnhydro.diagnosis import spells as module
 from nnhydro.diagnosis.case import opened
 from nnhydro.diagnosis.engine import diagnose
 from nnhydro.diagnosis.instances import instances
@@ -154,6 +155,14 @@ def test_a_hose_that_pulls_in_a_sector_is_a_spring_there_and_no_part_of_a_ripple
     there = [c for c in race.bank.candidates if c.instance.spell == chosen.instance.spell]
     assert len(there) > 1
     assert all(chosen.instance.spell.sector.shows(c.instance.effect) for c in there), "no ripple whose period the sector does not hold"
+
+
+def test_every_law_of_an_effect_is_asked_when_it_acts(monkeypatch):
+    asked = []
+    monkeypatch.setattr(module, "_in_time", lambda race, table, believed, candidate, others, order: iter(asked.append(candidate) or ()))
+    monkeypatch.setattr(module, "_in_space", lambda *given: iter(()))
+    found(rubbing(lambda k, t, q: 1.0 * (k < 5)), FEW)
+    assert {c.instance.width for c in asked if c.key == ("umbilical_stiffness", 1)} == {2, 4}, "the linear hose and the general one"
 
 
 def test_a_sector_shows_a_ripple_where_a_period_of_it_fits():
