@@ -26,7 +26,8 @@ class WakeReentry(LoadEffect):
     name = "meeting one's own wake"
     mechanism = "The link drags water along. When it stops, that water runs on and pushes it; when it turns back, it runs into it."
     equation = ("f = 1/2 rho D (-2 kappa_1 |w| o + kappa_2 (|w - o| (w - o) - |w| w + 2 |w| o)), the drag of w - a o expanded in a;  "
-                "o how much faster the wake m runs than the strip, along m;  dm/dt = (w - m) (max(|w|, |m|)/(lambda D) + r)")
+                "o how much faster the wake m runs than the strip, along m;  dv/dt = (w - v) k,  k = max(|w|, |v|)/(lambda D) + r,  "
+                "s dm/dt = (v - m) k,  m = v where s = 0")
     source = "McLain & Rock (1998) restrict themselves to starts from rest for this reason; the form is ours"
     signature = Signature(
         depends_on=("w", "motion before"), parity="odd", region="after stops and reversals",
@@ -44,6 +45,8 @@ class WakeReentry(LoadEffect):
                                grid=(2.0, 6.0, 18.0, 60.0))
     fading: Values = parameter("1/s", 0.0, (0.0, 20.0), "rate at which the wake also settles by itself, r", per="arm", linear=False,
                                grid=(0.0, 1.0, 2.5))
+    second: Values = parameter("1", 0.0, (0.0, 2.0), "a second lag of the water that is met, in parts of the wake's own, s", per="arm",
+                               linear=False, grid=(0.0, 0.5), absent=True)
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (slowing, meeting, push), (n, joints, 3)."""
@@ -51,7 +54,7 @@ class WakeReentry(LoadEffect):
         w = strips.w
         if flow.motion.steady:
             return torch.zeros(len(w), flow.arm.n_links, 3, dtype=torch.float64)
-        m = overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0])
+        m = overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0], self.second[0] if self.second else 0.0)
         o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
         first = -2 * w.abs() * o
         rest = (w - o).abs() * (w - o) - w.abs() * w - first
@@ -63,4 +66,8 @@ class WakeReentry(LoadEffect):
         """Return the finding."""
         return (f"The arm meets its own wake, which runs on after a stop and pushes by a C_D of {said['push']}. Of the wake's "
                 f"lead the link feels {said['slowing']} (times C_D) while it slows down and {said['meeting']} once it has "
-                f"turned back; the wake fades over {said['length']} diameters and at {said['fading']}.")
+                f"turned back; the wake fades over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
+
+    def _twice(self, said: Mapping[str, str]) -> str:
+        """How much later the water is met that the wake itself drags along, in words."""
+        return f", and what is met follows it with {said['second']} of its lag" if any(self.second) else ""

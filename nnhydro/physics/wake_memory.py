@@ -1,7 +1,8 @@
 """What the water remembers of the motion before: first-order memories in time or in distance travelled.
 
     relaxed      dm = (target - m) dr                       m follows the target, r the time or the travel in units of the memory
-    overtaking   dm/dt = (w - m) (max(|w|, |m|)/(lambda D) + r)    velocity of the wake: it goes on when the link has stopped    [m/s]
+    overtaking   dv/dt = (w - v) k,  k = max(|w|, |v|)/(lambda D) + r    velocity of the wake: it goes on when the link has stopped
+                 s dm/dt = (v - m) k                               and of the water that this wake drags along in turn       [m/s]
 
 Source: first-order relaxation, an assumption of ours; McLain & Rock (1998), eq. (1), for the distance travelled as the argument.
 """
@@ -24,18 +25,18 @@ def relaxed(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
     return torch.from_numpy(m) + start
 
 
-def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0) -> Tensor:
+def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0, second: float = 0.0) -> Tensor:
     """Return m (n, links, s) m/s behind strips with the velocity `w` (n, links, s) m/s, at first that of the strip.
 
-    It settles over `length` m of travel and by itself, at the rate `fading` 1/s.
+    It settles over `length` m of travel and by itself, at the rate `fading` 1/s, and once more with `second` times that lag.
     """
     steps, goal, reach = torch.diff(t, prepend=t[:1]).numpy(), w.numpy(), length.numpy()
-    out = torch.empty_like(w)
+    out, rates = torch.empty_like(w), torch.zeros_like(w)
     result = out.numpy()
     if len(goal):
-        m = result[0] = goal[0]
+        v = result[0] = goal[0]
     for k in range(1, len(goal)):
-        rate = (np.maximum(np.abs(goal[k]), np.abs(m)) / reach + fading) * steps[k]
-        m = goal[k] + (m - goal[k]) * np.exp(-rate)
-        result[k] = m
-    return out
+        rate = (np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fading) * steps[k]
+        v = goal[k] + (v - goal[k]) * np.exp(-rate)
+        result[k], rates[k] = v, torch.from_numpy(rate)
+    return relaxed(out, rates / second, out[0]) if second > 0 and len(goal) else out
