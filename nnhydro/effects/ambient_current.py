@@ -39,7 +39,7 @@ class AmbientCurrent(InstrumentEffect):
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return d tau / d current, (n, joints, 2)."""
-        return seen.by_water[0]
+        return seen.by_water[0].sum(dim=2)
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading in water that moves."""

@@ -106,11 +106,9 @@ class SensorView:
         return replace(self.flow, motion=replace(m, q=m.q + dq, qd=qd, qdd=qdd))
 
     def in_water(self, velocity: Tensor, acceleration: Tensor) -> Flow:
-        """Return the flow in water that moves with these (n, 2) besides what the flow's own water does."""
-        own = self.flow.water
-        if own is not None:
-            velocity, acceleration = own.velocity + velocity, own.acceleration + acceleration
-        return replace(self.flow, water=Water(velocity, acceleration))
+        """Return the flow in water that moves with these (n, 2), or (n, links, 2), besides what the flow's own water does."""
+        own, more = self.flow.water, Water(velocity, acceleration)
+        return replace(self.flow, water=more if own is None else own + more)
 
     def _slope(self, flow_at: Callable[[float], Flow]) -> Tensor:
         return (self.torque_of(flow_at(STEP)) - self.torque_of(flow_at(-STEP))) / (2 * STEP)
@@ -141,10 +139,12 @@ class SensorView:
                    start=torch.zeros_like(dq))
 
     @cached_property
-    def by_water(self) -> tuple[Tensor, Tensor]:  # two of (n, joints, 2) N m s/m, N m s^2/m
-        """d tau / d velocity and d tau / d acceleration of the water, along X and Y."""
-        zero = torch.zeros(len(self.motion), 2, dtype=torch.float64)
-        units = torch.eye(2, dtype=torch.float64)
+    def by_water(self) -> tuple[Tensor, Tensor]:  # two of (n, joints, links, 2) N m s/m, N m s^2/m
+        """d tau / d velocity and d tau / d acceleration of the water at each link, along X and Y."""
+        links = self.arm.n_links
+        zero = torch.zeros(len(self.motion), links, 2, dtype=torch.float64)
+        units = torch.eye(2 * links, dtype=torch.float64).reshape(2 * links, links, 2)
         velocity = [self._slope(lambda step, u=u: self.in_water(zero + step * u, zero)) for u in units]  # type: ignore[misc]
         acceleration = [self._slope(lambda step, u=u: self.in_water(zero, zero + step * u)) for u in units]  # type: ignore[misc]
-        return torch.stack(velocity, dim=-1), torch.stack(acceleration, dim=-1)
+        shape = (*self.motion.q.shape, links, 2)
+        return torch.stack(velocity, dim=-1).reshape(shape), torch.stack(acceleration, dim=-1).reshape(shape)

@@ -14,7 +14,7 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.loads.added_mass import displaced
 
 GRAVITY = 9.81  # m/s^2
-TRAVELS = (-pi / 2, -pi / 4, 0.0, pi / 4, pi / 2)  # waves that run the other way differ only where the carriage moves
+TRAVELS = tuple(k * pi / 4 for k in range(-3, 5))  # a wave that runs the other way meets the outer link at another phase
 
 
 @effect
@@ -27,8 +27,9 @@ class WaveOrbital(InstrumentEffect):
     family = "water"
     name = "regular wave"
     mechanism = "A wave passes: the water around the arm swings to and fro and takes the arm with it, moving or not."
-    equation = "v = (a cos psi + b sin psi) d,  psi = omega t - k d.r_hub;  reading = tau(relative motion) - displaced mass times dv/dt"
-    source = "linear deep-water wave, long beside the arm: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3"
+    equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  r the middle of each link;  "
+                "reading = tau(relative motion) - displaced mass times dv/dt")
+    source = "linear deep-water wave, long beside a link: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3"
     signature = Signature(
         depends_on=("t", "q", "w"), parity="mixed",
         region="one line in the spectrum at the same frequency whatever the motion, at rest too",
@@ -54,41 +55,47 @@ class WaveOrbital(InstrumentEffect):
         return torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
 
     def _waves(self, seen: SensorView) -> tuple[Tensor, Tensor]:
-        """Velocity and acceleration (n, 2) of the water along the direction for cosine 1 and sine 1."""
-        motion, omega = seen.motion, 2 * pi * self.frequency[0]
-        along_Y = seen.kept.of("carriage's path", lambda: torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(motion.u0, motion.t)]))
-        psi = omega * motion.t - omega**2 / GRAVITY * self._d[1] * along_Y
-        rate = omega - omega**2 / GRAVITY * self._d[1] * motion.u0
+        """Velocity and acceleration (n, links, 2) of the water along the direction that each link meets, for cosine 1 and sine 1."""
+        t, omega = seen.motion.t, 2 * pi * self.frequency[0]
+        k = omega**2 / GRAVITY
+        along, speed = seen.kept.of((type(self), "paths", self.direction), lambda: self._paths(seen))
+        psi, rate = omega * t[:, None] - k * along, omega - k * speed
         c, s = torch.cos(psi), torch.sin(psi)
-        return torch.stack([c, s], dim=-1), rate[:, None] * torch.stack([-s, c], dim=-1)
+        return torch.stack([c, s], dim=-1), rate[..., None] * torch.stack([-s, c], dim=-1)
+
+    def _paths(self, seen: SensorView) -> tuple[Tensor, Tensor]:
+        """How far along the direction the middle of each link is, and how fast it moves there, (n, links) m, m/s."""
+        motion, (place, speed) = seen.motion, seen.flow.middle
+        along_Y = torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(motion.u0, motion.t)])
+        return place @ self._d + self._d[1] * along_Y[:, None], speed @ self._d
 
     def _answers(self, seen: SensorView) -> tuple[Tensor, Tensor]:
-        """What a velocity and an acceleration of the water along the direction change in the reading, (n, joints) N m s/m, N m s^2/m."""
+        """What velocity and acceleration of the water at each link change in the reading, (n, joints, links) N m s/m, N m s^2/m."""
         by_velocity, by_acceleration = seen.by_water
-        pressure = seen.as_read(self._displaced(seen, self._d.expand(len(seen.motion), 2))[..., None])[..., 0]
+        pressure = seen.as_read(self._displaced(seen, self._d.expand(*seen.motion.q.shape, 2)))
         return by_velocity @ self._d, by_acceleration @ self._d + pressure
 
     def _displaced(self, seen: SensorView, acceleration: Tensor) -> Tensor:
-        """What the drives hold against the pressure that accelerates the water itself, (n, joints) N m."""
+        """What the drives hold against the pressure that accelerates the water itself at each link, (n, joints, links) N m."""
         flow = seen.flow
         mass, c, s = displaced(flow) * flow.L, torch.cos(flow.phi), torch.sin(flow.phi)
-        across = -mass * (acceleration[:, 1:] * c - acceleration[:, :1] * s)
-        along = -mass * (acceleration[:, :1] * c + acceleration[:, 1:] * s)
-        return (flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along)).sum(-1)
+        across = -mass * (acceleration[..., 1] * c - acceleration[..., 0] * s)
+        along = -mass * (acceleration[..., 0] * c + acceleration[..., 1] * s)
+        return flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along)
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return d tau / d (cosine, sine), (n, joints, 2); 0 in steady rows."""
         if seen.motion.steady or len(seen.motion) < 2:
             return torch.zeros(*seen.motion.q.shape, 2, dtype=torch.float64)
         (across, slope), (wave, rate) = seen.kept.of((type(self), self.direction), lambda: self._answers(seen)), self._waves(seen)
-        return across[..., None] * wave[:, None, :] + slope[..., None] * rate[:, None, :]
+        return torch.einsum("nji,nik->njk", across, wave) + torch.einsum("nji,nik->njk", slope, rate)
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading in the wave."""
         if seen.motion.steady or len(seen.motion) < 2:
             return seen.tau
-        velocity, acceleration = ((x @ self.linear_values())[:, None] * self._d for x in self._waves(seen))
-        return seen.torque_of(seen.in_water(velocity, acceleration)) + seen.as_read(self._displaced(seen, acceleration)[..., None])[..., 0]
+        velocity, acceleration = ((x @ self.linear_values())[..., None] * self._d for x in self._waves(seen))
+        return seen.torque_of(seen.in_water(velocity, acceleration)) + seen.as_read(self._displaced(seen, acceleration)).sum(dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude, frequency and direction."""

@@ -9,9 +9,9 @@
     M_i = sum_{p<=i} qdd_p
     N_i = sum_{j<i} L_j [phidd_j cos(phi_i - phi_j) - phid_j (phid_i - phid_j) sin(phi_i - phi_j)] + du0 cos phi_i - u0 A_i sin phi_i
 
-Where the water itself moves with the velocity v(t), the same everywhere, what counts is the motion through it: B - v.n, u_x - v.e, and
+Where the water itself moves with the velocity v(t), the same all along a link, what counts is the motion through it: B - v.n, u_x - v.e,
 
-    N_i - dv/dt.n_i + A_i v.e_i,    du_x,i - dv/dt.e_i - A_i v.n_i
+    N_i - dv/dt.n_i + A_i v.e_i,    du_x,i - dv/dt.e_i - A_i v.n_i        dv/dt as the link meets it, which moves itself
 
 Source: Rivera (1995), eqs. 3-1-9 to 3-1-14, 3-1-31, 3-1-32 (formulas lost in print; re-derived as plain time derivatives).
 """
@@ -29,13 +29,23 @@ from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.arm import Arm
 
 
+def _each_link(x: Tensor) -> Tensor:
+    """A vector a row (n, 2) as one for all links (n, 1, 2); one a link (n, links, 2) as it is."""
+    return x if x.dim() == 3 else x[:, None, :]
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Water:
-    """Water that moves, everywhere alike: a current, or a wave that is long beside the arm. World axes X, Y."""
+    """Water that moves, all along a link alike: a current, or a wave that is long beside a link. World axes X, Y."""
 
-    velocity: Tensor  # (n, 2) m/s
-    acceleration: Tensor  # (n, 2) m/s^2
+    velocity: Tensor  # (n, 2) m/s where it is the same for all links, else (n, links, 2)
+    acceleration: Tensor  # (n, 2) or (n, links, 2) m/s^2, as the link meets it
+
+    def __add__(self, other: "Water") -> "Water":
+        """Return the water that moves as both do."""
+        return Water(*(_each_link(x) + _each_link(y) for x, y in ((self.velocity, other.velocity),
+                                                                  (self.acceleration, other.acceleration))))
 
 
 @final
@@ -115,7 +125,7 @@ class Flow:
             zero = torch.zeros_like(self.phi)
             return zero, zero, zero, zero
         cos, sin = torch.cos(self.phi), torch.sin(self.phi)
-        (vx, vy), (ax, ay) = ((x[:, :1], x[:, 1:]) for x in (self.water.velocity, self.water.acceleration))
+        (vx, vy), (ax, ay) = (_each_link(x).unbind(-1) for x in (self.water.velocity, self.water.acceleration))
         return vy * cos - vx * sin, vx * cos + vy * sin, ay * cos - ax * sin, ax * cos + ay * sin
 
     @cached_property
@@ -173,6 +183,15 @@ class Flow:
     def axial_columns(self, force: Tensor) -> Tensor:
         """Return the joint torques (n, joints, links) of axial loads `force` (n, links) N along e_i, one column a link."""
         return self.lever_axial * force[:, None, :]
+
+    @cached_property
+    def middle(self) -> tuple[Tensor, Tensor]:  # two of (n, links, 2) m, m/s
+        """Where the middle of each link is, from the hub, and how fast it moves, the carriage included. World axes X, Y."""
+        e = torch.stack([torch.cos(self.phi), torch.sin(self.phi)], dim=-1)
+        n = torch.stack([-torch.sin(self.phi), torch.cos(self.phi)], dim=-1)
+        length = self._inboard * self.L + torch.diag(self.L / 2)  # (links i, links j)
+        towed = torch.stack([torch.zeros_like(self.motion.u0), self.motion.u0], dim=-1)[:, None, :]
+        return torch.einsum("ij,njk->nik", length, e), torch.einsum("ij,nj,njk->nik", length, self.A, n) + towed
 
     def hub_force(self, normal: Tensor, axial: Tensor) -> Tensor:
         """Return the force (n, 2) N in world axes that the hub supplies against normal and axial loads (n, links) N."""
