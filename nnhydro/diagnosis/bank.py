@@ -1,7 +1,7 @@
 """The bank: hypotheses with their places among the columns, and the Gram matrices of these columns, a block and joint."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -19,11 +19,25 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An instance and its columns in the bank: those with one value for all recordings, and those with one in each recording."""
+    """An instance and its columns in the bank: those with one value for all recordings, and those with one in each recording.
+
+    `held` are places among the former whose value a fit would take below its least one, 0: it is held there.
+    """
 
     instance: Instance
     columns: tuple[int, ...]
     own: tuple[int, ...] = ()
+    held: frozenset[int] = frozenset()
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """The columns with one value for all recordings that is fitted."""
+        return tuple(k for place, k in enumerate(self.columns) if place not in self.held) if self.held else self.columns
+
+    def holding(self, held: Iterable[int]) -> "Candidate":
+        """Return the candidate with the values at the places `held` at 0, and no others."""
+        wanted = frozenset(held)
+        return self if wanted == self.held else replace(self, held=wanted)
 
     @property
     def key(self) -> Key:

@@ -34,7 +34,7 @@ class Small:
     """A bench with the columns of one candidate and of those that stand beside it, and no others."""
 
     def __init__(self, race: Race, candidate: Candidate, others: Sequence[Candidate]) -> None:
-        self.race, self.kept = race, [*others, candidate]
+        self.race, self.kept = race, race.held([*others, candidate])
         self.columns = columns_of(self.kept)
         take = np.concatenate([race.bench.index(self.columns), [race.bench.total.shape[0] - 1]])
         blocks = race.bench.blocks

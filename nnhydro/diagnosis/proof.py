@@ -106,29 +106,30 @@ class Errors:
                      self.left["before"], self.left["after"], self.torque / max(self.rows, 1), len(self.units))
 
 
-def _sets(chosen: Sequence[Candidate]) -> dict[Name, list[Candidate]]:
+def _sets(race: Race) -> dict[Name, list[Candidate]]:
     """The sets whose errors are told: the baseline, all findings, and all but one."""
-    return {"before": [], "after": list(chosen)} | {c.key: [d for d in chosen if d is not c] for c in chosen}
+    return {"before": [], "after": race.kept()} | {c.key: race.kept(without=[c]) for c in race.chosen}
 
 
 def prove(race: Race, table: Table, believed: StripTheory) -> Proof:
     """Return errors on left-out units of the baseline, of the corrected model, and of it without each finding."""
     errors = Errors()
-    errors.add(table, believed, race.chosen, race.bench, {name: LeftOut.of(race.bench, kept) for name, kept in _sets(race.chosen).items()})
+    errors.add(table, believed, race.chosen, race.bench, {name: LeftOut.of(race.bench, kept) for name, kept in _sets(race).items()})
     return errors.proof()
 
 
 def prove_fresh(race: Race, believed: StripTheory, fresh: Iterable[Case], proof: Proof) -> Proof:
     """Return `proof` with the errors on the `fresh` recordings, of which the search has seen none; as it is where there are none."""
     chosen, errors = sorted(race.chosen, key=lambda c: min((*c.columns, *c.own))), Errors()  # columns of both banks in one order
-    fits = {name: race.bench.scored(columns_of(kept), own_of(kept)).theta for name, kept in _sets(chosen).items()}
+    kept = _sets(race)
+    fits = {name: race.bench.scored(columns_of(one), own_of(one)).theta for name, one in kept.items()}
     for case in fresh:
         table = Table(case)
         if not table.pieces:
             continue
         bank, blocks = build(table, [c.instance for c in chosen], believed)
         bench, here = Bench.of(blocks, race.noise, race.bench.prior), dict(zip((c.key for c in chosen), bank.candidates, strict=True))
-        sets = {name: LeftOut.of(bench, [here[c.key] for c in kept], fits[name]) for name, kept in _sets(chosen).items()}
+        sets = {name: LeftOut.of(bench, [here[c.key].holding(c.held) for c in one], fits[name]) for name, one in kept.items()}
         errors.add(table, believed, bank.candidates, bench, sets)
         errors.left = {"before": [], "after": []}
     if not errors.rows:

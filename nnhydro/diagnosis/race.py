@@ -1,6 +1,6 @@
 """The state of the selection: which candidates stand beside the baseline, and what the set costs and explains."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 LARGE = 0.5  # of the measured energy: an effect of more torque than that must be seen in the measured torque itself,
 OPPOSED = 0.1  # of its own energy: what the rest of the model may take back of it
+MOST_HELD = 4  # times that further values are held
 UNPHYSICAL = 1e12  # score of a set with a value beyond its physical bounds
 PER_COLUMN = 1.0  # score a further column must earn beyond what left-out prediction already charges
 PER_GRID = 0.5  # times log(number of grid points): price of choosing a nonlinear parameter
@@ -43,8 +44,26 @@ class Race:
         return float((self.bank.torque / self.noise**2).sum())
 
     def kept(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> list[Candidate]:
-        """Return the chosen candidates, plus `extra`, less `without`."""
-        return [c for c in self.chosen if c not in without] + list(extra)
+        """Return the chosen candidates, plus `extra`, less `without`, those values held at 0 that the fit would take below it."""
+        return self.held([c for c in self.chosen if c not in without] + list(extra))
+
+    def held(self, kept: Sequence[Candidate]) -> list[Candidate]:
+        """Return `kept` with the values held at 0, their least one, that a fit of all would take below it: an active set.
+
+        A candidate keeps at least one value that is fitted; the one that is left alone may leave its bounds.
+        """
+        kept = [c.holding(()) for c in kept]
+        for _ in range(MOST_HELD):
+            columns = columns_of(kept)
+            if not (self.bank.low[columns] == 0).any():
+                return kept
+            values = self.bench.scored(columns, own_of(kept)).theta[self.bench.p:]
+            below = set(columns[(values < 0) & (self.bank.low[columns] == 0)].tolist())
+            tighter = [_holding(c, below) for c in kept]
+            if all(a is b for a, b in zip(kept, tighter, strict=True)):
+                return kept
+            kept = tighter
+        return kept
 
     def scored(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> Scored:
         """Return the left-out score of the set."""
@@ -65,7 +84,8 @@ class Race:
         """Return whether the `values` of `columns` lie within their bounds and no effect lives by cancelling another."""
         if len(columns) and not ((values >= self.bank.low[columns]) & (values <= self.bank.high[columns])).all():
             return False
-        if not all(c.instance.plausible(values[np.searchsorted(columns, c.columns)]) for c in kept if not c.own):
+        found = dict(zip(columns.tolist(), values.tolist(), strict=True))
+        if not all(c.instance.plausible(np.array([found.get(k, 0.0) for k in c.columns])) for c in kept if not c.own):
             return False
         return not any(self._cancels(c, columns, values) for c in kept)
 
@@ -76,7 +96,7 @@ class Race:
         """
         if not candidate.columns:
             return False
-        own = np.array(candidate.columns)
+        own = np.array(candidate.free)
         beta, place = values[np.searchsorted(columns, own)], self.bench.p + own
         energy = float(beta @ self.bench.total[np.ix_(place, place)] @ beta)
         shared = float((self.bank.met[:, own] / self.noise[:, None] ** 2).sum(axis=0) @ beta)
@@ -84,9 +104,11 @@ class Race:
 
     def values(self, kept: Sequence[Candidate]) -> tuple[Array, dict[int, float]]:
         """Return the baseline's parameters (p,) and the value of every column of `kept`, all fitted together."""
+        kept = self.held(kept)
         columns = columns_of(kept)
         theta = self.bench.scored(columns, own_of(kept)).theta
-        return theta[: self.bench.p], dict(zip(columns.tolist(), theta[self.bench.p:].tolist(), strict=True))
+        zeros = {k: 0.0 for c in kept for k in c.columns}
+        return theta[: self.bench.p], zeros | dict(zip(columns.tolist(), theta[self.bench.p:].tolist(), strict=True))
 
 
 def race_of(table: Table, instances: Sequence[Instance], believed: StripTheory, repeats: tuple[float, ...] | None,
@@ -116,8 +138,8 @@ def quieter(race: Race) -> Race:
 
 
 def columns_of(kept: Sequence[Candidate]) -> Index:
-    """Return the columns of `kept` with one value for all recordings, in order."""
-    return np.array(sorted({k for c in kept for k in c.columns}), dtype=np.int64)
+    """Return the columns of `kept` with one value for all recordings that is fitted, in order."""
+    return np.array(sorted({k for c in kept for k in c.free}), dtype=np.int64)
 
 
 def own_of(kept: Sequence[Candidate]) -> Index:
@@ -125,13 +147,26 @@ def own_of(kept: Sequence[Candidate]) -> Index:
     return np.array(sorted({k for c in kept for k in c.own}), dtype=np.int64)
 
 
+def _holding(candidate: Candidate, below: Collection[int]) -> Candidate:
+    """The candidate with its columns in `below` held, too, but for the last one that would be fitted."""
+    more = [place for place, k in enumerate(candidate.columns) if k in below and place not in candidate.held]
+    if not more:
+        return candidate
+    wanted = candidate.held.union(more)
+    return candidate.holding(wanted) if candidate.own or len(wanted) < len(candidate.columns) else candidate
+
+
 def price(candidates: Sequence[Candidate]) -> float:
     """What the candidates must earn for their columns and grids; values of each recording's own are paid for where they are predicted."""
     return sum(PER_COLUMN * (len(c.columns) + len(c.own)) + PER_GRID * float(np.log(c.grid)) for c in candidates)
 
 
-def _batched(race: Race, kept: Sequence[Candidate], tried: Sequence[Candidate]) -> dict[int, float]:
-    """Total score of `kept` with each of `tried` (by its id), none of which has values of a recording's own."""
+def _batched(race: Race, now: float, tried: Sequence[Candidate], without: Sequence[Candidate]) -> dict[int, float]:
+    """Total score of the chosen, less `without`, with each of `tried` (by its id), none of which has values of a recording's own.
+
+    Where values leave their bounds, and the score would be better than `now`, it is counted again with those held that can be.
+    """
+    kept = race.kept(without=without)
     columns, found = columns_of(kept), {}
     for width in sorted({len(c.columns) for c in tried}):
         same = [c for c in tried if len(c.columns) == width]
@@ -141,14 +176,14 @@ def _batched(race: Race, kept: Sequence[Candidate], tried: Sequence[Candidate]) 
             order = np.argsort(np.concatenate([columns, np.array(candidate.columns, dtype=np.int64)]))
             every = np.concatenate([columns, np.array(candidate.columns, dtype=np.int64)])[order]
             if not race.physical([*kept, candidate], every, value[order]):
-                found[id(candidate)] = UNPHYSICAL
+                found[id(candidate)] = UNPHYSICAL if found[id(candidate)] >= now else race.total([candidate], without)
     return found
 
 
 def gains(race: Race, tried: Sequence[Candidate], without: Sequence[Candidate] = ()) -> list[tuple[float, Candidate]]:
     """Return the score that each of `tried` gains beside what is chosen, less `without`."""
     now, kept = race.total(without=without), race.kept(without=without)
-    totals = _batched(race, kept, [c for c in tried if not c.own]) if not own_of(kept).size else {}
+    totals = _batched(race, now, [c for c in tried if not c.own], without) if not own_of(kept).size else {}
     return [(now - (totals[id(c)] if id(c) in totals else race.total([c], without)), c) for c in tried]
 
 

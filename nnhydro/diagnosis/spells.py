@@ -17,7 +17,7 @@ from nnhydro.diagnosis.episodes import INSIDE, OUTSIDE, Units, by_turns, in_a_ro
 from nnhydro.diagnosis.instances import Instance, Key
 from nnhydro.diagnosis.locks import P_BLOCK, SOFT, gain_p, opens, turns
 from nnhydro.diagnosis.moments import PARTS, left_by, moment, projected, sector
-from nnhydro.diagnosis.race import UNPHYSICAL, Race, laws_of, quieter, race_of, ranked
+from nnhydro.diagnosis.race import UNPHYSICAL, Race, columns_of, laws_of, own_of, quieter, race_of, ranked
 from nnhydro.diagnosis.spell import Sector, Spell
 from nnhydro.diagnosis.table import Table
 from nnhydro.effects.effect import LoadEffect
@@ -95,7 +95,7 @@ def judged(race: Race, table: Table, believed: StripTheory, candidate: Candidate
     made = race_of(table, [inside, replace(inside, spell=spell.opposite), *(c.instance for c in others)], believed, None, race.noise)
     mine, apart, *rest = made.bank.candidates
     a, b = (made.bench.p + np.array(c.columns) for c in (mine, apart))
-    theta = made.scored([mine, apart, *rest]).theta
+    theta = made.bench.scored(columns_of([mine, apart, *rest]), own_of(rest)).theta  # freely: what is outside may be of the other sign
     H = made.bench.total[np.ix_(a, a)] + made.bench.total[np.ix_(b, b)]
     w = len(a)
     sizes = [float(np.sqrt(max(v @ H @ v, 0.0))) for v in (theta[made.bench.p:][:w], theta[made.bench.p:][w:2 * w])]
@@ -154,7 +154,7 @@ def _sharper(race: Race, table: Table, believed: StripTheory, one: Judged, order
     near = order.names[max(edge - begins, 0):edge + 1 + (not begins)]
     instance, others = one.candidate.instance, [c.instance for c in one.others]
     made = race_of(table, [*others, replace(instance, spell=one.spell)], believed, None, race.noise)
-    theta = made.scored(made.bank.candidates).theta[:-len(one.beta)]
+    theta = made.bench.scored(columns_of(made.bank.candidates), own_of(made.bank.candidates)).theta[:-len(one.beta)]
     found = moment(left_by(table, believed, instance, others, theta, race.noise), one.beta, near, begins)
     if found is None or found[0] < LEAST:
         return

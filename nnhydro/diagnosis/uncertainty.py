@@ -116,8 +116,8 @@ def fitted(race: Race) -> Fit:
     bench = race.bench
     columns, own = columns_of(race.chosen), own_of(race.chosen)
     take = np.concatenate([bench.index(columns), bench.p + own])
-    solved = bench.scored(columns, own).theta
-    values = dict(zip(columns.tolist(), solved[bench.p:].tolist(), strict=True))
+    baseline, values = race.values(race.chosen)
+    solved = np.concatenate([baseline, [values[k] for k in columns.tolist()]])
     basis, theta, places = [np.eye(bench.total.shape[0])[:, k] for k in take], [*solved, *np.zeros(len(own))], {}
     for c in race.chosen:
         places[id(c)] = [bench.p + int(np.searchsorted(columns, k)) for k in c.columns]
@@ -145,7 +145,7 @@ def fitted(race: Race) -> Fit:
 
 def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
     """Root mean square over recordings of the values that are each recording's own, as the first of them, less what noise adds."""
-    own, columns = np.array(candidate.own), columns_of(race.chosen)
+    own, columns = np.array(candidate.own), columns_of(race.kept())
     bench = race.bench
     take, beside = bench.index(columns), bench.p + own
     theta = bench.left_out(take, bench.p + own_of(race.chosen))[0]
@@ -169,7 +169,7 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
 
 def own_values(race: Race, candidate: Candidate, unit: int) -> Array:
     """Return the values (o,) that the chosen candidate's own columns have in one unit, beside the common fit."""
-    own, columns = race.bench.p + np.array(candidate.own), columns_of(race.chosen)
+    own, columns = race.bench.p + np.array(candidate.own), columns_of(race.kept())
     take, G = race.bench.index(columns), race.bench.by_unit[0][unit].sum(axis=0)
     theta = race.bench.left_out(take, race.bench.p + own_of(race.chosen))[0]
     return np.asarray(np.linalg.lstsq(G[np.ix_(own, own)], G[own, -1] - G[np.ix_(own, take)] @ theta, rcond=1e-9)[0], np.float64)

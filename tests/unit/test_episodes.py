@@ -210,7 +210,7 @@ def test_a_spell_is_one_of_as_many_as_were_tried(monkeypatch):
     monkeypatch.setattr(spells, "left_by", lambda *given: [])
     monkeypatch.setattr(spells, "projected", lambda *given: [])
     monkeypatch.setattr(spells, "race_of", lambda *given: SimpleNamespace(
-        bank=SimpleNamespace(candidates=[one]), scored=lambda kept: SimpleNamespace(theta=np.zeros(4)), bench=SimpleNamespace(p=3)))
+        bank=SimpleNamespace(candidates=[one]), bench=SimpleNamespace(p=3, scored=lambda *kept: SimpleNamespace(theta=np.zeros(4)))))
     monkeypatch.setattr(spells, "sector", lambda *given: (99.0, 50.0, Sector(1, 0.0, 1.0)))
     effect = effect_of_id("viscous_friction").started(arm(2), joint=1)
     one = Candidate(instance("a", (0,), effect=effect), (0,))
