@@ -94,6 +94,43 @@ def test_models_of_before_know_the_linear_hose_alone():
     assert term_of(old.document()) == old
 
 
+def dragged(area, linear=()):
+    return made("tip_drag", arm(1), drag_area=(area,), linear=linear)
+
+
+def test_a_body_at_the_tip_drags_with_the_square_of_its_speed_and_some_in_proportion_to_it_besides():
+    v = np.array([-0.8, 0.1, 0.4, 1.6])
+    L = LINKS[0]["length_m"]
+    flow = Flow(arm(1), steady(np.zeros((4, 1)), (v / L)[:, None]))
+    plain, bent = (one.torque(flow)[:, 0] for one in (dragged(0.003), dragged(0.003, (0.5,))))
+    assert_close(plain, tensor(0.5 * 1000 * 0.003 * np.abs(v) * v * L))
+    assert_close(bent - plain, tensor(0.5 * v * L))
+    assert [len(law.linear_names()) for law in (dragged(0.003, (0.5,)), *dragged(0.003, (0.5,)).narrower())] == [2, 1]
+
+
+def test_a_law_with_another_power_of_the_speed_is_nearly_that_of_drag_at_the_tip_with_both_parts():
+    v = np.linspace(0.05, 1.2, 60)
+    law = v**1.85
+    flow = Flow(arm(1), steady(np.zeros((60, 1)), (v / LINKS[0]["length_m"])[:, None]))
+    X = dragged(0.003, (0.5,)).columns(flow)[:, 0].numpy()
+    both, plain = (np.linalg.lstsq(X[:, :k], law, rcond=None)[0] for k in (2, 1))
+    assert np.abs(X @ both - law).max() < 0.01 * law.max() < 0.025 * law.max() < np.abs(X[:, :1] @ plain - law).max()
+    assert dragged(both[0], (both[1],)).plausible()
+
+
+@pytest.mark.parametrize(("area", "linear", "makes_sense"), [
+    (0.004, (), True), (0.0, (), True), (0.0, (0.1,), False), (0.004, (0.9,), True), (0.004, (1.1,), False), (0.004, (0.0,), True)])
+def test_drag_at_the_tip_that_hardly_grows_faster_than_the_speed_is_no_bodys(area, linear, makes_sense):
+    """At 0.5 m/s 1/2 rho C_D S |v| is 1 N s/m for 0.004 m^2: as much linear drag makes the power 1.5."""
+    assert dragged(area, linear).plausible() == makes_sense
+
+
+def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_models_have_none():
+    assert dragged(0.004).statement() == "Something at the tip drags through the water with C_D times area of 0.004 m^2."
+    assert "and, in proportion to its speed, 0.5 N s/m" in dragged(0.004, (0.5,)).statement()
+    assert term_of({"kind": "effect:tip_drag", "parameters": {"drag_area": [0.004]}, "options": {"joint": 0}}) == dragged(0.004)
+
+
 def test_stribeck_friction_breaks_away_high_and_slides_low():
     one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.3,))
     tau = one.torque(Flow(arm(1), steady([[0.0]] * 3, [[0.06], [3.0], [0.3]])))[:, 0]
@@ -119,12 +156,12 @@ def test_the_rotor_behind_a_belt_is_felt_by_its_own_motor_alone():
 
 
 def test_drag_at_the_tip_of_a_swinging_link():
-    tau = made("tip_drag", arm(1), drag_area=(0.01,)).torque(Flow(arm(1), steady([[0.3]], [[-2.0]])))
+    tau = made("tip_drag", arm(1), drag_area=(0.01,), linear=()).torque(Flow(arm(1), steady([[0.3]], [[-2.0]])))
     assert_close(tau, tensor([[-0.5 * 1000 * 0.01 * 4.0 * 0.55**3]]))
 
 
 def test_drag_at_the_tip_is_the_same_in_any_direction():
-    one, a = made("tip_drag", arm(1), drag_area=(0.01,)), arm(1)
+    one, a = made("tip_drag", arm(1), drag_area=(0.01,), linear=()), arm(1)
     q = np.linspace(-3, 3, 9)[:, None]
     tau = one.torque(Flow(a, steady(q, 0.0, 0.0, 0.8)))[:, 0]
     assert_close(tau, tensor(0.5 * 1000 * 0.01 * 0.64 * 0.55 * np.cos(q[:, 0])))
@@ -220,6 +257,33 @@ def test_a_wake_that_fades_by_itself_is_forgotten_at_rest():
     assert float(overtaking(t, w, torch.full((1, 1), 1e15, dtype=torch.float64))[-1, 0, 0]) == pytest.approx(0.5)
 
 
+def test_water_that_the_wake_drags_along_follows_it_with_a_lag_of_its_own():
+    """Behind a step down to rest, both at rate r: v = e^(-r t),  s m' = r (v - m)  =>  m = (e^(-r t) - s e^(-r t/s)) / (1 - s)."""
+    t = tensor(np.linspace(0, 4, 4001))
+    w = torch.where(t < 1, 1.0, 0.0)[:, None, None].to(torch.float64)
+    far, r, s = torch.full((1, 1), 1e15, dtype=torch.float64), 2.0, 0.5
+    m = overtaking(t, w, far, r, s)[:, 0, 0]
+    since = t[t > 1.1] - 0.999
+    assert_close(m[t > 1.1], (torch.exp(-r * since) - s * torch.exp(-r * since / s)) / (1 - s), rtol=0.0, atol=2e-3)
+    assert torch.equal(overtaking(t, w, far, r, 0.0), overtaking(t, w, far, r))
+    close = overtaking(t, w, far, r, 1e-3)
+    assert_close(close[t > 1.1], overtaking(t, w, far, r)[t > 1.1], rtol=0.01, atol=1e-9)
+
+
+def test_the_water_that_is_met_passes_its_second_lag_on_and_old_models_have_none():
+    flow, t = stopped(-0.4)
+    at_once, late = (made("wake_reentry", flow.arm, length=(8.0,), second=(s,)).columns(flow)[:, 0] for s in (0.0, 0.5))
+    ratio = late.abs().sum(1) / at_once.abs().sum(1)
+    assert (ratio[(t > 2.1) & (t < 2.2)] < 1).all(), "it has not caught up with the wake yet,"
+    assert (ratio[t > 3.9] > 1).all(), "and runs on longer"
+    parameters = {"slowing": [0.2], "meeting": [0.2], "push": [0.2], "length": [8.0], "fading": [0.0]}
+    old = term_of({"kind": "effect:wake_reentry", "parameters": parameters, "options": {"joint": 0}})
+    assert old == made("wake_reentry", flow.arm, length=(8.0,), fading=(0.0,), second=())
+    assert torch.equal(old.columns(flow)[:, 0], at_once)
+    assert "follows it with 0.5 of its lag" in made("wake_reentry", flow.arm, second=(0.5,)).statement()
+    assert "follows" not in old.statement()
+
+
 def test_shedding_hums_at_twice_the_Strouhal_frequency():
     a, t = arm(1), np.linspace(0, 10, 4001)
     still = torch.zeros(4001, 1, dtype=torch.float64)
@@ -260,6 +324,61 @@ def test_a_wave_pushes_a_fixed_link_as_Morison_says():
     v, dv = 0.4 * np.cos(pi * t), -0.4 * pi * np.sin(pi * t)
     force = 0.5 * 1000 * 0.07 * 1.2 * np.abs(v) * v + (1 + 1.0) * 1000 * pi / 4 * 0.07**2 * dv  # inertia coefficient 1 + C_M
     assert_close(wave.apply(seen)[:, 0], tensor(-force * 0.55**2 / 2))
+
+
+def test_the_middle_of_a_link_moves_as_the_place_where_it_is():
+    a, motion = arm(3), run(3, rows=6001)
+    place, speed = Flow(a, motion).middle
+    (slope,) = torch.gradient(place, spacing=(motion.t,), dim=0)
+    towed = torch.stack([torch.zeros_like(motion.u0), motion.u0], dim=-1)[:, None]
+    assert_close((slope + towed)[1:-1], speed[1:-1], rtol=1e-4, atol=1e-4)
+    assert_close(Flow(a, steady([[0.0, pi / 2, 0.0]])).middle[0][0], tensor(
+        [[LINKS[0]["length_m"] / 2, 0.0], [LINKS[0]["length_m"], LINKS[1]["length_m"] / 2],
+         [LINKS[0]["length_m"], LINKS[1]["length_m"] + LINKS[2]["length_m"] / 2]]), atol=1e-12)
+
+
+def test_what_each_link_meets_of_a_wave_is_the_derivative_of_what_it_met():
+    a, motion = arm(2), run(2, rows=6001)
+    wave = made("wave_orbital", a, frequency=(0.6,), direction=(2.1,))
+    velocity, acceleration = wave._waves(view(a, motion))
+    (slope,) = torch.gradient(velocity, spacing=(motion.t,), dim=0)
+    assert_close(acceleration[1:-1], slope[1:-1], rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize("direction", [0.3, -2.0])
+def test_a_link_meets_a_wave_where_it_is(direction):
+    a, t = arm(2), np.linspace(0, 8, 801)
+    q = tensor(np.tile([0.4, 0.9], (801, 1)))
+    flow = Flow(a, Motion(tensor(t), q, 0 * q, 0 * q, 0 * q[:, 0], 0 * q[:, 0]))
+    velocity, _ = made("wave_orbital", a, frequency=(0.7,), direction=(direction,))._waves(view(a, flow.motion))
+    omega, d = 2 * pi * 0.7, np.array([np.cos(direction), np.sin(direction)])
+    late = omega**2 / 9.81 * (flow.middle[0][0].numpy() @ d)
+    assert_close(velocity[..., 0], tensor(np.cos(omega * t[:, None] - late)))
+    assert np.ptp(late) > 0.1
+
+
+def test_a_wave_and_the_one_that_runs_the_other_way_differ_but_where_they_are_long():
+    a, motion = arm(2), run(2)
+    seen = view(a, motion)
+
+    def difference(frequency):
+        one, other = (made("wave_orbital", a, frequency=(frequency,), direction=(d,)).columns(seen) for d in (0.5, 0.5 - pi))
+        return float((one + other).norm() / one.norm())
+
+    assert difference(0.8) > 0.3
+    assert difference(0.1) < 0.05
+
+
+def test_water_that_moves_link_by_link_adds_to_water_that_moves_alike():
+    a, motion = arm(2), run(2)
+    stream = torch.full((60, 2), 0.2, dtype=torch.float64)
+    each = torch.arange(60 * 4, dtype=torch.float64).reshape(60, 2, 2) / 100
+    both = Water(stream, 0 * stream) + Water(each, -each)
+    assert_close(both.velocity, each + 0.2)
+    assert_close(both.acceleration, -each)
+    alike = Water(stream[:, None, :].expand(60, 2, 2), 0 * each)
+    assert_close(Flow(a, motion, alike).N, Flow(a, motion, Water(stream, 0 * stream)).N)
+    assert_close(Flow(a, motion, alike).B, Flow(a, motion, Water(stream, 0 * stream)).B)
 
 
 def test_a_tilted_plane_pulls_as_gravity_would():

@@ -1,0 +1,112 @@
+"""A value that a fit would take below 0, its least one, is held there: the law stays, and so does what the others tell."""
+
+import numpy as np
+import pytest
+from races import SINGLE, P, Plain, candidate, instance, race, raced, rows, tables
+
+from nnhydro.diagnosis import proof
+from nnhydro.diagnosis.proof import prove, prove_fresh
+from nnhydro.diagnosis.race import UNPHYSICAL, columns_of, gains, price, ranked
+from nnhydro.diagnosis.uncertainty import fitted
+
+PAIR, OTHER = candidate("pair", (0, 1)), SINGLE[3]
+
+
+def test_the_pair_is_scored_like_its_first_column_alone_where_the_second_would_be_negative():
+    found = race(tables(3, {0: 0.6, 1: -0.1}), (PAIR, SINGLE[0]), low=0.0)
+    assert found.total([PAIR]) - price([PAIR]) == pytest.approx(found.total([SINGLE[0]]) - price([SINGLE[0]]))
+    baseline, values = found.values([PAIR])
+    r = rows(tables(3, {0: 0.6, 1: -0.1}))
+    alone = np.linalg.lstsq(r.Z[:, : P + 1], r.y, rcond=None)[0]
+    assert values == pytest.approx({0: alone[P], 1: 0.0}, rel=1e-6)
+    np.testing.assert_allclose(baseline, alone[:P], rtol=1e-6)
+
+
+def test_a_value_above_zero_is_fitted_as_ever():
+    found = race(tables(4, {0: 0.6, 1: 0.1}), (PAIR,), low=0.0)
+    free = race(tables(4, {0: 0.6, 1: 0.1}), (PAIR,))
+    assert found.total([PAIR]) == free.total([PAIR])
+    assert found.held([PAIR]) == [PAIR]
+
+
+@pytest.mark.parametrize(("planted", "low"), [({0: -0.6, 1: -0.1}, 0.0), ({0: 0.6, 1: -0.6}, -0.3)])
+def test_what_has_no_value_left_or_another_bound_is_struck_out(planted, low):
+    found = race(tables(5, planted), (PAIR,), low=low)
+    assert found.total([PAIR]) == UNPHYSICAL
+
+
+def test_a_single_value_below_zero_is_no_effect():
+    found = race(tables(5, {0: -0.6}), SINGLE, low=0.0)
+    assert found.total([SINGLE[0]]) == UNPHYSICAL
+    assert gains(found, [SINGLE[0]])[0][0] < -UNPHYSICAL / 2
+
+
+def test_holding_one_value_may_bring_another_below_zero():
+    made = tables(6, {0: 1.0})
+    for table in made:
+        table[..., P + 2] = table[..., P + 1] + 0.1 * table[..., P + 2]  # nearly alike: one up, the other down
+        table[..., -1] += 0.5 * table[..., P + 1] - 0.8 * table[..., P + 2]
+    three = candidate("three", (0, 1, 2))
+    found = race(made, (three, SINGLE[0]), low=0.0)
+    assert found.held([three])[0].held == {1, 2}
+    assert found.total([three]) - price([three]) == pytest.approx(found.total([SINGLE[0]]) - price([SINGLE[0]]))
+
+
+def test_many_at_once_are_scored_as_one_by_one():
+    found = race(tables(7, {0: 0.6, 1: -0.3, 3: 0.5}), (PAIR, *SINGLE), low=0.0, chosen=(4,))
+    for gain, one in gains(found, [PAIR, SINGLE[0], SINGLE[2]]):
+        assert gain == pytest.approx(found.total() - found.total([one]), rel=1e-9)
+    best = {c.key: gain for gain, c in ranked(found, found.bank.candidates)}
+    assert best[PAIR.key] == pytest.approx(found.total() - found.total([PAIR]))
+
+
+def test_what_was_held_alone_is_fitted_beside_what_made_it_negative():
+    made = tables(8, {0: 1.0, 1: 0.3, 3: -2.0})
+    for table in made:
+        table[..., P + 1] += 0.5 * table[..., P + 3]
+    found = race(made, (PAIR, *SINGLE), chosen=(0,))
+    found.bank.low[:2] = 0.0
+    assert found.kept()[0].held == {1}
+    assert [c.held for c in found.kept([OTHER])] == [set(), set()]
+    assert found.chosen == [PAIR]
+
+
+def test_a_held_value_is_told_as_zero_with_the_width_of_the_fit():
+    made = tables(9, {0: 0.6, 1: -0.02})
+    found, free = race(made, (PAIR,), low=0.0, chosen=(0,)), race(made, (PAIR,), chosen=(0,))
+    values, covariance = fitted(found).of(PAIR)
+    assert values[1] == 0.0
+    assert values[0] > 0.5
+    np.testing.assert_allclose(np.diag(covariance), np.diag(fitted(free).of(PAIR)[1]), rtol=0.3)
+
+
+def test_the_places_that_are_held_are_those_of_the_candidates_own_columns():
+    one = candidate("one", (4, 2, 7))
+    held = one.holding([1])
+    assert held.free == (4, 7)
+    assert columns_of([held, SINGLE[1]]).tolist() == [1, 4, 7]
+    assert held.holding(()).free == one.columns
+    assert one.holding(()) is one
+    assert held.columns == one.columns
+
+
+def held_and_alone(made):
+    """Races over `made` with the pair, whose second value is held, and with its first column alone."""
+    for one in (instance("pair", (0, 1)), instance("alone", (0,))):
+        found = raced(Plain(made), [one], chosen=(0,))
+        found.bank.low[:] = 0.0
+        yield found
+
+
+def test_left_out_recordings_are_predicted_with_the_value_at_zero():
+    made = tables(10, {0: 0.6, 1: -0.4}, units=9)
+    pair, alone = (prove(found, Plain(made), None).after for found in held_and_alone(made))
+    assert pair == pytest.approx(alone, rel=1e-9)
+
+
+def test_fresh_recordings_are_predicted_with_the_value_at_zero(monkeypatch):
+    made = tables(11, {0: 0.6, 1: -0.4}, units=12)
+    monkeypatch.setattr(proof, "Table", lambda case: case)
+    fresh, seen = Plain(made[8:]), Plain(made[:8])
+    pair, alone = (prove_fresh(found, None, [fresh], prove(found, seen, None)).after for found in held_and_alone(made[:8]))
+    assert pair == pytest.approx(alone, rel=1e-9)
