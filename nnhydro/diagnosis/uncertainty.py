@@ -20,6 +20,7 @@ from nnhydro.effects.quantity import Z95
 
 Array = NDArray[np.float64]
 NOTHING_KNOWN = 1e100  # times a variance: no interval is wider, and none overflows
+SETTLING, SMALLEST = 20, 1e-6  # steps of a weighted mean square, and a size that is none
 FAR = 50.0  # score beyond which a value tried tells nothing of the parabola
 
 
@@ -154,10 +155,7 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
     g = G[:, beside, -1] - np.einsum("uoq,q->uo", G[:, beside[:, None], take[None, :]], theta)
     seen = np.trace(H, axis1=1, axis2=2) > 1e-6 * max(float(np.trace(H, axis1=1, axis2=2).max()), 1e-300)
     inverse = np.linalg.inv(H[seen] + 1e-12 * np.eye(len(own)))
-    a = (inverse @ g[seen][..., None])[..., 0]
-    squares = (a**2).sum(axis=1) - np.trace(inverse, axis1=1, axis2=2)
-    amplitude = np.sqrt(max(float(squares.mean()), 1e-12))
-    error = float(squares.std(ddof=1) / np.sqrt(len(squares)) / (2 * amplitude)) if len(squares) > 1 else amplitude
+    amplitude, error = _root_mean_square((inverse @ g[seen][..., None])[..., 0], np.einsum("uoo->uo", inverse))
     n = len(own) + len(candidate.instance.spans)
     values = np.array([amplitude, *np.zeros(len(own) - 1), *(getattr(candidate.instance.effect, f)[0] for f in candidate.instance.spans)])
     covariance = np.zeros((n, n))
@@ -165,6 +163,21 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
     for i, spread in enumerate(_spreads(race, candidate).values()):
         covariance[len(own) + i, len(own) + i] = spread**2
     return values, covariance
+
+
+def _root_mean_square(a: Array, noise: Array) -> tuple[float, float]:
+    """The size sqrt(o m) of values `a` (units, o) with the variances `noise` (units, o), and its standard deviation over the units.
+
+        m = sum_k w_k <a_k^2 - noise_k> / sum_k w_k,   w_k = (m + <noise_k>)^-2        what is hardly seen hardly counts
+    """
+    excess, m = a**2 - noise, 0.0
+    for _ in range(SETTLING):
+        w = 1 / (m + noise.mean(axis=0)) ** 2
+        each = excess @ w / w.sum() * a.shape[1]
+        m = max(float(each.mean()) / a.shape[1], 0.0)
+    size = max(float(np.sqrt(m * a.shape[1])), SMALLEST)
+    spread = float(each.std(ddof=1) / np.sqrt(len(each))) if len(each) > 1 else size**2
+    return size, min(spread / (2 * size), float(np.sqrt(spread)))
 
 
 def own_values(race: Race, candidate: Candidate, unit: int) -> Array:

@@ -214,6 +214,24 @@ def test_what_noise_adds_to_an_amplitude_is_taken_off_and_recordings_without_the
     assert values == pytest.approx([np.sqrt((size[3:] ** 2).mean())], rel=0.03)
 
 
+def test_a_column_that_is_hardly_seen_does_not_drown_the_amplitude():
+    """Shedding of the inner link moves the arm little: what noise makes of its amplitude is larger than all the others'."""
+    own = candidate("own", (), (2, 3), effect=SimpleNamespace())
+    made, size = phased()
+    for table in made:
+        table[..., P + 3] *= 1e-2
+    values, covariance = fitted(race(made, (SINGLE[0], own), chosen=(0, 1))).of(own)
+    assert values[0] == pytest.approx(np.sqrt(2 * (size**2).mean()), rel=0.05)  # as if both columns had the size of the one that is seen
+    assert 0 < covariance[0, 0] < (0.2 * values[0]) ** 2
+
+
+def test_where_nothing_is_left_of_an_amplitude_its_interval_is_as_wide_as_what_could_have_been_seen():
+    own = candidate("own", (), (2,), effect=SimpleNamespace())
+    told = [fitted(race(tables(seed, units=40), (own,), chosen=(0,))).of(own) for seed in range(6)]
+    assert any(values[0] <= 1e-6 for values, _ in told)
+    assert all(0.01 < np.sqrt(covariance[0, 0]) < 0.2 for values, covariance in told if values[0] <= 1e-6)
+
+
 def test_a_shape_with_values_of_each_recordings_own_has_the_width_of_the_parabola_through_the_scores():
     made, _ = phased()
     for table in made:
