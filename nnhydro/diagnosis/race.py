@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 LARGE = 0.5  # of the measured energy: an effect of more torque than that must be seen in the measured torque itself,
 OPPOSED = 0.1  # of its own energy: what the rest of the model may take back of it
-MOST_HELD = 4  # times that further values are held
+MOST_HELD = 8  # values
+SLACK = 10.0  # of score: a candidate that is worse by that before values are held is no better with them
 UNPHYSICAL = 1e12  # score of a set with a value beyond its physical bounds
 PER_COLUMN = 1.0  # score a further column must earn beyond what left-out prediction already charges
 PER_GRID = 0.5  # times log(number of grid points): price of choosing a nonlinear parameter
@@ -50,20 +51,33 @@ class Race:
     def held(self, kept: Sequence[Candidate]) -> list[Candidate]:
         """Return `kept` with the values held at 0, their least one, that a fit of all would take below it: an active set.
 
+        The one that lies farthest below is held first, in units of its column; one that would rise again beside the others is released.
         A candidate keeps at least one value that is fitted; the one that is left alone may leave its bounds.
         """
-        kept = [c.holding(()) for c in kept]
+        whole = [c.holding(()) for c in kept]
+        if not (self.bank.low[columns_of(whole)] == 0).any():
+            return whole
+        out: list[int] = []
         for _ in range(MOST_HELD):
-            columns = columns_of(kept)
-            if not (self.bank.low[columns] == 0).any():
-                return kept
-            values = self.bench.scored(columns, own_of(kept)).theta[self.bench.p:]
-            below = set(columns[(values < 0) & (self.bank.low[columns] == 0)].tolist())
-            tighter = [_holding(c, below) for c in kept]
-            if all(a is b for a, b in zip(kept, tighter, strict=True)):
-                return kept
-            kept = tighter
-        return kept
+            worst = self._lowest(_without(whole, out))
+            if worst is None:
+                break
+            out.append(worst)
+        for k in out[:-1]:  # the last one was below 0 beside exactly the others
+            more = [other for other in out if other != k]
+            if self._lowest(_without(whole, more)) is None:
+                out = more
+        return _without(whole, out)
+
+    def _lowest(self, kept: Sequence[Candidate]) -> int | None:
+        """The column of `kept` whose value lies farthest below its least one, 0, and that is not the last of its candidate; None: none."""
+        columns = columns_of(kept)
+        values = self.bench.scored(columns, own_of(kept)).theta[self.bench.p:]
+        depth = values * np.sqrt(np.diag(self.bench.total)[self.bench.p + columns])
+        alone = {c.free[0] for c in kept if len(c.free) == 1 and not c.own}
+        found = zip(depth.tolist(), columns.tolist(), strict=True)
+        below = [(d, k) for d, k in found if d < 0 and self.bank.low[k] == 0 and k not in alone]
+        return min(below)[1] if below else None
 
     def scored(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> Scored:
         """Return the left-out score of the set."""
@@ -72,7 +86,8 @@ class Race:
 
     def total(self, extra: Sequence[Candidate] = (), without: Sequence[Candidate] = ()) -> float:
         """Left-out score with its price, lower is better; `UNPHYSICAL` where a value leaves its physical bounds."""
-        kept, columns = self.kept(extra, without), columns_of(self.kept(extra, without))
+        kept = self.kept(extra, without)
+        columns = columns_of(kept)
         scored = self.bench.scored(columns, own_of(kept))
         return scored.total + price(kept) if self.physical(kept, columns, scored.theta[self.bench.p:]) else UNPHYSICAL
 
@@ -94,7 +109,7 @@ class Race:
 
             |a|^2 > |y|^2 / 2   and   (y - a) . a < -|a|^2 / 10        a heavy payload is part of y; what cancels is taken back by the rest
         """
-        if not candidate.columns:
+        if not candidate.free:
             return False
         own = np.array(candidate.free)
         beta, place = values[np.searchsorted(columns, own)], self.bench.p + own
@@ -147,13 +162,9 @@ def own_of(kept: Sequence[Candidate]) -> Index:
     return np.array(sorted({k for c in kept for k in c.own}), dtype=np.int64)
 
 
-def _holding(candidate: Candidate, below: Collection[int]) -> Candidate:
-    """The candidate with its columns in `below` held, too, but for the last one that would be fitted."""
-    more = [place for place, k in enumerate(candidate.columns) if k in below and place not in candidate.held]
-    if not more:
-        return candidate
-    wanted = candidate.held.union(more)
-    return candidate.holding(wanted) if candidate.own or len(wanted) < len(candidate.columns) else candidate
+def _without(kept: Sequence[Candidate], out: Collection[int]) -> list[Candidate]:
+    """The candidates with their columns in `out` held at 0."""
+    return [c.holding(place for place, k in enumerate(c.columns) if k in out) for c in kept]
 
 
 def price(candidates: Sequence[Candidate]) -> float:
@@ -164,19 +175,32 @@ def price(candidates: Sequence[Candidate]) -> float:
 def _batched(race: Race, now: float, tried: Sequence[Candidate], without: Sequence[Candidate]) -> dict[int, float]:
     """Total score of the chosen, less `without`, with each of `tried` (by its id), none of which has values of a recording's own.
 
-    Where values leave their bounds, and the score would be better than `now`, it is counted again with those held that can be.
+    Where all values are free and within their bounds that is it; else with those held that are held without the candidate; else, where
+    the score could be better than `now`, those are sought that are held with it.
     """
     kept = race.kept(without=without)
+    sets = [[c.holding(()) for c in kept], kept][: 1 + any(c.held for c in kept)]
+    first, *then = (_free(race, one, tried) for one in sets)
+    found = {}
+    for c in tried:
+        total, physical = first[id(c)]
+        for other in then:
+            if not physical:
+                total, physical = other[id(c)]
+        found[id(c)] = total if physical else UNPHYSICAL if total >= now + SLACK else race.total([c], without)
+    return found
+
+
+def _free(race: Race, kept: Sequence[Candidate], tried: Sequence[Candidate]) -> dict[int, tuple[float, bool]]:
+    """Total score of `kept` with each of `tried` (by its id) without further values held, and whether all lie within their bounds."""
     columns, found = columns_of(kept), {}
     for width in sorted({len(c.columns) for c in tried}):
         same = [c for c in tried if len(c.columns) == width]
         totals, values = scores(race.bench, columns, [c.columns for c in same])
         for candidate, total, value in zip(same, totals.tolist(), values, strict=True):
-            found[id(candidate)] = total + price([*kept, candidate])
             order = np.argsort(np.concatenate([columns, np.array(candidate.columns, dtype=np.int64)]))
             every = np.concatenate([columns, np.array(candidate.columns, dtype=np.int64)])[order]
-            if not race.physical([*kept, candidate], every, value[order]):
-                found[id(candidate)] = UNPHYSICAL if found[id(candidate)] >= now else race.total([candidate], without)
+            found[id(candidate)] = total + price([*kept, candidate]), race.physical([*kept, candidate], every, value[order])
     return found
 
 

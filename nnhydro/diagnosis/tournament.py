@@ -44,7 +44,7 @@ def _merge(race: Race, bank: Sequence[Candidate]) -> bool:
     for pair in combinations(race.chosen, 2):
         gain, best = ranked(race, bank, pair)[0]
         if race.total(without=pair) - gain < now - SWAP:
-            race.chosen[:] = [*race.kept(without=pair), best]
+            race.chosen[:] = [*(c for c in race.chosen if c not in pair), best]
             return True
     return False
 

@@ -168,15 +168,15 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
 def _root_mean_square(a: Array, noise: Array) -> tuple[float, float]:
     """The size sqrt(o m) of values `a` (units, o) with the variances `noise` (units, o), and its standard deviation over the units.
 
-        m = sum_k w_k <a_k^2 - noise_k> / sum_k w_k,   w_k = (m + <noise_k>)^-2        what is hardly seen hardly counts
+        m = sum w (a^2 - noise) / sum w,   w = (m + noise)^-2        over units and values: what is hardly seen hardly counts
     """
-    excess, m = a**2 - noise, 0.0
+    excess, n, m = a**2 - noise, len(a), 0.0
     for _ in range(SETTLING):
-        w = 1 / (m + noise.mean(axis=0)) ** 2
-        each = excess @ w / w.sum() * a.shape[1]
-        m = max(float(each.mean()) / a.shape[1], 0.0)
+        w = 1 / (m + noise) ** 2
+        m = max(float((w * excess).sum() / w.sum()), 0.0)
     size = max(float(np.sqrt(m * a.shape[1])), SMALLEST)
-    spread = float(each.std(ddof=1) / np.sqrt(len(each))) if len(each) > 1 else size**2
+    off = (w * (excess - (w * excess).sum() / w.sum())).sum(axis=1) * a.shape[1] / w.sum()
+    spread = float(np.sqrt((off**2).sum() * n / (n - 1))) if n > 1 else size**2
     return size, min(spread / (2 * size), float(np.sqrt(spread)))
 
 

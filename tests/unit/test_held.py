@@ -7,6 +7,7 @@ from races import SINGLE, P, Plain, candidate, instance, race, raced, rows, tabl
 from nnhydro.diagnosis import proof
 from nnhydro.diagnosis.proof import prove, prove_fresh
 from nnhydro.diagnosis.race import UNPHYSICAL, columns_of, gains, price, ranked
+from nnhydro.diagnosis.tournament import _merge
 from nnhydro.diagnosis.uncertainty import fitted
 
 PAIR, OTHER = candidate("pair", (0, 1)), SINGLE[3]
@@ -69,6 +70,39 @@ def test_what_was_held_alone_is_fitted_beside_what_made_it_negative():
     assert found.kept()[0].held == {1}
     assert [c.held for c in found.kept([OTHER])] == [set(), set()]
     assert found.chosen == [PAIR]
+
+
+def test_a_rival_sets_free_what_was_held_without_it():
+    made = tables(8, {0: 1.0, 1: 0.3, 3: -2.0})
+    for table in made:
+        table[..., P + 1] += 0.5 * table[..., P + 3]
+    found = race(made, (PAIR, *SINGLE), chosen=(0,))
+    found.bank.low[:2] = 0.0
+    for gain, one in gains(found, [OTHER, SINGLE[5]]):
+        assert gain == pytest.approx(found.total() - found.total([one]), rel=1e-9)
+
+
+def test_of_two_values_that_a_fit_would_take_below_zero_one_may_be_above_it_alone():
+    made = tables(15)
+    for table in made:
+        table[..., P + 1] = -0.9 * table[..., P] + 0.3 * table[..., P + 1]
+        table[..., -1] += -1.0 * table[..., P] - 0.4 * table[..., P + 1]
+    found = race(made, (PAIR, SINGLE[1]), low=0.0)
+    assert found.held([PAIR])[0].held == {0}
+    assert found.total([PAIR]) - price([PAIR]) == pytest.approx(found.total([SINGLE[1]]) - price([SINGLE[1]]))
+
+
+def test_merged_choices_are_those_of_the_bank():
+    """Two of three that share what one does alone make room for it; the third, of which a value is held, stays what it is."""
+    made = tables(16, {0: 0.6, 1: -0.1})
+    for table in made:
+        table[..., P + 4] = table[..., P + 2] + table[..., P + 3] + 0.01 * table[..., P + 4]
+        table[..., -1] += 0.8 * table[..., P + 4]
+    found = race(made, (PAIR, *SINGLE[2:]), chosen=(0, 1, 2))
+    found.bank.low[:2] = 0.0
+    assert _merge(found, found.bank.candidates)
+    assert found.chosen == [PAIR, SINGLE[4]]
+    assert fitted(found).of(PAIR)[0][1] == 0.0
 
 
 def test_a_held_value_is_told_as_zero_with_the_width_of_the_fit():
