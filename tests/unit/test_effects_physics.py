@@ -9,6 +9,7 @@ import torch
 from hypotheses import made, steady, view
 from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 
+from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.effects.link_interference import shadowed
 from nnhydro.effects.quantity import Quantity, intervals, told
 from nnhydro.physics.flow import Flow, Water
@@ -106,6 +107,13 @@ def test_a_body_at_the_tip_drags_with_the_square_of_its_speed_and_some_in_propor
     assert_close(plain, tensor(0.5 * 1000 * 0.003 * np.abs(v) * v * L))
     assert_close(bent - plain, tensor(0.5 * v * L))
     assert [len(law.linear_names()) for law in (dragged(0.003, (0.5,)), *dragged(0.003, (0.5,)).narrower())] == [2, 1]
+
+
+def test_drag_at_the_tip_takes_the_power_of_its_force_along_the_way_of_the_tip():
+    a, motion = arm(2), hub_at_rest(run(2))
+    flow, one = Flow(a, motion), made("tip_drag", a, drag_area=(0.003,), linear=(0.5,))
+    v = torch.hypot(flow.A[:, 1] * flow.L[1] + flow.B[:, 1], flow.u_x[:, 1])
+    assert_close((one.torque(flow) * motion.qd).sum(1), (0.5 * 1000 * 0.003 * v + 0.5) * v**2)
 
 
 def test_a_law_with_another_power_of_the_speed_is_nearly_that_of_drag_at_the_tip_with_both_parts():
@@ -355,6 +363,20 @@ def test_a_link_meets_a_wave_where_it_is(direction):
     late = omega**2 / 9.81 * (flow.middle[0][0].numpy() @ d)
     assert_close(velocity[..., 0], tensor(np.cos(omega * t[:, None] - late)))
     assert np.ptp(late) > 0.1
+
+
+def test_waves_are_sought_from_everywhere():
+    angles = np.sort([one.direction[0] for one in candidates(catalogue()["wave_orbital"], arm(2)) if one.frequency == (0.5,)])
+    np.testing.assert_allclose(np.diff([*angles, angles[0] + 2 * pi]), pi / 4)
+
+
+def test_a_wave_is_met_besides_the_water_that_moves_already():
+    a, motion = arm(2), run(2)
+    stream = torch.full((60, 2), 0.2, dtype=torch.float64)
+    seen = view(a, motion)
+    inside = replace(seen, flow=replace(seen.flow, water=Water(stream, 0 * stream)))
+    wet = inside.in_water(stream, 0 * stream)
+    assert_close(wet.B, Flow(a, motion, Water(2 * stream, 0 * stream)).B)
 
 
 def test_a_wave_and_the_one_that_runs_the_other_way_differ_but_where_they_are_long():

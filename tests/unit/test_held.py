@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 from races import SINGLE, P, Plain, candidate, instance, race, raced, rows, tables
+from scipy.optimize import nnls
 
 from nnhydro.diagnosis import proof
+from nnhydro.diagnosis.episodes import in_a_row
+from nnhydro.diagnosis.locks import block_scores
 from nnhydro.diagnosis.proof import prove, prove_fresh
 from nnhydro.diagnosis.race import UNPHYSICAL, columns_of, gains, price, ranked
 from nnhydro.diagnosis.tournament import _merge
@@ -92,6 +95,25 @@ def test_of_two_values_that_a_fit_would_take_below_zero_one_may_be_above_it_alon
     assert found.total([PAIR]) - price([PAIR]) == pytest.approx(found.total([SINGLE[1]]) - price([SINGLE[1]]))
 
 
+@pytest.mark.parametrize("seed", [*range(8), 48, 80, 102])  # in the last three what was held first rises again beside what was held later
+def test_what_is_held_is_what_least_squares_without_negative_values_puts_at_zero(seed):
+    """Against scipy's nnls on the columns off what the baseline explains; columns that pull against each other."""
+    rng, made, four = np.random.default_rng(seed), tables(seed, units=4), candidate("four", (0, 1, 2, 3))
+    mixed, pull = rng.standard_normal((4, 4)), rng.standard_normal(4)
+    for table in made:
+        table[..., P:P + 4] = table[..., P:P + 4] @ mixed
+        table[..., -1] += table[..., P:P + 4] @ pull
+    r = rows(made)
+    Z, y = (x - r.Z[:, :P] @ np.linalg.lstsq(r.Z[:, :P], x, rcond=None)[0] for x in (r.Z[:, P:P + 4], r.y))
+    right = nnls(Z, y)[0]
+    found = race(made, (four,), low=0.0)
+    if right.any():
+        assert [found.values([four])[1][k] for k in range(4)] == pytest.approx(right, abs=1e-3)
+        assert found.held([four.holding({0, 1})])[0].held == found.held([four])[0].held
+    else:
+        assert found.total([four]) == UNPHYSICAL
+
+
 def test_merged_choices_are_those_of_the_bank():
     """Two of three that share what one does alone make room for it; the third, of which a value is held, stays what it is."""
     made = tables(16, {0: 0.6, 1: -0.1})
@@ -103,6 +125,36 @@ def test_merged_choices_are_those_of_the_bank():
     assert _merge(found, found.bank.candidates)
     assert found.chosen == [PAIR, SINGLE[4]]
     assert fitted(found).of(PAIR)[0][1] == 0.0
+
+
+def test_what_is_seen_beside_a_held_value_is_what_is_seen_beside_the_others_alone():
+    made = tables(17, {0: 0.6, 1: -0.1, 4: 0.2})
+    pair, alone = (race(made, (*SINGLE, PAIR), low=0.0, chosen=(k,)) for k in (6, 0))
+    for one, other in zip(block_scores(pair), block_scores(alone), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def test_a_part_of_a_campaign_is_sought_with_what_is_held_in_all_of_it():
+    made = tables(18, {1: -0.1}, units=12)
+    for table in made[6:]:
+        table[..., -1] += 0.8 * table[..., P]
+    pair, alone = (in_a_row(race(made, (*SINGLE, PAIR), low=0.0), one, [], list(range(12))) for one in (PAIR, SINGLE[0]))
+    assert pair is not None
+    assert alone is not None
+    assert pair[1].tolist() == alone[1].tolist() == [False] * 6 + [True] * 6
+    assert pair[0] - price([PAIR]) == pytest.approx(alone[0] - price([SINGLE[0]]), rel=1e-9)
+
+
+def test_without_a_finding_the_others_are_held_as_they_are_without_it():
+    made = tables(8, {0: 1.0, 1: 0.3, 3: -2.0}, units=9)
+    for table in made:
+        table[..., P + 1] += 0.5 * table[..., P + 3]
+    both, alone = (raced(Plain(made), [instance("pair", (0, 1)), instance("other", (3,))][:k], chosen=range(k)) for k in (2, 1))
+    for found in (both, alone):
+        found.bank.low[:2] = 0.0
+    told = prove(both, Plain(made), None)
+    assert told.without[("other", 0)] == pytest.approx(prove(alone, Plain(made), None).after, rel=1e-9)
+    assert told.after < 0.9 * told.without[("other", 0)]
 
 
 def test_a_held_value_is_told_as_zero_with_the_width_of_the_fit():

@@ -228,8 +228,9 @@ def test_a_column_that_is_hardly_seen_does_not_drown_the_amplitude():
 def test_recordings_that_hardly_see_an_amplitude_do_not_drown_it():
     own = candidate("own", (), (2,), effect=SimpleNamespace())
     made, size = phased(units=20)
-    for table in made[10:]:
-        table[..., P + 2] *= 1e-3  # a tenth of the speed
+    for table, a in zip(made[10:], size[10:], strict=True):
+        table[..., -1] -= a * (1 - 5e-3) * table[..., P + 2]
+        table[..., P + 2] *= 5e-3  # a fourteenth of the speed
     values, covariance = fitted(race(made, (SINGLE[0], own), chosen=(0, 1))).of(own)
     assert values[0] == pytest.approx(np.sqrt((size[:10] ** 2).mean()), rel=0.05)
     assert np.sqrt(covariance[0, 0]) < 0.1 * values[0]
