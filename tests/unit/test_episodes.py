@@ -108,6 +108,19 @@ def test_however_little_it_does_outside_it_is_told_as_it_is(seed):
     assert told.outside == pytest.approx(abs(theta[5] / theta[4]), rel=0.02, abs=5e-4)
 
 
+def test_what_it_does_outside_may_be_of_the_other_sign():
+    """Held at 0 there, as a value that nobody could have, it would seem to act inside alone."""
+    made = acting(lambda k: k >= 6)
+    for k, table in enumerate(made):
+        table[..., -1] += 0.3 * table[..., P + 2] - (0.4 if k < 6 else 0.0) * table[..., P + 1]
+    table = Table(made, places=list(range(12)))
+    pair = instance("pair", (1, 2), limits=((0.0, 10.0), (0.0, 10.0)))
+    found = raced(table, [pair])
+    told = judged(found, table, None, found.bank.candidates[0], [], Spell(begin=5.75, since="run6"), 1.0)
+    assert told.outside > 0.4
+    assert not told.holds
+
+
 def test_units_that_have_no_place_are_in_no_spell_and_own_values_have_none():
     made = acting(lambda k: k >= 6)
     told = in_a_row(race(made), SINGLE[1], OTHER, [k for k in range(12) if k != 9])
