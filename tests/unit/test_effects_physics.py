@@ -1,6 +1,5 @@
 """Closed forms, limits and rigid-body identities of single hypotheses."""
 
-from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -9,17 +8,15 @@ import torch
 from hypotheses import made, steady, view
 from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 
-from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.effects.link_interference import shadowed
 from nnhydro.effects.quantity import Quantity, intervals, told
-from nnhydro.physics.flow import Flow, Water
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.transmission import to_drives
-from nnhydro.physics.wake_memory import overtaking, relaxed
 
 
 def test_a_spring_pulls_to_its_rest_angle():
@@ -202,207 +199,6 @@ def test_a_power_law_of_the_Reynolds_number_is_seen_in_a_tow():
     assert_close(one.torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0))), drag)
 
 
-def test_drag_that_lags_follows_a_step_of_the_tow_exponentially():
-    a, t = arm(1), np.linspace(0, 2, 401)
-    still = torch.zeros(401, 1, dtype=torch.float64)
-    u0 = tensor(np.where(t < 0.5, 0.4, 0.8))
-    flow = Flow(a, Motion(tensor(t), still, still, still, u0, torch.zeros_like(u0)))
-    change = made("flow_memory", a, share=(1.0,), response=(0.2,)).torque(flow)[:, 0]
-    drag = NormalDrag((1.0,)).torque(flow)[:, 0]
-    since = tensor(np.maximum(t - 0.495, 0))
-    assert_close(change, torch.where(tensor(t) < 0.5, 0.0, (drag[0] - drag[-1]) * torch.exp(-since / 0.2)), rtol=1e-8, atol=1e-10)
-
-
-def test_the_wake_that_develops_is_over_after_its_reach():
-    a, t = arm(1), np.linspace(0, 4, 401)
-    still = torch.zeros(401, 1, dtype=torch.float64)
-    flow = Flow(a, Motion(tensor(t), still, still, still, tensor(0.5 * t), torch.full((401,), 0.5, dtype=torch.float64)))
-    X = made("wake_development", a, reach=(8.0,)).columns(flow)
-    s = 0.25 * t**2 / 0.07
-    assert not X[s > 8.0].any()
-    early = (s > 0) & (s < 2)
-    drag = NormalDrag((1.0,)).columns(flow)[..., 0]
-    assert ((X[early, 0, :3].sum(-1) / drag[early, 0]) > 0.9).all()
-
-
-def stopped(u0_after=0.0):
-    """A one-link arm at rest behind a carriage that starts, stops at 2.2 s and then moves with `u0_after` m/s: flow and times."""
-    a, t = arm(1), np.linspace(0, 4, 801)
-    u0 = np.interp(t, [0, 0.5, 2.0, 2.2, 2.5, 4], [0, 0.6, 0.6, 0, u0_after, u0_after])
-    still = torch.zeros(801, 1, dtype=torch.float64)
-    return Flow(a, Motion(tensor(t), still, still, still, tensor(u0), still[:, 0])), t
-
-
-def test_after_a_stop_the_wake_pushes_on_and_after_a_start_it_does_not():
-    flow, t = stopped()
-    slowing, meeting, push = made("wake_reentry", flow.arm, length=(5.0,)).columns(flow)[:, 0].T
-    for column in (slowing, meeting, push):
-        assert not column[t < 1.9].any()
-    assert (slowing[(t > 2.05) & (t < 2.15)] < 0).all(), "while it slows down its own wake carries it"
-    assert (push[t > 2.25] < 0).all()
-    assert not slowing[t > 2.25].any()
-    assert not meeting.any(), "it never turns back"
-
-
-@pytest.mark.parametrize(("u0_after", "back"), [(-0.4, True), (0.1, False)])
-def test_all_of_the_wake_felt_the_drag_is_that_of_the_speed_through_moving_water(u0_after, back):
-    flow, t = stopped(u0_after)
-    one = made("wake_reentry", flow.arm, length=(8.0,), fading=(0.5,))
-    columns = one.columns(flow)[:, 0]
-    w = Strips.of(flow, 10).w[:, 0, 0]
-    m = overtaking(flow.motion.t, w[:, None, None], flow.D[:, None] * 8.0, 0.5)[:, 0, 0]
-    o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
-    moment = 0.5 * flow.rho * flow.D[0] * flow.L[0] ** 2 / 2
-    assert_close(columns.sum(1), moment * ((w - o).abs() * (w - o) - w.abs() * w))
-    assert bool(columns[t > 2.5, 1].any()) == back
-
-
-def test_a_wake_that_fades_by_itself_is_forgotten_at_rest():
-    t = tensor(np.linspace(0, 3, 301))
-    w = torch.where(t < 1, 0.5, 0.0)[:, None, None].to(torch.float64)
-    m = overtaking(t, w, torch.full((1, 1), 1e15, dtype=torch.float64), fading=2.0)[:, 0, 0]
-    assert_close(m[t > 1.1], 0.5 * torch.exp(-2.0 * (t[t > 1.1] - 0.99)))
-    assert float(overtaking(t, w, torch.full((1, 1), 1e15, dtype=torch.float64))[-1, 0, 0]) == pytest.approx(0.5)
-
-
-def test_water_that_the_wake_drags_along_follows_it_with_a_lag_of_its_own():
-    """Behind a step down to rest, both at rate r: v = e^(-r t),  s m' = r (v - m)  =>  m = (e^(-r t) - s e^(-r t/s)) / (1 - s)."""
-    t = tensor(np.linspace(0, 4, 4001))
-    w = torch.where(t < 1, 1.0, 0.0)[:, None, None].to(torch.float64)
-    far, r, s = torch.full((1, 1), 1e15, dtype=torch.float64), 2.0, 0.5
-    m = overtaking(t, w, far, r, s)[:, 0, 0]
-    since = t[t > 1.1] - 0.999
-    assert_close(m[t > 1.1], (torch.exp(-r * since) - s * torch.exp(-r * since / s)) / (1 - s), rtol=0.0, atol=2e-3)
-    assert torch.equal(overtaking(t, w, far, r, 0.0), overtaking(t, w, far, r))
-    close = overtaking(t, w, far, r, 1e-3)
-    assert_close(close[t > 1.1], overtaking(t, w, far, r)[t > 1.1], rtol=0.01, atol=1e-9)
-
-
-def test_the_water_that_is_met_passes_its_second_lag_on_and_old_models_have_none():
-    flow, t = stopped(-0.4)
-    at_once, late = (made("wake_reentry", flow.arm, length=(8.0,), second=(s,)).columns(flow)[:, 0] for s in (0.0, 0.5))
-    ratio = late.abs().sum(1) / at_once.abs().sum(1)
-    assert (ratio[(t > 2.1) & (t < 2.2)] < 1).all(), "it has not caught up with the wake yet,"
-    assert (ratio[t > 3.9] > 1).all(), "and runs on longer"
-    parameters = {"slowing": [0.2], "meeting": [0.2], "push": [0.2], "length": [8.0], "fading": [0.0]}
-    old = term_of({"kind": "effect:wake_reentry", "parameters": parameters, "options": {"joint": 0}})
-    assert old == made("wake_reentry", flow.arm, length=(8.0,), fading=(0.0,), second=())
-    assert torch.equal(old.columns(flow)[:, 0], at_once)
-    assert "follows it with 0.5 of its lag" in made("wake_reentry", flow.arm, second=(0.5,)).statement()
-    assert "follows" not in old.statement()
-
-
-def test_shedding_hums_at_twice_the_Strouhal_frequency():
-    a, t = arm(1), np.linspace(0, 10, 4001)
-    still = torch.zeros(4001, 1, dtype=torch.float64)
-    flow = Flow(a, Motion(tensor(t), still, still, still, torch.full((4001,), 0.35, dtype=torch.float64), still[:, 0]))
-    hum = made("vortex_shedding", a, strouhal=(0.2,)).columns(flow)[:-1, 0, 0]
-    assert np.fft.rfftfreq(4000, 10 / 4000)[int(torch.fft.rfft(hum).abs().argmax())] == pytest.approx(2 * 0.2 * 0.35 / 0.07)
-
-
-@pytest.mark.parametrize(("x", "y"), [(0.0, 0.3), (0.2, 0.0), (-0.1, 0.25)])
-def test_a_current_is_a_velocity_relative_to_the_water(x, y):
-    a, motion = arm(2), run(2)
-    seen = view(a, motion)
-    tau = made("ambient_current", a, current_X=(x,), current_Y=(y,)).apply(seen)
-    flow = Flow(a, motion)
-    n = torch.stack([-torch.sin(flow.phi), torch.cos(flow.phi)], dim=-1)
-    wet = seen.in_water(tensor([[x, y]]).expand(60, 2), torch.zeros(60, 2, dtype=torch.float64))
-    assert_close(wet.B, flow.B - n @ tensor([x, y]))
-    assert_close(tau, seen.torque_of(wet))
-    if x == 0:
-        assert_close(tau, seen.torque_of(Flow(a, replace(motion, u0=motion.u0 - y))))
-
-
-def test_the_acceleration_in_moving_water_is_the_derivative_of_the_velocity_through_it():
-    a, t = arm(2), np.linspace(0, 6, 60001)
-    motion = run(2, rows=60001)
-    water = Water(tensor(np.stack([0.3 * np.sin(2 * t), 0.2 * np.cos(t)], 1)), tensor(np.stack([0.6 * np.cos(2 * t), -0.2 * np.sin(t)], 1)))
-    flow = Flow(a, motion, water)
-    for velocity, acceleration in ((flow.B, flow.N), (flow.u_x, flow.du_x)):
-        (slope,) = torch.gradient(velocity, spacing=(motion.t,), dim=0)
-        assert_close(acceleration[1:-1], slope[1:-1], rtol=1e-6, atol=1e-6)
-
-
-def test_a_wave_pushes_a_fixed_link_as_Morison_says():
-    a, t = arm(1), np.linspace(0, 8, 801)
-    still = torch.zeros(801, 1, dtype=torch.float64)
-    seen = view(a, Motion(tensor(t), still, still, still, still[:, 0], still[:, 0]), "textbook")
-    wave = made("wave_orbital", a, cosine=(0.4,), sine=(0.0,), frequency=(0.5,), direction=(pi / 2,))
-    v, dv = 0.4 * np.cos(pi * t), -0.4 * pi * np.sin(pi * t)
-    force = 0.5 * 1000 * 0.07 * 1.2 * np.abs(v) * v + (1 + 1.0) * 1000 * pi / 4 * 0.07**2 * dv  # inertia coefficient 1 + C_M
-    assert_close(wave.apply(seen)[:, 0], tensor(-force * 0.55**2 / 2))
-
-
-def test_the_middle_of_a_link_moves_as_the_place_where_it_is():
-    a, motion = arm(3), run(3, rows=6001)
-    place, speed = Flow(a, motion).middle
-    (slope,) = torch.gradient(place, spacing=(motion.t,), dim=0)
-    towed = torch.stack([torch.zeros_like(motion.u0), motion.u0], dim=-1)[:, None]
-    assert_close((slope + towed)[1:-1], speed[1:-1], rtol=1e-4, atol=1e-4)
-    assert_close(Flow(a, steady([[0.0, pi / 2, 0.0]])).middle[0][0], tensor(
-        [[LINKS[0]["length_m"] / 2, 0.0], [LINKS[0]["length_m"], LINKS[1]["length_m"] / 2],
-         [LINKS[0]["length_m"], LINKS[1]["length_m"] + LINKS[2]["length_m"] / 2]]), atol=1e-12)
-
-
-def test_what_each_link_meets_of_a_wave_is_the_derivative_of_what_it_met():
-    a, motion = arm(2), run(2, rows=6001)
-    wave = made("wave_orbital", a, frequency=(0.6,), direction=(2.1,))
-    velocity, acceleration = wave._waves(view(a, motion))
-    (slope,) = torch.gradient(velocity, spacing=(motion.t,), dim=0)
-    assert_close(acceleration[1:-1], slope[1:-1], rtol=1e-3, atol=1e-3)
-
-
-@pytest.mark.parametrize("direction", [0.3, -2.0])
-def test_a_link_meets_a_wave_where_it_is(direction):
-    a, t = arm(2), np.linspace(0, 8, 801)
-    q = tensor(np.tile([0.4, 0.9], (801, 1)))
-    flow = Flow(a, Motion(tensor(t), q, 0 * q, 0 * q, 0 * q[:, 0], 0 * q[:, 0]))
-    velocity, _ = made("wave_orbital", a, frequency=(0.7,), direction=(direction,))._waves(view(a, flow.motion))
-    omega, d = 2 * pi * 0.7, np.array([np.cos(direction), np.sin(direction)])
-    late = omega**2 / 9.81 * (flow.middle[0][0].numpy() @ d)
-    assert_close(velocity[..., 0], tensor(np.cos(omega * t[:, None] - late)))
-    assert np.ptp(late) > 0.1
-
-
-def test_waves_are_sought_from_everywhere():
-    angles = np.sort([one.direction[0] for one in candidates(catalogue()["wave_orbital"], arm(2)) if one.frequency == (0.5,)])
-    np.testing.assert_allclose(np.diff([*angles, angles[0] + 2 * pi]), pi / 4)
-
-
-def test_a_wave_is_met_besides_the_water_that_moves_already():
-    a, motion = arm(2), run(2)
-    stream = torch.full((60, 2), 0.2, dtype=torch.float64)
-    seen = view(a, motion)
-    inside = replace(seen, flow=replace(seen.flow, water=Water(stream, 0 * stream)))
-    wet = inside.in_water(stream, 0 * stream)
-    assert_close(wet.B, Flow(a, motion, Water(2 * stream, 0 * stream)).B)
-
-
-def test_a_wave_and_the_one_that_runs_the_other_way_differ_but_where_they_are_long():
-    a, motion = arm(2), run(2)
-    seen = view(a, motion)
-
-    def difference(frequency):
-        one, other = (made("wave_orbital", a, frequency=(frequency,), direction=(d,)).columns(seen) for d in (0.5, 0.5 - pi))
-        return float((one + other).norm() / one.norm())
-
-    assert difference(0.8) > 0.3
-    assert difference(0.1) < 0.05
-
-
-def test_water_that_moves_link_by_link_adds_to_water_that_moves_alike():
-    a, motion = arm(2), run(2)
-    stream = torch.full((60, 2), 0.2, dtype=torch.float64)
-    each = torch.arange(60 * 4, dtype=torch.float64).reshape(60, 2, 2) / 100
-    both = Water(stream, 0 * stream) + Water(each, -each)
-    assert_close(both.velocity, each + 0.2)
-    assert_close(both.acceleration, -each)
-    alike = Water(stream[:, None, :].expand(60, 2, 2), 0 * each)
-    assert_close(Flow(a, motion, alike).N, Flow(a, motion, Water(stream, 0 * stream)).N)
-    assert_close(Flow(a, motion, alike).B, Flow(a, motion, Water(stream, 0 * stream)).B)
-
-
 def test_a_tilted_plane_pulls_as_gravity_would():
     a = arm(2, density=0.0, gravity_m_s2=9.81)
     level = arm(2, density=0.0)
@@ -507,15 +303,6 @@ def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():
                 if met.any() and D[1 - link] < 0.1 * L[1 - link]:
                     assert share[k, s] > 0.0
                     assert share[k, s] == pytest.approx(1 / (1 + np.linalg.norm(to[met][0]) / (10 * D[1 - link])), rel=0.35)
-
-
-def test_a_memory_joined_by_doubling_is_the_step_by_step_recursion():
-    rng = np.random.default_rng(3)
-    target, rate = tensor(rng.standard_normal((77, 2, 3))), tensor(rng.uniform(0, 2, (77, 1, 1)))
-    said, m = relaxed(target, rate, target[0]), target[0].clone()
-    for k in range(1, 77):
-        m = target[k] + (m - target[k]) * torch.exp(-rate[k])
-        assert_close(said[k], m)
 
 
 def test_narrower_laws_of_drag_hold_the_columns_that_the_whole_law_has_for_them():
