@@ -54,7 +54,7 @@ class Race:
         The one that lies farthest below is held first, in units of its column; one that would rise again beside the others is released.
         A candidate keeps at least one value that is fitted; the one that is left alone may leave its bounds.
         """
-        whole = [c.holding(()) for c in kept]
+        whole = _without(kept, ())
         if not (self.bank.low[columns_of(whole)] == 0).any():
             return whole
         out: list[int] = []
@@ -172,21 +172,17 @@ def price(candidates: Sequence[Candidate]) -> float:
     return sum(PER_COLUMN * (len(c.columns) + len(c.own)) + PER_GRID * float(np.log(c.grid)) for c in candidates)
 
 
-def _batched(race: Race, now: float, tried: Sequence[Candidate], without: Sequence[Candidate]) -> dict[int, float]:
-    """Total score of the chosen, less `without`, with each of `tried` (by its id), none of which has values of a recording's own.
+def _batched(race: Race, now: float, kept: Sequence[Candidate], tried: Sequence[Candidate],
+             without: Sequence[Candidate]) -> dict[int, float]:
+    """Total score of `kept`, the chosen less `without`, with each of `tried` (by its id), none of which has values of a recording's own.
 
     Where all values are free and within their bounds that is it; else with those held that are held without the candidate; else, where
     the score could be better than `now`, those are sought that are held with it.
     """
-    kept = race.kept(without=without)
-    sets = [[c.holding(()) for c in kept], kept][: 1 + any(c.held for c in kept)]
-    first, *then = (_free(race, one, tried) for one in sets)
-    found = {}
+    whole = _free(race, _without(kept, ()), tried)
+    held, found = _free(race, kept, tried) if any(c.held for c in kept) else whole, {}
     for c in tried:
-        total, physical = first[id(c)]
-        for other in then:
-            if not physical:
-                total, physical = other[id(c)]
+        total, physical = whole[id(c)] if whole[id(c)][1] else held[id(c)]
         found[id(c)] = total if physical else UNPHYSICAL if total >= now + SLACK else race.total([c], without)
     return found
 
@@ -207,7 +203,7 @@ def _free(race: Race, kept: Sequence[Candidate], tried: Sequence[Candidate]) -> 
 def gains(race: Race, tried: Sequence[Candidate], without: Sequence[Candidate] = ()) -> list[tuple[float, Candidate]]:
     """Return the score that each of `tried` gains beside what is chosen, less `without`."""
     now, kept = race.total(without=without), race.kept(without=without)
-    totals = _batched(race, now, [c for c in tried if not c.own], without) if not own_of(kept).size else {}
+    totals = _batched(race, now, kept, [c for c in tried if not c.own], without) if not own_of(kept).size else {}
     return [(now - (totals[id(c)] if id(c) in totals else race.total([c], without)), c) for c in tried]
 
 
@@ -219,7 +215,7 @@ def laws_of(race: Race, one: Candidate) -> list[Candidate]:
 
 def ranked(race: Race, bank: Sequence[Candidate], without: Sequence[Candidate] = ()) -> list[tuple[float, Candidate]]:
     """Return (gain, candidate), best first: the best grid point of every (effect, joint) that is not chosen yet."""
-    taken = {c.key for c in race.kept(without=without)}
+    taken = {c.key for c in race.chosen if c not in without}
     best: dict[tuple[str, int], tuple[float, Candidate]] = {}
     for gain, candidate in gains(race, [c for c in bank if c.key not in taken], without):
         if candidate.key not in best or gain > best[candidate.key][0]:

@@ -169,6 +169,8 @@ def _root_mean_square(a: Array, noise: Array) -> tuple[float, float]:
     """The size sqrt(o m) of values `a` (units, o) with the variances `noise` (units, o), and its standard deviation over the units.
 
         m = sum w (a^2 - noise) / sum w,   w = (m + noise)^-2        over units and values: what is hardly seen hardly counts
+
+    Source: weights by the inverse variance of a^2 about normal values, 2 (m + noise)^2.
     """
     excess, n, m = a**2 - noise, len(a), 0.0
     for _ in range(SETTLING):

@@ -185,16 +185,20 @@ class Flow:
         return self.lever_axial * force[:, None, :]
 
     @cached_property
+    def _frame(self) -> tuple[Tensor, Tensor]:  # two of (n, links, 2)
+        """Unit vectors along and across each link, e_i and n_i, in world axes."""
+        cos, sin = torch.cos(self.phi), torch.sin(self.phi)
+        return torch.stack([cos, sin], dim=-1), torch.stack([-sin, cos], dim=-1)
+
+    @cached_property
     def middle(self) -> tuple[Tensor, Tensor]:  # two of (n, links, 2) m, m/s
         """Where the middle of each link is, from the hub, and how fast it moves, the carriage included. World axes X, Y."""
-        e = torch.stack([torch.cos(self.phi), torch.sin(self.phi)], dim=-1)
-        n = torch.stack([-torch.sin(self.phi), torch.cos(self.phi)], dim=-1)
+        e, n = self._frame
         length = self._inboard * self.L + torch.diag(self.L / 2)  # (links i, links j)
         towed = torch.stack([torch.zeros_like(self.motion.u0), self.motion.u0], dim=-1)[:, None, :]
         return torch.einsum("ij,njk->nik", length, e), torch.einsum("ij,nj,njk->nik", length, self.A, n) + towed
 
     def hub_force(self, normal: Tensor, axial: Tensor) -> Tensor:
         """Return the force (n, 2) N in world axes that the hub supplies against normal and axial loads (n, links) N."""
-        e = torch.stack([torch.cos(self.phi), torch.sin(self.phi)], dim=-1)
-        n = torch.stack([-torch.sin(self.phi), torch.cos(self.phi)], dim=-1)
+        e, n = self._frame
         return (normal[..., None] * n + axial[..., None] * e).sum(dim=1)

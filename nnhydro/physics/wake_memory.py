@@ -31,12 +31,11 @@ def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0, second
     It settles over `length` m of travel and by itself, at the rate `fading` 1/s, and once more with `second` times that lag.
     """
     steps, goal, reach = torch.diff(t, prepend=t[:1]).numpy(), w.numpy(), length.numpy()
-    out, rates = torch.empty_like(w), torch.zeros_like(w)
+    out, rates = torch.empty_like(w), np.zeros_like(goal)
     result = out.numpy()
     if len(goal):
         v = result[0] = goal[0]
     for k in range(1, len(goal)):
-        rate = (np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fading) * steps[k]
-        v = goal[k] + (v - goal[k]) * np.exp(-rate)
-        result[k], rates[k] = v, torch.from_numpy(rate)
-    return relaxed(out, rates / second, out[0]) if second > 0 and len(goal) else out
+        rates[k] = (np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fading) * steps[k]
+        v = result[k] = goal[k] + (v - goal[k]) * np.exp(-rates[k])
+    return relaxed(out, torch.from_numpy(rates / second), out[0]) if second > 0 and len(goal) else out
