@@ -28,8 +28,9 @@ class WaveOrbital(InstrumentEffect):
     name = "regular wave"
     mechanism = "A wave passes: the water around the arm swings to and fro and takes the arm with it, moving or not."
     equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  r the middle of each link;  "
-                "reading = tau(relative motion) - displaced mass times dv/dt")
-    source = "linear deep-water wave, long beside a link: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3"
+                "reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
+    source = ("linear deep-water wave, long beside a link: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3; "
+              "the water's own acceleration, not the one that the moving link meets: Auton, Hunt & Prud'homme (1988), not checked")
     signature = Signature(
         depends_on=("t", "q", "w"), parity="mixed",
         region="one line in the spectrum at the same frequency whatever the motion, at rest too",
@@ -55,19 +56,18 @@ class WaveOrbital(InstrumentEffect):
         return torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
 
     def _waves(self, seen: SensorView) -> tuple[Tensor, Tensor]:
-        """Velocity and acceleration (n, links, 2) of the water along the direction that each link meets, for cosine 1 and sine 1."""
+        """Velocity and acceleration (n, links, 2) of the water along the direction where each link is, for cosine 1 and sine 1."""
         t, omega = seen.motion.t, 2 * pi * self.frequency[0]
         k = omega**2 / GRAVITY
-        along, speed = seen.kept.of((type(self), "paths", self.direction), lambda: self._paths(seen))
-        psi, rate = omega * t[:, None] - k * along, omega - k * speed
+        psi = omega * t[:, None] - k * seen.kept.of((type(self), "places", self.direction), lambda: self._places(seen))
         c, s = torch.cos(psi), torch.sin(psi)
-        return torch.stack([c, s], dim=-1), rate[..., None] * torch.stack([-s, c], dim=-1)
+        return torch.stack([c, s], dim=-1), omega * torch.stack([-s, c], dim=-1)
 
-    def _paths(self, seen: SensorView) -> tuple[Tensor, Tensor]:
-        """How far along the direction the middle of each link is, and how fast it moves there, (n, links) m, m/s."""
-        motion, (place, speed) = seen.motion, seen.flow.middle
+    def _places(self, seen: SensorView) -> Tensor:
+        """How far along the direction the middle of each link is, (n, links) m."""
+        motion = seen.motion
         along_Y = torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(motion.u0, motion.t)])
-        return place @ self._d + self._d[1] * along_Y[:, None], speed @ self._d
+        return seen.flow.middle @ self._d + self._d[1] * along_Y[:, None]
 
     def _answers(self, seen: SensorView) -> tuple[Tensor, Tensor]:
         """What velocity and acceleration of the water at each link change in the reading, (n, joints, links) N m s/m, N m s^2/m."""

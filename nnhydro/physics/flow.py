@@ -191,12 +191,10 @@ class Flow:
         return torch.stack([cos, sin], dim=-1), torch.stack([-sin, cos], dim=-1)
 
     @cached_property
-    def middle(self) -> tuple[Tensor, Tensor]:  # two of (n, links, 2) m, m/s
-        """Where the middle of each link is, from the hub, and how fast it moves, the carriage included. World axes X, Y."""
-        e, n = self._frame
+    def middle(self) -> Tensor:  # (n, links, 2) m
+        """Where the middle of each link is, from the hub, in world axes X, Y."""
         length = self._inboard * self.L + torch.diag(self.L / 2)  # (links i, links j)
-        towed = torch.stack([torch.zeros_like(self.motion.u0), self.motion.u0], dim=-1)[:, None, :]
-        return torch.einsum("ij,njk->nik", length, e), torch.einsum("ij,nj,njk->nik", length, self.A, n) + towed
+        return torch.einsum("ij,njk->nik", length, self._frame[0])
 
     def hub_force(self, normal: Tensor, axial: Tensor) -> Tensor:
         """Return the force (n, 2) N in world axes that the hub supplies against normal and axial loads (n, links) N."""

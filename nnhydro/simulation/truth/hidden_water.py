@@ -1,8 +1,9 @@
 """Hidden causes in the water itself: a current, a wave.
 
     ambient_current  v_water = a (cos, sin)(angle) everywhere (plain) or (1 + 0.3 tanh(X / reach)) times that (other)
-    wave_orbital     v_water = a cos(k d.r - omega t + phase) d, omega^2 = g k; its phase is the run's own. The water's acceleration
-                     pushes with the displaced mass besides: -rho A dv_water/dt. Other: with 0.25 of the second harmonic
+    wave_orbital     v_water = a cos(k d.r - omega t + phase) d, omega^2 = g k; its phase is the run's own. The water's acceleration is
+                     that of its particles, at a fixed place, not the one that the moving strip meets, and pushes with the
+                     displaced mass besides: -rho A dv_water/dt. Other: with 0.25 of the second harmonic
 """
 
 from __future__ import annotations
@@ -50,9 +51,8 @@ def wave_orbital(rng: Generator, arm: TrueArm) -> Draft:
             phase = np.random.default_rng([flow.run.seed, 13]).uniform(0, 2 * np.pi)
             k = omega**2 / GRAVITY
             arg = k * (flow.pos @ d) - omega * flow.run.t[:, None] + phase
-            doppler = omega - k * ((flow.v) @ d)  # seen by the moving strip
             speed = a * (np.cos(arg) + second * np.cos(2 * arg))
-            rate = a * doppler * (np.sin(arg) + 2 * second * np.sin(2 * arg))
+            rate = a * omega * (np.sin(arg) + 2 * second * np.sin(2 * arg))
             push = flow.section * rate[..., None] * (flow.nrm @ d)[..., None] * flow.nrm
             return replace(flow, v=flow.v - speed[..., None] * d, a=flow.a - rate[..., None] * d, extra=flow.extra - push)
         return Cause("wave_orbital", None, "other" if second else "plain", "a regular wave's orbital velocity",
