@@ -256,6 +256,19 @@ def test_a_current_along_the_tow_is_a_slower_tow():
     np.testing.assert_allclose(water_torque(run, ARM, [cause.water]), water_torque(replace(run, u0=run.u0 - 0.2), ARM), atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("name", sorted(registry.makers()))
+def test_no_cause_knows_the_torque_that_is_still_to_come(name, seed):
+    """A drive has one stiffness and a sensor one scale: neither is set by the largest torque of the run it is in."""
+    cause, run = draft(name, 7 * seed).make(draft(name, 7 * seed).high), motion("fourier")
+    tau, half = plain_torque(run, ARM), len(run.t) // 2
+    later = tau.copy()
+    later[3 * half // 2:] *= 5
+    for law in (cause.load, cause.drive, cause.sense, cause.angle):
+        if law is not None:
+            np.testing.assert_allclose(law(run, later)[:half], law(run, tau)[:half], rtol=1e-9, atol=1e-12)
+
+
 def test_a_wave_and_a_street_have_the_phase_of_their_run():
     run = motion("fourier", 0.5)
     for name in ("wave_orbital", "vortex_shedding"):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from nnhydro.simulation.truth.registry import draw_joint, hides
+from nnhydro.simulation.truth.tank import brisk_torque
 from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
 
 AT_REST = 1e-4  # rad/s
@@ -94,11 +95,12 @@ def stribeck_friction(rng: Generator, arm: TrueArm) -> Draft:
 def load_friction(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a gear that loses a share of what it carries."""
     joint, tau0 = draw_joint(rng, arm), (0.3 if rng.random() < 0.4 else 0.0)
+    preload = 0.4 * tau0 * brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
         def load(run: Run, tau: Array) -> Array:
             carried = tau[:, joint - 1]
-            level = np.sqrt(carried**2 + (tau0 * carried.std()) ** 2)
+            level = np.sqrt(carried**2 + preload**2)
             return on_joint(a * level * np.tanh(run.qd[:, joint - 1] / 0.02), joint, tau.shape[1])
         return Cause("load_friction", joint, "other" if tau0 else "plain", "friction proportional to the load",
                      {"coefficient": (a, "1")}, load=load)

@@ -1,6 +1,6 @@
 """Hidden causes in the sensors: torque, time, angle.
 
-    torque_bias        + a                                        torque_gain   (1 + a) tau; other: with 0.1 a tau |tau|/max|tau|
+    torque_bias        + a                                        torque_gain   (1 + a) tau; other: with 0.2 a tau |tau|/tau_0
     torque_drift       a (1 - exp(-T/T0)) over the time of day (plain, warming up) or a slow random walk (other)
     torque_crosstalk   + a tau of the other joint
     torque_saturation  clip at (1 - a) max|tau| (plain) or level tanh(tau/level) (other)
@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 
 from nnhydro.simulation.truth.memory import follow, wander
 from nnhydro.simulation.truth.registry import draw_joint, hides
+from nnhydro.simulation.truth.tank import brisk_torque
 from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
 
 
@@ -34,11 +35,12 @@ def torque_bias(rng: Generator, arm: TrueArm) -> Draft:
 def torque_gain(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a scale error."""
     joint, side, bent = draw_joint(rng, arm), float(rng.choice([-1.0, 1.0])), (0.2 if rng.random() < 0.3 else 0.0)
+    brisk = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
         def sense(run: Run, tau: Array) -> Array:
             read = tau[:, joint - 1]
-            more = side * a * read * (1 + bent * np.abs(read) / (np.abs(read).max() + 1e-9))
+            more = side * a * read * (1 + bent * np.abs(read) / brisk)
             return tau + on_joint(more, joint, tau.shape[1])
         return Cause("torque_gain", joint, "other" if bent else "plain", "the torque sensor has a wrong scale",
                      {"gain": (1 + side * a, "1")}, sense=sense)

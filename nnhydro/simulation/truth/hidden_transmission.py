@@ -1,7 +1,7 @@
 """Hidden causes between drive and link: compliance, play, teeth. The encoder sits on the drive's side.
 
     joint_elasticity  c d delta/dt + K delta = tau (plain) or K (delta + delta^3 / delta0^2) (other, stiffens), exact steps
-    backlash          c d delta/dt + K max(|delta| - gap/2, 0) sign(delta) = tau
+    backlash          c d delta/dt + K max(|delta| - gap/2, 0) sign(delta) = tau; K and c are the drive's, the same in every run
     torque_ripple     a (cos(N q + p) + 0.3 cos(2 N q + p2)) (plain), growing with the load (other)
 
 The link moves as commanded; the drive runs ahead of it by delta, so what the encoder shows is not what the water feels.
@@ -13,6 +13,7 @@ import numpy as np
 
 from nnhydro.simulation.truth.memory import follow
 from nnhydro.simulation.truth.registry import draw_joint, hides
+from nnhydro.simulation.truth.tank import brisk_torque
 from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
 
 
@@ -20,12 +21,13 @@ from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, 
 def joint_elasticity(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a soft drive; its size is the compliance 1/K in rad/(N m)."""
     joint, T, stiffens = draw_joint(rng, arm), rng.uniform(0.004, 0.012), bool(rng.random() < 0.4)
+    brisk = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
         def drive(run: Run, tau: Array) -> Array:
             delta = follow(tau[:, joint - 1], run.dt, T) * a
             if stiffens:  # three Newton steps of delta + delta^3/d0^2 = tau/K
-                d0, y = 1.5 * np.abs(delta).max() + 1e-12, delta.copy()
+                d0, y = 1.5 * a * brisk, delta.copy()
                 for _ in range(5):
                     y -= (y + y**3 / d0**2 - delta) / (1 + 3 * y**2 / d0**2)
                 delta = y
@@ -52,11 +54,11 @@ def play(tau: Array, dt: float, gap: float, K: float, c: float) -> Array:
 def backlash(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a drive with play; its size is the gap in rad."""
     joint, c = draw_joint(rng, arm), rng.uniform(0.5, 1.5)
+    size = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
         def drive(run: Run, tau: Array) -> Array:
             carried = tau[:, joint - 1]
-            size = max(float(np.abs(carried).max()), 1e-9)
             fine = np.repeat(carried, 4)
             delta = play(fine, run.dt / 4, a, size / 0.002, c * size * 0.1 / a)[3::4]
             return on_joint(delta, joint, tau.shape[1])
@@ -69,13 +71,14 @@ def torque_ripple(rng: Generator, arm: TrueArm) -> Draft:
     """Draw teeth and phases."""
     joint, N, loaded = draw_joint(rng, arm), int(rng.integers(6, 25)), bool(rng.random() < 0.4)
     p, p2 = rng.uniform(0, 2 * np.pi, 2)
+    usual = 0.4 * brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
         def load(run: Run, tau: Array) -> Array:
             q, carried = run.q[:, joint - 1], tau[:, joint - 1]
             wave = a * (np.cos(N * q + p) + 0.3 * np.cos(2 * N * q + p2))
             if loaded:
-                wave = wave * (0.6 + 0.4 * np.abs(carried) / (carried.std() + 1e-9))
+                wave = wave * (0.6 + 0.4 * np.abs(carried) / usual)
             return on_joint(wave, joint, tau.shape[1])
         return Cause("torque_ripple", joint, "other" if loaded else "plain", "torque periodic in the joint's angle",
                      {"amplitude": (a, "N m"), "per_turn": (float(N), "1")}, load=load)

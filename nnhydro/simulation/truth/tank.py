@@ -39,6 +39,16 @@ def plain_torque(run: Run, arm: TrueArm, strips: int = STRIPS) -> Array:
     return rigid_torque(run, arm) + water_torque(run, arm, strips=strips)
 
 
+def brisk_torque(arm: TrueArm, joint: int) -> float:
+    """Return the torque N m at `joint` (from 1) of the stretched healthy arm, all joints at 1.5 rad/s and speeding up at 3 rad/s2.
+
+    It is the drive's own measure: what a stiffness or a grease is drawn against may not differ from run to run.
+    """
+    still, ones = np.zeros(2), np.ones((2, len(arm.links)))
+    run = Run("brisk", np.array([0.0, 0.01]), 0 * ones, 1.5 * ones, 3.0 * ones, still, still)
+    return max(float(np.abs(plain_torque(run, arm)[0, joint - 1])), 1e-9)
+
+
 def joint_torque(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array | None = None) -> Array:
     """Return joint torques (n, L) with what the causes add there; `plain` spares the water's sum where no cause changes it."""
     changes = [c.water for c in sorted(causes, key=lambda c: c.order) if c.water is not None]
