@@ -3,7 +3,7 @@
     theta = A^-1 g,   cov = A^-1 (sum_b s_b s_b') A^-1,   s_b the score of block b         (sandwich over blocks)
 
 A nonlinear parameter enters by its tangent, the difference of the fitted torques at its neighbouring values in the bank. It is known no
-better than the spacing of the values tried, nor than the spread of those that predict left-out recordings nearly as well.
+better than the values that were tried tell (nnhydro.diagnosis.shape_spread).
 """
 
 from dataclasses import dataclass
@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.bank import Candidate
-from nnhydro.diagnosis.locks import SOFT
 from nnhydro.diagnosis.race import Race, columns_of, own_of
 from nnhydro.diagnosis.score import Bench
-from nnhydro.effects.quantity import Z95
+from nnhydro.diagnosis.shape_spread import same_but, spreads, student
 
 Array = NDArray[np.float64]
 NOTHING_KNOWN = 1e100  # times a variance: no interval is wider, and none overflows
 SETTLING, SMALLEST = 20, 1e-6  # steps of a weighted mean square, and a size that is none
-FAR = 50.0  # score beyond which a value tried tells nothing of the parabola
 
 
 @final
@@ -48,7 +46,7 @@ def _tangents(race: Race, candidate: Candidate, values: dict[int, float]) -> lis
     for name in candidate.instance.spans:
         value = float(getattr(candidate.instance.effect, name)[0])
         beside = [(float(getattr(c.instance.effect, name)[0]), c) for c in race.bank.candidates
-                  if c.key == candidate.key and _same_but(name, c, candidate)]
+                  if c.key == candidate.key and same_but(name, c, candidate)]
         low = max((b for b in beside if b[0] < value), key=lambda b: b[0], default=(value, candidate))
         high = min((b for b in beside if b[0] > value), key=lambda b: b[0], default=(value, candidate))
         direction = np.zeros(race.bench.total.shape[0])
@@ -59,34 +57,6 @@ def _tangents(race: Race, candidate: Candidate, values: dict[int, float]) -> lis
                     direction[race.bench.p + k] += sign * values[mine] / width
         made.append((direction, value))
     return made
-
-
-def _same_but(name: str, one: Candidate, other: Candidate) -> bool:
-    a, b = one.instance.effect, other.instance.effect
-    same_law = len(one.columns) == len(other.columns)
-    return same_law and all(np.isclose(getattr(a, f)[0], getattr(b, f)[0], rtol=1e-9) for f in other.instance.spans if f != name)
-
-
-def _spreads(race: Race, candidate: Candidate) -> dict[str, float]:
-    """Standard deviation of each nonlinear parameter: half the spacing of the values tried, and what their left-out scores say.
-
-    Where the values are each recording's own there is no tangent, and a parabola through the scores stands in:  score = dx^2 / (2 sigma^2).
-    """
-    found: dict[str, float] = {}
-    if not candidate.instance.spans:
-        return found
-    same = [c for c in race.bank.candidates if c.key == candidate.key and c is not candidate]
-    behind = np.array([max(race.total([c], [candidate]) - race.total(), 0.0) for c in same])
-    for name, (low, high) in candidate.instance.spans.items():
-        dx = np.array([float(getattr(c.instance.effect, name)[0]) for c in same]) - float(getattr(candidate.instance.effect, name)[0])
-        near = np.array([_same_but(name, c, candidate) for c in same], dtype=bool) & (behind < FAR) & (dx != 0)
-        if candidate.own:
-            variance = SOFT * float((dx[near]**4).sum()) / max(2 * float((behind[near] * dx[near]**2).sum()), 1e-300) if near.any() else 0.0
-        else:
-            weights = np.exp(-behind)
-            variance = float(dx**2 @ weights) / (1.0 + float(weights.sum()))
-        found[name] = float(np.sqrt(variance + ((high - low) / 2) ** 2 / 12))
-    return found
 
 
 def _unit_sums(scores: Array, bench: Bench) -> Array:
@@ -100,15 +70,13 @@ def _widened(covariance: Array, H: Array, scores: Array, A: Array) -> Array:
 
         theta_(-u) - theta = -(A - H_u)^-1 s_u,   var = (n - 1) / n sum_u (theta_(-u) - theta)^2      (jackknife over recordings)
     """
-    from scipy.special import stdtrit
-
     n = len(scores)
     if n < 2:
         return covariance
     steps = np.linalg.solve(A[None] - H, scores[..., None])[..., 0]
     jackknife = (n - 1) / n * (steps**2).sum(axis=0)
     known = np.maximum(np.diag(covariance), np.maximum(jackknife / NOTHING_KNOWN, 1e-300))
-    wider = np.sqrt(np.maximum(1.0, jackknife / known)) * float(stdtrit(n - 1, 0.975)) / Z95
+    wider = np.sqrt(np.maximum(1.0, jackknife / known)) * student(n)
     return np.asarray(covariance * wider[:, None] * wider[None, :], np.float64)
 
 
@@ -138,7 +106,7 @@ def fitted(race: Race) -> Fit:
     meat = scores.T @ scores * blocks / max(blocks - len(theta), 1) + np.diag(np.where(np.arange(len(theta)) < bench.p, penalty, 0.0))
     covariance = _widened(bread @ meat @ bread, T.T @ bench.by_unit[0].sum(axis=1) @ T, _unit_sums(scores, bench), np.linalg.inv(bread))
     for c in race.chosen:
-        for place, spread in zip(places[id(c)][len(c.columns):], _spreads(race, c).values() if not c.own else (), strict=True):
+        for place, spread in zip(places[id(c)][len(c.columns):], spreads(race, c).values() if not c.own else (), strict=True):
             covariance[place, place] += spread**2
     amplitudes = {id(c): _amplitude(race, c) for c in race.chosen if c.own and not c.columns}
     return Fit(np.array(theta), covariance, places, amplitudes)
@@ -160,7 +128,7 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
     values = np.array([amplitude, *np.zeros(len(own) - 1), *(getattr(candidate.instance.effect, f)[0] for f in candidate.instance.spans)])
     covariance = np.zeros((n, n))
     covariance[0, 0] = error**2
-    for i, spread in enumerate(_spreads(race, candidate).values()):
+    for i, spread in enumerate(spreads(race, candidate).values()):
         covariance[len(own) + i, len(own) + i] = spread**2
     return values, covariance
 

@@ -8,7 +8,8 @@ from races import SINGLE, K, P, candidate, fit, race, rows, tables
 from scipy.stats import t as student
 
 from nnhydro.diagnosis.race import columns_of, own_of
-from nnhydro.diagnosis.uncertainty import _spreads, _tangents, _widened, fitted, likeness, own_values
+from nnhydro.diagnosis.shape_spread import spreads
+from nnhydro.diagnosis.uncertainty import _tangents, _widened, fitted, likeness, own_values
 
 PRIOR = np.array([4.0, 0.0, 50.0])
 
@@ -126,8 +127,8 @@ def test_neighbours_of_a_shape_differ_in_that_parameter_alone_and_are_of_the_sam
 def test_a_shape_is_known_no_better_than_the_values_tried_lie_apart():
     bank = tuple(shaped(v, k, span=(v - 0.6, v + 0.6)) for k, v in enumerate((1.0, 9.0)))
     found = race(tables(6, {0: 2.0}), bank, chosen=(0,))
-    assert _spreads(found, bank[0])["v"] == pytest.approx(0.6 / np.sqrt(12), rel=1e-6), "the other value is out of the question"
-    assert _spreads(found, SINGLE[0]) == {}
+    assert spreads(found, bank[0])["v"] == pytest.approx(0.6 / np.sqrt(12), rel=1e-6), "the other value is out of the question"
+    assert spreads(found, SINGLE[0]) == {}
     values, covariance = fitted(found).of(bank[0])
     assert values[1] == 1.0
     assert covariance[1, 1] >= 0.6**2 / 12
@@ -140,7 +141,7 @@ def test_a_shape_is_known_no_better_than_its_rivals_predict_worse():
         table[..., P + 1] = table[..., P] + 0.02 * table[..., P + 1]
     found = race(made, bank, chosen=(0,))
     behind = max(found.total([bank[1]], [bank[0]]) - found.total(), 0.0)
-    assert _spreads(found, bank[0])["v"] == pytest.approx(np.sqrt(4 * np.exp(-behind) / (1 + np.exp(-behind))), rel=1e-6)
+    assert spreads(found, bank[0])["v"] == pytest.approx(np.sqrt(4 * np.exp(-behind) / (1 + np.exp(-behind))), rel=1e-6)
 
 
 def test_a_shape_that_predicts_no_worse_than_the_chosen_counts_as_much():
@@ -150,7 +151,7 @@ def test_a_shape_that_predicts_no_worse_than_the_chosen_counts_as_much():
         table[..., P + 1] = table[..., P] + 0.02 * table[..., P + 1]
     found = race(made, bank, chosen=(1,))
     assert found.total([bank[0]], [bank[1]]) < found.total()
-    assert _spreads(found, bank[1])["v"] == pytest.approx(np.sqrt(4 / (1 + 1)), rel=1e-6)
+    assert spreads(found, bank[1])["v"] == pytest.approx(np.sqrt(4 / (1 + 1)), rel=1e-6)
 
 
 def phased(seed=8, units=9):
@@ -251,7 +252,7 @@ def test_a_shape_with_values_of_each_recordings_own_has_the_width_of_the_parabol
     found = race(made, bank, chosen=(0,))
     behind = found.total([bank[1]], [bank[0]]) - found.total()
     assert 0 < behind < 50
-    assert _spreads(found, bank[0])["v"] == pytest.approx(np.sqrt(6 * 4 / (2 * behind)), rel=1e-6)  # sigma^2 = 6 dx^2 / (2 score)
+    assert spreads(found, bank[0])["v"] == pytest.approx(np.sqrt(6 * 4 / (2 * behind)), rel=1e-6)  # sigma^2 = 6 dx^2 / (2 score)
     values, covariance = fitted(found).of(bank[0])
     assert values[1:] == pytest.approx([1.0])
     assert covariance[1, 1] == pytest.approx(6 * 4 / (2 * behind), rel=1e-6)
@@ -268,7 +269,26 @@ def test_a_value_fifty_behind_tells_nothing_of_the_parabola(apart, told):
     behind = found.total([bank[1]], [bank[0]]) - found.total()
     assert 45 < behind < 70
     assert (behind < 50) == told
-    assert (_spreads(found, bank[0])["v"] > 0) == told
+    assert (spreads(found, bank[0])["v"] > 0) == told
+
+
+def test_a_shape_beside_own_values_is_known_no_better_than_recordings_agree_on_it():
+    """Recordings whose energies are parabolas with minima of their own: each is left out, and the rest have a minimum again."""
+    minimum, depth = np.array([0.01, -0.02, 0.03, 0.0, 0.05]), np.array([3.0, 1.0, 2.0, 4.0, 0.5])
+    bank = [shaped(v, None, "own", (0.9, 1.1), own=(k,)) for k, v in enumerate((1.0, 0.9, 1.1))]
+    energy = {id(c): np.stack([depth * (c.instance.effect.v[0] - 1 - minimum) ** 2, 7 + 0 * depth], axis=1) for c in bank}
+    scored = lambda extra=bank[:1], without=(): SimpleNamespace(energy=energy[id(extra[0])])  # noqa: E731
+    total = lambda extra=bank[:1], without=(): float(energy[id(extra[0])].sum())  # noqa: E731
+    found = SimpleNamespace(bank=SimpleNamespace(candidates=tuple(bank)), scored=scored, total=total)
+    best = np.array([np.average(np.delete(minimum, u), weights=np.delete(depth, u)) for u in range(5)])
+    whole = np.average(minimum, weights=depth)
+    variance = 4 / 5 * ((best - whole) ** 2).sum() * (student.ppf(0.975, 4) / 1.96) ** 2 + whole**2
+    parabola = 6 * 2 * 0.1**4 / (2 * 0.1**2 * sum(max(total([c]) - total(), 0.0) for c in bank[1:]))
+    assert parabola > 0
+    assert spreads(found, bank[0])["v"] ** 2 == pytest.approx(max(parabola, variance) + 0.1**2 / 12, rel=1e-6)
+    one = SimpleNamespace(bank=SimpleNamespace(candidates=tuple(bank[:2])), scored=scored, total=total)
+    alone = 6 * 0.1**4 / (2 * 0.1**2 * (total([bank[1]]) - total()))
+    assert spreads(one, bank[0])["v"] ** 2 == pytest.approx(alone + 0.1**2 / 12, rel=1e-6)  # one value beside it is no parabola
 
 
 def test_each_of_two_shapes_beside_own_values_has_the_doubt_of_its_own_spacing():
@@ -296,9 +316,9 @@ def test_likeness_is_the_cosine_of_the_fitted_torques_off_what_the_rest_explains
 def test_what_is_not_known_of_a_shape_adds_to_what_its_tangent_says(monkeypatch):
     bank = tuple(shaped(v, k) for k, v in enumerate((1.0, 2.0, 4.0)))
     found = race(tables(4, {1: 0.5}), bank, chosen=(1,))
-    spread = _spreads(found, bank[1])["v"]
+    spread = spreads(found, bank[1])["v"]
     told = fitted(found).of(bank[1])[1]
-    monkeypatch.setattr("nnhydro.diagnosis.uncertainty._spreads", lambda *given: {"v": 0.0})
+    monkeypatch.setattr("nnhydro.diagnosis.uncertainty.spreads", lambda *given: {"v": 0.0})
     np.testing.assert_allclose(told - fitted(found).of(bank[1])[1], np.diag([0.0, spread**2]), atol=1e-12)
 
 
