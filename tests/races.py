@@ -143,7 +143,7 @@ class Known:
     grid: int = 1
     limits: tuple[tuple[float, float], ...] | None = None
     spans: dict = field(default_factory=dict)
-    effect: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(spread={}, own_in_every_recording=False))
+    effect: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(spread={}, own_in_every_recording=False, reads_torque=False))
     spell: object = None
     start: bool = False
 

@@ -11,7 +11,7 @@ from nnhydro.diagnosis.instances import Hypothesis
 from nnhydro.diagnosis.locate import locate
 from nnhydro.diagnosis.naming import explained, named
 from nnhydro.diagnosis.placebo import placebo, whiteness
-from nnhydro.diagnosis.proof import Proof, prove_fresh
+from nnhydro.diagnosis.proof import Proof, foretold, prove_fresh
 from nnhydro.diagnosis.race import Race
 from nnhydro.diagnosis.reference import Reference
 from nnhydro.diagnosis.rehearsal import confident, rehearse
@@ -92,7 +92,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     case, floor, against = ready.case, ready.floor, ready.case.reference
     told = named(case, ready.repeats, seed, without, progress)
     found, said, race = told.found, told.findings, told.found.race
-    proof = prove_fresh(race, found.believed, _told(ready, progress), told.proof)
+    proof = prove_fresh(race, found.believed, _told(ready, progress), foretold(race, case, found.believed, told.proof))
     noise_error = floor.error if floor is not None else float(race.noise.mean() * 0.8 / max(proof.torque, 1e-300))
     rest = remainder(told, proof, noise_error, seed)
     rehearsal = rehearse(case, race, rehearsals, seed, without, progress) if rehearsals and said else None

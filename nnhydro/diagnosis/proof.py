@@ -2,7 +2,8 @@
 
 Every unit is predicted by parameters fitted to all other units, baseline and findings alike; error = sum |tau - model| / sum |tau|. Values
 that are each recording's own (a phase, an offset) are taken, block by block, from the other blocks of that recording. Where a campaign
-holds more recordings than were studied, the errors are those of all the others, which no step of the search has seen.
+holds more recordings than were studied, the errors are those of all the others, which no step of the search has seen. No prediction looks
+at the torque that was measured.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -118,13 +119,21 @@ def prove(race: Race, table: Table, believed: StripTheory) -> Proof:
     return errors.proof()
 
 
+def foretold(race: Race, case: Case, believed: StripTheory, proof: Proof) -> Proof:
+    """Return `proof` with the errors of predictions, where a finding has looked at the measured torque; what remains is as it was."""
+    if not any(c.instance.effect.reads_torque for c in race.chosen):
+        return proof
+    blind = prove(race, Table(case, foretold=True), believed)
+    return replace(proof, after=blind.after, without=blind.without)
+
+
 def prove_fresh(race: Race, believed: StripTheory, fresh: Iterable[Case], proof: Proof) -> Proof:
     """Return `proof` with the errors on the `fresh` recordings, of which the search has seen none; as it is where there are none."""
     chosen, errors = sorted(race.chosen, key=lambda c: min((*c.columns, *c.own))), Errors()  # columns of both banks in one order
     kept = _sets(race)
     fits = {name: race.bench.scored(columns_of(one), own_of(one)).theta for name, one in kept.items()}
     for case in fresh:
-        table = Table(case)
+        table = Table(case, foretold=True)
         if not table.pieces:
             continue
         bank, blocks = build(table, [c.instance for c in chosen], believed)

@@ -131,16 +131,19 @@ def race_of(table: Table, instances: Sequence[Instance], believed: StripTheory, 
     """Return a race over `instances` with nothing chosen; `noise` (joints,) N m is estimated where it is not given."""
     bank, blocks = build(table, instances, believed)
     ones = np.ones(blocks.p)
-    noise = noise_of(_without_starts(bank, blocks), ones, repeats) if noise is None else noise
+    noise = noise_of(_foreseen(bank, blocks), ones, repeats) if noise is None else noise
     return Race(bank, Bench.of(blocks, noise, ones), noise)
 
 
-def _without_starts(bank: Bank, blocks: Blocks) -> Blocks:
-    """The Gram matrices without the columns of settled values that nobody has fitted: a real arm's misfit is no noise to them."""
-    starts = [blocks.p + k for c in bank.candidates if c.instance.start for k in c.columns]
-    if not starts:
+def _foreseen(bank: Bank, blocks: Blocks) -> Blocks:
+    """The Gram matrices without the columns that follow a real arm's misfit as if it were no noise.
+
+    Those are settled values that nobody has fitted, and what looks at the measured torque.
+    """
+    out = [blocks.p + k for c in bank.candidates if c.instance.start or c.instance.effect.reads_torque for k in c.columns]
+    if not out:
         return blocks
-    take = np.setdiff1d(np.arange(blocks.G.shape[2]), starts)
+    take = np.setdiff1d(np.arange(blocks.G.shape[2]), out)
     return Blocks(blocks.G[:, :, take[:, None], take[None, :]], blocks.n, blocks.unit, blocks.p)
 
 

@@ -5,7 +5,7 @@ the model that is believed. Rows are thinned to about two a period of the cut-of
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import final
@@ -66,8 +66,12 @@ def view(model: StripTheory, flow: Flow, place: Tensor | None) -> SensorView:
     return SensorView(flow, lambda f: sensed(model.loads.torque(f), f.motion.qd, model.arm), place)
 
 
-def columns_of(instances: Sequence[Instance], model: StripTheory, segment: Segment, place: Tensor | None) -> Array:
-    """Return the columns (n, joints, K) of `instances` on one segment, through the same filter as the torque."""
+def columns_of(instances: Sequence[Instance], model: StripTheory, segment: Segment, place: Tensor | None,
+               foretold: bool = False) -> Array:
+    """Return the columns (n, joints, K) of `instances` on one segment, through the same filter as the torque.
+
+    `foretold`: without a look at the measured torque, as where it is predicted.
+    """
     arm, flow = model.arm, Flow(model.arm, Motion.of(segment))
     measured = segment.tau_raw if segment.tau_raw is not None else segment.tau
     factor = gear_factor(tensor(measured if measured is not None else 0 * segment.q), flow.motion.qd, arm)[..., None]
@@ -75,7 +79,8 @@ def columns_of(instances: Sequence[Instance], model: StripTheory, segment: Segme
 
     def view_of(believed: StripTheory) -> SensorView:
         if id(believed) not in views:
-            views[id(believed)] = view(believed, flow, place)
+            seen = view(believed, flow, place)
+            views[id(believed)] = seen if measured is None or foretold else replace(seen, measured=tensor(measured))
         return views[id(believed)]
 
     def columns(one: Instance) -> Tensor:
@@ -95,16 +100,17 @@ def columns_of(instances: Sequence[Instance], model: StripTheory, segment: Segme
 @final
 @dataclass(eq=False)
 class Table:
-    """Pieces of all recordings and the columns of the instances asked for so far."""
+    """Pieces of all recordings and the columns of the instances asked for so far; `foretold`: no column looks at the measured torque."""
 
     case: Case
+    foretold: bool = False
     _columns: dict[tuple[int, int, int, int], tuple[Array | Path, slice]] = field(default_factory=dict)
     _alive: dict[int, object] = field(default_factory=dict)  # instances and models whose id is a key: kept from being reused
     _store: Store = field(default_factory=Store)
 
     def of(self, case: Case) -> "Table":
         """Return the table of a `case` with the same motions and baseline but other torques: the columns computed so far are shared."""
-        return Table(case, self._columns, self._alive, self._store)
+        return Table(case, self.foretold, self._columns, self._alive, self._store)
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
@@ -142,7 +148,7 @@ class Table:
             if not new:
                 continue
             segment = unit.segments()[piece.k]
-            X = columns_of(new, model, segment, self.case.places(unit, piece.k))
+            X = columns_of(new, model, segment, self.case.places(unit, piece.k), self.foretold)
             kept = self._store.kept(np.ascontiguousarray(np.nan_to_num(X)[kept_rows(segment)]))
             ends = np.cumsum([one.width for one in new])
             for one, end in zip(new, ends.tolist(), strict=True):

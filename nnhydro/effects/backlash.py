@@ -10,20 +10,31 @@ from torch import Tensor
 from nnhydro.effects.compliance import direction, turned_reading
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.motion import tensor
+
+PASSING = 0.03  # s: a knock is shorter, and so is what the angles' noise leaves in the torque that they stand for
+
+
+def _past_knocks(t: Tensor, tau: Tensor) -> Tensor:
+    """Return `tau` (n,) smoothed over the knocks: they follow from the crossing and must not decide when the torque changes its sign."""
+    from scipy.ndimage import gaussian_filter1d
+
+    return tensor(gaussian_filter1d(tau.numpy(), PASSING / float((t[-1] - t[0]) / (len(t) - 1)), mode="nearest"))
 
 
 @effect
 @final
 @dataclass(frozen=True)
 class Backlash(InstrumentEffect):
-    """The link sits at one side of the gap until the torque has changed sign for long enough to carry it to the other."""
+    """The link sits at one side of the gap until the torque has changed sign for long enough to carry it to the other; flanks may give."""
 
     id = "backlash"
     family = "transmission"
     name = "backlash"
     mechanism = "Worn or loose gear teeth have play: when the torque changes sign the link crosses the gap and knocks on the other side."
-    equation = "q_link = q_j - gap/2 s,  ds/dt = 2 tau_j / I within -1 <= s <= 1"
-    source = "play that the torque crosses against grease: from general knowledge, not checked; flanks taken as rigid"
+    equation = ("q_link = q_j - gap/2 s,  ds/dt = 2 (tau_j - F (s - sgn s)) / I beyond |s| = 1, 2 tau_j / I within;  F = 0: |s| <= 1;  "
+                "tau_j smoothed over 0.03 s, as measured where it was, else the model's")
+    source = "play that the torque crosses against grease, between flanks that are springs: from general knowledge, not checked"
     signature = Signature(
         depends_on=("tau",), parity="odd", region="short knocks where the torque of the joint changes sign",
         excited_by="many slow changes of the sign of the torque",
@@ -33,33 +44,45 @@ class Backlash(InstrumentEffect):
     acts = "joint"
     foreseen = 0.4  # when the play is crossed hangs on the smallest torques, and the jump there is most of it
     stage = 1
-    torque_scaled = ("impulse",)
+    reads_torque = True
+    torque_scaled = ("impulse", "flank")
 
     gap: Values = parameter("rad", 1e-3, (0.0, 0.5), "play of the drive, from flank to flank", per="arm")
     impulse: Values = parameter("N m s", 0.02, (1e-6, 1e4), "torque times time I that carries the link across the gap", per="arm",
                                 linear=False, grid=(0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3))
+    flank: Values = parameter("N m", 0.0, (0.0, 1e6), "torque that winds the flanks by half the gap; 0: they are rigid", per="arm",
+                              linear=False, grid=(0.0, 2.0), absent=True)
 
     def _side(self, seen: SensorView, tau: Tensor) -> Tensor:
+        """Half the place of the link in the gap, -1/2 to 1/2 and as much beyond as the flanks give, (n,)."""
         if seen.motion.steady or len(tau) < 2:
             return -0.5 * torch.sign(tau)
-        steps = (2 / self.impulse[0] * tau * torch.diff(seen.motion.t, prepend=seen.motion.t[:1])).tolist()
+        tau = _past_knocks(seen.motion.t, tau)
+        time = 2 / self.impulse[0] * torch.diff(seen.motion.t, prepend=seen.motion.t[:1])
+        keep = 1 / (1 + time * self.flank[0]) if any(self.flank) else 0 * time  # of what is wound, a step later: backward Euler
         s, sides = 0.0, []
-        for step in steps:
+        for step, kept in zip((time * tau).tolist(), keep.tolist(), strict=True):
             s += step
-            s = 1.0 if s > 1.0 else -1.0 if s < -1.0 else s
+            s = 1.0 + (s - 1.0) * kept if s > 1.0 else -1.0 + (s + 1.0) * kept if s < -1.0 else s
             sides.append(s)
         return -0.5 * torch.tensor(sides, dtype=torch.float64)
 
+    def _carried(self, seen: SensorView) -> Tensor:
+        """The torque (n,) N m that carries the link: as measured where it was, else what the model says."""
+        known = seen.tau if seen.measured is None else torch.where(torch.isfinite(seen.measured), seen.measured, seen.tau)
+        return seen.joint_torque(known)[:, self.joint - 1]
+
     def columns(self, seen: SensorView) -> Tensor:
         """Return d reading / d gap, (n, joints, 1)."""
-        side = self._side(seen, seen.joint_torque(seen.tau)[:, self.joint - 1])
-        return seen.along(direction(seen, side, self.joint))[..., None]
+        return seen.along(direction(seen, self._side(seen, self._carried(seen)), self.joint))[..., None]
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the gap."""
-        return turned_reading(seen, self.joint, lambda tau: self.gap[0] * self._side(seen, tau))
+        side = None if seen.measured is None else self._side(seen, self._carried(seen))
+        return turned_reading(seen, self.joint, lambda tau: self.gap[0] * (self._side(seen, tau) if side is None else side))
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The drive of joint {self.joint} has a gap of {said['gap']}; a torque that changes sign carries the link across with "
-                f"{said['impulse']}.")
+        give = f", whose flanks give by half of it at {said['flank']}" if any(self.flank) else ""
+        return (f"The drive of joint {self.joint} has a gap of {said['gap']}{give}; a torque that changes sign carries the link across "
+                f"with {said['impulse']}.")

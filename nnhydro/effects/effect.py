@@ -46,6 +46,7 @@ class Effect(Parametrised):
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
     offset_of_its_own: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
     foreseen: ClassVar[float] = 1.0  # share of its torque that a fit can foretell where it is the cause, as far as that is known
+    reads_torque: ClassVar[bool] = False  # where torque was measured, that decides what the effect does: no prediction may look at it
     dissipates: ClassVar[bool] = False  # the drive never gets energy back from it, sample by sample, with the hub at rest
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
     spread: ClassVar[Mapping[str, tuple[float, ...]]] = {}  # multiples of a parameter over which a law of other form spreads what it does

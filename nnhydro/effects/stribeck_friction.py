@@ -20,14 +20,15 @@ SHARP = 2 * SIGN_WIDTH  # rad/s: a grip lost below it is the step of Coulomb fri
 @final
 @dataclass(frozen=True)
 class StribeckFriction(LoadEffect):
-    """A sliding level, and a breakaway excess that falls with speed."""
+    """A sliding level, and a breakaway excess that falls with speed, fast (Gauss) or slowly (Lorentz)."""
 
     id = "stribeck_friction"
     family = "dry_friction"
     name = "Stribeck friction"
     mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
-    equation = "tau_j = (T_C + (T_S - T_C) exp(-(qd_j / v_S)^2)) tanh(qd_j / v_0),  v_0 = 0.02 rad/s"
-    source = "the usual form after Armstrong-Helouvry and Canudas de Wit: from general knowledge, not checked"
+    equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) tanh(qd_j / v_0),  v_0 = 0.02 rad/s;  "
+                "m = 0: exp(-(qd_j / v_S)^2)")
+    source = "the usual forms after Armstrong-Helouvry, and Hess and Soom (1990; m = 1): from general knowledge, not checked"
     signature = Signature(
         depends_on=("qd",), parity="odd", region="|qd_j| below about twice v_S", excited_by="very slow turning with reversals",
         mistaken_for=("coulomb_friction", "load_friction", "viscous_friction", "backlash"),
@@ -39,12 +40,15 @@ class StribeckFriction(LoadEffect):
     excess: Values = parameter("N m", 0.1, (0.0, 1e3), "what breakaway takes beyond that, T_S - T_C", per="arm")
     speed: Values = parameter("rad/s", 0.1, (0.005, 3.0), "speed over which the grip is lost, v_S", per="arm", linear=False,
                               grid=(0.05, 0.1, 0.2, 0.4, 0.8))
+    tail: Values = parameter("1", 0.0, (0.0, 1.0), "how slowly the grip is lost, m", per="arm", linear=False, grid=(0.0, 1.0),
+                             absent=True)
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (sliding, excess), (n, joints, 2)."""
         qd = flow.motion.qd[:, self.joint - 1]
-        sign = smooth_sign(qd, SIGN_WIDTH)
-        return at_joint(torch.stack([sign, sign * torch.exp(-((qd / self.speed[0]) ** 2))], dim=1), self.joint, flow.arm.n_links)
+        sign, fast, m = smooth_sign(qd, SIGN_WIDTH), (qd / self.speed[0]) ** 2, self.tail[0] if self.tail else 0.0
+        grip = torch.exp(-torch.log1p(m * fast) / m if m else -fast)
+        return at_joint(torch.stack([sign, sign * grip], dim=1), self.joint, flow.arm.n_links)
 
     def plausible(self) -> bool:
         """Return whether it is more than Coulomb friction."""

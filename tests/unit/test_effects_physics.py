@@ -142,6 +142,16 @@ def test_stribeck_friction_breaks_away_high_and_slides_low():
     assert_close(tau, tensor([0.2 + 0.3 * np.exp(-0.04), 0.2, 0.2 + 0.3 / np.e]) * torch.tanh(tensor([3.0, 150.0, 15.0])))
 
 
+@pytest.mark.parametrize(("tail", "grip"), [((), lambda x: np.exp(-(x**2))), ((0.0,), lambda x: np.exp(-(x**2))),
+                                            ((1e-6,), lambda x: np.exp(-(x**2))), ((0.5,), lambda x: (1 + x**2 / 2) ** -2),
+                                            ((1.0,), lambda x: 1 / (1 + x**2))])
+def test_a_grip_is_lost_as_Gauss_or_Lorentz_say_or_between_them(tail, grip):
+    one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.4,), tail=tail)
+    qd = np.array([0.2, -0.4, 1.0, 2.0])
+    tau = one.torque(Flow(arm(1), steady([[0.0]] * 4, qd[:, None])))[:, 0]
+    assert_close(tau, tensor((0.2 + 0.3 * grip(np.abs(qd) / 0.4)) * np.tanh(qd / 0.02)), rtol=1e-5)
+
+
 @pytest.mark.parametrize("beyond", [0.0, 0.05])
 def test_a_mass_at_the_tip_or_beyond_it_is_a_point_mass_of_the_rigid_body(beyond):
     a = arm(2, gravity_m_s2=9.81)

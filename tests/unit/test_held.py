@@ -192,7 +192,7 @@ def test_left_out_recordings_are_predicted_with_the_value_at_zero():
 
 def test_fresh_recordings_are_predicted_with_the_value_at_zero(monkeypatch):
     made = tables(11, {0: 0.6, 1: -0.4}, units=12)
-    monkeypatch.setattr(proof, "Table", lambda case: case)
+    monkeypatch.setattr(proof, "Table", lambda case, foretold: case)
     fresh, seen = Plain(made[8:]), Plain(made[:8])
     pair, alone = (prove_fresh(found, None, [fresh], prove(found, seen, None)).after for found in held_and_alone(made[:8]))
     assert pair == pytest.approx(alone, rel=1e-9)

@@ -14,7 +14,7 @@ from nnhydro.diagnosis.engine import corrected
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import named, torque_peaks
 from nnhydro.diagnosis.planting import planted as planted_in
-from nnhydro.diagnosis.proof import prove, prove_fresh
+from nnhydro.diagnosis.proof import foretold, prove, prove_fresh
 from nnhydro.diagnosis.search import race_of, search
 from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
 from nnhydro.diagnosis.table import Table
@@ -77,6 +77,38 @@ def test_the_error_on_fresh_recordings_is_that_of_the_fitted_torque_row_by_row(m
             said = rows[..., : len(z)] @ z + rows[..., len(z):-1] @ np.array(list(by_column.values()))
             wrong, torque = wrong + np.abs(piece.y - said).sum(), torque + np.abs(piece.tau).sum()
     assert fresh.after == pytest.approx(wrong / torque, rel=1e-9)
+
+
+def test_only_an_effect_that_says_so_looks_at_the_measured_torque_and_no_prediction_does(many):
+    ready = opened(many, most=8)
+    known = {i.key[0]: i for i in instances(ARM, torque_peaks(ready.case.all_units))}
+    looking, blind = Table(ready.case), Table(ready.case, foretold=True)
+    for name, one in known.items():
+        same = all(np.array_equal(looking.columns(piece, [one], ready.case.model), blind.columns(piece, [one], ready.case.model))
+                   for piece in looking.pieces)
+        assert same != one.effect.reads_torque, name
+
+
+def test_the_error_of_a_gap_is_that_of_its_prediction_and_what_remains_is_what_was_seen(many):
+    race, table, ready = raced(many, [("coulomb_friction", 1), ("backlash", 1)], most=8, more=("backlash",))
+    seen = prove(race, table, ready.case.model)
+    told = foretold(race, ready.case, ready.case.model, seen)
+    assert told.remains is seen.remains
+    assert told.before == seen.before
+    fresh = prove_fresh(race, ready.case.model, ready.fresh(), told)
+    for case, error in ((ready.case, told.after), (next(iter(ready.fresh())), fresh.after)):
+        wrong = torque = 0.0
+        for piece, rows in Table(case, foretold=True).rows([c.instance for c in race.chosen], ready.case.model):
+            unit = piece.number
+            take = race.bench.index(np.array(sorted(k for c in race.chosen for k in c.columns)))
+            left_out = race.bench.left_out(take, np.zeros(0, int))
+            theta = left_out[1][unit] if case is ready.case else left_out[0]
+            order = np.argsort([c.columns[0] for c in race.chosen])
+            at = [*range(race.bench.p), *(race.bench.p + k for k in order)]
+            wrong, torque = wrong + np.abs(piece.y - rows[..., at] @ theta).sum(), torque + np.abs(piece.tau).sum()
+        assert error == pytest.approx(wrong / torque, rel=1e-6)
+    alone, _, _ = raced(many, [("coulomb_friction", 1)], most=8)
+    assert foretold(alone, ready.case, ready.case.model, seen) is seen
 
 
 def test_where_all_recordings_are_studied_the_proof_stays_as_it_is(many):
@@ -156,7 +188,7 @@ def test_a_finding_is_as_sure_as_it_and_what_its_class_holds_are_among_all_rival
         made.append(replace(r, tau=np.asarray(r.tau) + size * np.tanh(r.qd / 0.01) * [1.0, 0.0]))
     case = opened(Campaign.of(ARM, made)).case
     names = ("coulomb_friction", "stribeck_friction", "viscous_friction")
-    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key[0] in names and i.key[1] == 1][:8]
+    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key[0] in names and i.key[1] == 1]
     race = race_of(Table(case), known, case.model, None)
     race.chosen = [next(c for c in race.bank.candidates if c.key == ("coulomb_friction", 1))]
     (finding,) = findings(race)

@@ -59,6 +59,63 @@ def test_a_lag_is_that_of_its_taylor_series_and_angles_that_are_late_are_a_delay
     assert_close(late.apply(seen)[inner, 0], tensor(np.sin(3 * (t + lag)))[inner], rtol=1e-6, atol=1e-6)
 
 
+def side(t, tau, impulse=0.1, flank=()):
+    """The place of the link in a gap of 1 rad, rad."""
+    return made("backlash", arm(1), 1, gap=(1.0,), impulse=(impulse,), flank=flank)._side(of_time(t, tau), tensor(tau)).numpy()
+
+
+def test_a_link_crosses_the_gap_in_the_time_that_its_torque_takes_to_spend_the_impulse():
+    t = np.arange(4001) * 0.001
+    x = side(t, np.where(t < 2, 0.5, -0.5), impulse=0.2)
+    assert x[1900] == pytest.approx(-0.5)
+    assert x[-1] == pytest.approx(0.5)
+    crossing = t[(np.abs(x) < 0.49) & (t > 1.5)]
+    assert np.ptp(crossing) == pytest.approx(0.98 * 0.2 / 0.5, abs=0.04)
+
+
+def test_the_link_follows_the_torque_that_was_measured_and_the_model_where_none_was():
+    t = np.arange(2001) * 0.002
+    gap, believed, measured = made("backlash", arm(1), 1, gap=(0.02,), impulse=(0.05,)), np.sin(3 * t), np.sin(3 * t - 0.8)
+    seen = of_time(t, believed)
+    known = replace(seen, measured=tensor(np.where(t < 3, measured, np.nan))[:, None])
+    np.testing.assert_array_equal(gap._carried(seen).numpy(), believed)
+    np.testing.assert_array_equal(gap._carried(known).numpy(), np.where(t < 3, measured, believed))
+    a, motion = arm(2), run(2, 400)
+    joints = made("backlash", a, 1, gap=(0.02,), impulse=(0.05,))
+    view_of = view(a, motion)
+    late = replace(view_of, measured=torch.roll(view_of.tau, 20, dims=0))
+    same = replace(view_of, measured=view_of.tau)
+    assert_close(joints.columns(same), joints.columns(view_of))
+    assert float((joints.columns(late) - joints.columns(view_of)).abs().max()) > 0.1 * float(joints.columns(view_of).abs().max())
+    small = replace(joints, gap=(1e-6,))
+    assert_close(small.apply(late) - late.tau, joints.columns(late)[..., 0] * 1e-6, rtol=1e-2, atol=1e-9)
+
+
+def test_flanks_that_give_are_wound_by_half_the_gap_at_their_torque_and_stiff_ones_are_rigid():
+    t = np.arange(4001) * 0.001
+    tau = np.where(t < 2, 0.8, -0.4)
+    soft, stiff, rigid = (side(t, tau, 0.05, flank) for flank in ((0.4,), (1e4,), (0.0,)))
+    assert soft[1900] == pytest.approx(-0.5 * (1 + 0.8 / 0.4), rel=1e-3)
+    assert soft[-1] == pytest.approx(0.5 * (1 + 0.4 / 0.4), rel=1e-3)
+    np.testing.assert_allclose(stiff, rigid, atol=1e-3)
+    np.testing.assert_array_equal(rigid, side(t, tau, 0.05))
+
+
+def test_a_knock_does_not_carry_the_link_back_across_the_gap_that_it_comes_from():
+    t = np.arange(4001) * 0.001
+    swing = np.sin(np.pi * t)
+    ring = 6.0 * np.exp(-((t - 1.1) / 0.02) ** 2) * np.sin(2 * np.pi * (t - 1.1) / 0.02)  # up and down: it carries nothing in all
+    assert np.abs(side(t, swing + ring, 0.01) - side(t, swing, 0.01)).max() < 0.1
+    assert np.abs(side(t, swing, 0.01)).max() == pytest.approx(0.5)
+
+
+def test_a_gap_is_told_with_its_flanks_where_they_give_and_old_models_are_rigid():
+    give = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), flank=(2.0,))
+    assert "whose flanks give by half of it at 2 N m" in give.statement()
+    old = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), flank=())
+    assert "flanks" not in old.statement()
+
+
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
     found = candidates(REGISTER["torque_saturation"], arm(2), (5.0, 2.0))
     assert {one.level[0] for one in found if one.joint == 2} >= {2.0, 1.8}
