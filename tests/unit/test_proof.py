@@ -19,6 +19,7 @@ from nnhydro.diagnosis.search import race_of, search
 from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
 from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.verdict import findings
+from nnhydro.effects.catalogue import catalogue
 from nnhydro.identification.prior import Prior
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
@@ -109,6 +110,23 @@ def test_the_error_of_a_gap_is_that_of_its_prediction_and_what_remains_is_what_w
         assert error == pytest.approx(wrong / torque, rel=1e-6)
     alone, _, _ = raced(many, [("coulomb_friction", 1)], most=8)
     assert foretold(alone, ready.case, ready.case.model, seen) is seen
+
+
+def test_what_looks_at_the_measured_torque_does_not_tell_the_noise(many):
+    """A real arm's misfit would be no noise to it, and dry friction would no longer be said."""
+    plain, _, _ = raced(many, [], most=8)
+    looking, table, ready = raced(many, [], most=8, more=("backlash",))
+    np.testing.assert_array_equal(looking.noise, plain.noise)
+    assert Table(ready.case, foretold=True).of(ready.case).foretold
+    assert not table.of(ready.case).foretold
+
+
+def test_the_error_that_a_diagnosis_tells_is_the_foretold_one(monkeypatch):
+    from nnhydro.diagnosis import engine
+
+    monkeypatch.setattr(engine, "foretold", lambda race, case, believed, proof: replace(proof, after=0.123))
+    others = [name for name in catalogue() if name != "coulomb_friction"]
+    assert engine.diagnose(rubbing(6, seconds=3.0), without=others).proof.after == 0.123
 
 
 def test_where_all_recordings_are_studied_the_proof_stays_as_it_is(many):

@@ -272,23 +272,23 @@ def test_a_value_fifty_behind_tells_nothing_of_the_parabola(apart, told):
     assert (spreads(found, bank[0])["v"] > 0) == told
 
 
-def test_a_shape_beside_own_values_is_known_no_better_than_recordings_agree_on_it():
+@pytest.mark.parametrize(("apart", "decides"), [(1.0, True), (0.01, False)])
+def test_a_shape_beside_own_values_is_known_no_better_than_recordings_agree_on_it(apart, decides):
     """Recordings whose energies are parabolas with minima of their own: each is left out, and the rest have a minimum again."""
-    minimum, depth = np.array([0.01, -0.02, 0.03, 0.0, 0.05]), np.array([3.0, 1.0, 2.0, 4.0, 0.5])
+    minimum, depth = apart * np.array([0.1, -0.2, 0.3, 0.0, 0.5]), np.array([3.0, 1.0, 2.0, 4.0, 0.5])
     bank = [shaped(v, None, "own", (0.9, 1.1), own=(k,)) for k, v in enumerate((1.0, 0.9, 1.1))]
     energy = {id(c): np.stack([depth * (c.instance.effect.v[0] - 1 - minimum) ** 2, 7 + 0 * depth], axis=1) for c in bank}
     scored = lambda extra=bank[:1], without=(): SimpleNamespace(energy=energy[id(extra[0])])  # noqa: E731
-    total = lambda extra=bank[:1], without=(): float(energy[id(extra[0])].sum())  # noqa: E731
+    total = lambda extra=bank[:1], without=(): 0.0 if extra[0] is bank[0] else 40.0  # noqa: E731
     found = SimpleNamespace(bank=SimpleNamespace(candidates=tuple(bank)), scored=scored, total=total)
     best = np.array([np.average(np.delete(minimum, u), weights=np.delete(depth, u)) for u in range(5)])
     whole = np.average(minimum, weights=depth)
     variance = 4 / 5 * ((best - whole) ** 2).sum() * (student.ppf(0.975, 4) / 1.96) ** 2 + whole**2
-    parabola = 6 * 2 * 0.1**4 / (2 * 0.1**2 * sum(max(total([c]) - total(), 0.0) for c in bank[1:]))
-    assert parabola > 0
+    parabola = 6 * 0.1**2 / (2 * 40.0)
+    assert (variance > parabola) == decides
     assert spreads(found, bank[0])["v"] ** 2 == pytest.approx(max(parabola, variance) + 0.1**2 / 12, rel=1e-6)
     one = SimpleNamespace(bank=SimpleNamespace(candidates=tuple(bank[:2])), scored=scored, total=total)
-    alone = 6 * 0.1**4 / (2 * 0.1**2 * (total([bank[1]]) - total()))
-    assert spreads(one, bank[0])["v"] ** 2 == pytest.approx(alone + 0.1**2 / 12, rel=1e-6)  # one value beside it is no parabola
+    assert spreads(one, bank[0])["v"] ** 2 == pytest.approx(parabola + 0.1**2 / 12, rel=1e-6)  # one value beside it is no parabola
 
 
 def test_each_of_two_shapes_beside_own_values_has_the_doubt_of_its_own_spacing():
