@@ -30,7 +30,7 @@ VIOLENT = 3.0  # of the median recording's log ratio: the most that one recordin
 FEWEST = 4  # recordings of which anything is said
 EXACT = 12  # recordings up to which all signs are tried
 SOFT = 6.0  # score difference that counts as one: left-out scores of autocorrelated rows overstate the evidence
-TRIED = 560  # hypotheses that are tried in all, on an arm of two links
+TRIED = 580  # hypotheses that are tried in all, on an arm of two links
 RELIEF = 0.5  # of a gain: when that much of it is relief of what is known, recordings need not testify
 ALIVE = 1e-6  # of a column's energy: what is left of it beside the baseline and the chosen
 
@@ -190,7 +190,7 @@ def material(before: Scored, after: Scored) -> float:
 def first_lock_p(candidate: Candidate, gain: float, p_block: float) -> float:
     """Return the p of "nothing is missing" by which `candidate` passes lock 1: `p_block` of the blocks, or that of its `gain`.
 
-        p = min(p_block, 3 * 560 exp(-gain / 6))        the second alone for values of each recording's own
+        p = min(p_block, 3 * 580 exp(-gain / 6))        the second alone for values of each recording's own
 
     What few blocks tell has few signs; no block's sign can testify to values of each recording's own. `gain` is that in left-out score,
     `p_block` the p of `family_wise_p`. Source: `gain_p`; that either may open the lock is ours.

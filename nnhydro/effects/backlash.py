@@ -49,7 +49,7 @@ class Backlash(InstrumentEffect):
 
     gap: Values = parameter("rad", 1e-3, (0.0, 0.5), "play of the drive, from flank to flank", per="arm")
     impulse: Values = parameter("N m s", 0.02, (1e-6, 1e4), "torque times time I that carries the link across the gap", per="arm",
-                                linear=False, grid=(0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3))
+                                linear=False, grid=(0.005, 0.01, 0.014, 0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32))
     flank: Values = parameter("N m", 0.0, (0.0, 1e6), "torque that winds the flanks by half the gap; 0: they are rigid", per="arm",
                               linear=False, grid=(0.0, 2.0), absent=True)
 
