@@ -190,7 +190,7 @@ def material(before: Scored, after: Scored) -> float:
 def first_lock_p(candidate: Candidate, gain: float, p_block: float) -> float:
     """Return the p of "nothing is missing" by which `candidate` passes lock 1: `p_block` of the blocks, or that of its `gain`.
 
-        p = min(p_block, 3 * 580 exp(-gain / 6))        the second alone for values of each recording's own
+        p = min(p_block, 3 N exp(-gain / 6))        N = TRIED; the second alone for values of each recording's own
 
     What few blocks tell has few signs; no block's sign can testify to values of each recording's own. `gain` is that in left-out score,
     `p_block` the p of `family_wise_p`. Source: `gain_p`; that either may open the lock is ours.

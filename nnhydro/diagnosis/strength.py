@@ -118,7 +118,7 @@ def _own_gains(strength: float, where: Where, values: int) -> Array:
 def smallest_own_strength(where: Where, values: int) -> float | None:
     """Return the lambda at which an effect with `values` of each recording's own is found with a chance of 0.8.
 
-        sum_b g_b - 0.84 sqrt(c) lambda = 6 log(3 * 580 / 0.01),    g_b = e_b lambda^2 / 2 * h_b / (1 + h_b)
+        sum_b g_b - 0.84 sqrt(c) lambda = 6 log(3 N / 0.01),    N = locks.TRIED,    g_b = e_b lambda^2 / 2 * h_b / (1 + h_b)
         h_b = lambda^2 / values * sum_b' w_bb' e_b'  over the other blocks of the recording, w their nearness
         and without the recording that shows most  >= 6 log(1 / 0.05)           (see `locks.gain_p`, `locks.confirmed`)
 

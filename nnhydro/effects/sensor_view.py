@@ -50,7 +50,7 @@ class SensorView:
     """One gap-free stretch of a recording as the model sees it: `torque_of(flow)` (n, joints) N m is what ideal sensors would read.
 
     `place` (n,) is the time within the campaign, -1 at its first row and 1 at its last, and `measured` (n, joints) N m what was read while
-    it was recorded; None: not known.
+    it was recorded, not filtered; None: not known.
     """
 
     flow: Flow

@@ -13,7 +13,7 @@ from nnhydro.simulation.truth import registry
 from nnhydro.simulation.truth.campaign import Wish, draw_campaign
 from nnhydro.simulation.truth.flow import STRIPS, rigid_torque, water_torque
 from nnhydro.simulation.truth.hidden_friction import bristle, direction
-from nnhydro.simulation.truth.hidden_transmission import play
+from nnhydro.simulation.truth.hidden_transmission import play, stiffened
 from nnhydro.simulation.truth.memory import follow, since_reversal
 from nnhydro.simulation.truth.motions import Plan, carry_out
 from nnhydro.simulation.truth.tank import belted, joint_torque, plain_torque, read
@@ -254,6 +254,12 @@ def test_a_current_along_the_tow_is_a_slower_tow():
     with_the_tow = SimpleNamespace(uniform=lambda low, high: np.pi / 2, random=lambda: 0.9)
     cause = registry.makers()["ambient_current"](with_the_tow, ARM).make(0.2)
     np.testing.assert_allclose(water_torque(run, ARM, [cause.water]), water_torque(replace(run, u0=run.u0 - 0.2), ARM), atol=1e-9)
+
+
+def test_a_drive_that_stiffens_gives_way_as_its_cubic_says():
+    delta = np.linspace(-0.3, 0.3, 61)
+    y = stiffened(delta, 0.02)
+    np.testing.assert_allclose(y + y**3 / 0.02**2, delta, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -3,7 +3,7 @@
     torque_bias        + a                                        torque_gain   (1 + a) tau; other: with 0.2 a tau |tau|/tau_0
     torque_drift       a (1 - exp(-T/T0)) over the time of day (plain, warming up) or a slow random walk (other)
     torque_crosstalk   + a tau of the other joint
-    torque_saturation  clip at (1 - a) max|tau| (plain) or level tanh(tau/level) (other)
+    torque_saturation  clip at the level 0.6 tau_0 / a (plain) or level tanh(tau/level) (other), tau_0 of the arm's size
     sensor_timing      tau(t - a), by cubic interpolation (plain), or a first-order lag of a (other)
     encoder_offset     q + a (plain), q + a (1 + 0.1 sin q) (other)
 """

@@ -17,6 +17,12 @@ from nnhydro.simulation.truth.tank import brisk_torque
 from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
 
 
+def stiffened(delta: Array, d0: float) -> Array:
+    """Return the real root y (n,) of y + y^3 / d0^2 = delta: 2/sqrt(3) d0 sinh(asinh(3 sqrt(3)/2 delta/d0) / 3)."""
+    y: Array = 2 / np.sqrt(3) * d0 * np.sinh(np.arcsinh(1.5 * np.sqrt(3) * delta / d0) / 3)
+    return y
+
+
 @hides("joint_elasticity", no_belt=True)
 def joint_elasticity(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a soft drive; its size is the compliance 1/K in rad/(N m)."""
@@ -26,11 +32,8 @@ def joint_elasticity(rng: Generator, arm: TrueArm) -> Draft:
     def make(a: float) -> Cause:
         def drive(run: Run, tau: Array) -> Array:
             delta = follow(tau[:, joint - 1], run.dt, T) * a
-            if stiffens:  # three Newton steps of delta + delta^3/d0^2 = tau/K
-                d0, y = 1.5 * a * brisk, delta.copy()
-                for _ in range(5):
-                    y -= (y + y**3 / d0**2 - delta) / (1 + 3 * y**2 / d0**2)
-                delta = y
+            if stiffens:
+                delta = stiffened(delta, 1.5 * a * brisk)
             return on_joint(delta, joint, tau.shape[1])
         return Cause("joint_elasticity", joint, "other" if stiffens else "plain", "the drive is compliant",
                      {"stiffness": (1 / a, "N m/rad")}, drive=drive)
