@@ -16,7 +16,7 @@ from nnhydro.simulation.truth.hidden_friction import bristle, direction
 from nnhydro.simulation.truth.hidden_transmission import play, stiffened
 from nnhydro.simulation.truth.memory import follow, since_reversal
 from nnhydro.simulation.truth.motions import Plan, carry_out
-from nnhydro.simulation.truth.tank import belted, joint_torque, plain_torque, read
+from nnhydro.simulation.truth.tank import belted, brisk_torque, joint_torque, plain_torque, read
 from nnhydro.simulation.truth.visibility import FACTORS, bench
 from nnhydro.simulation.truth.world import Run, TrueArm, TrueLink
 
@@ -283,6 +283,38 @@ def test_a_wave_and_a_street_have_the_phase_of_their_run():
         one, other = extra(cause, run), extra(cause, replace(run, seed=run.seed + 1))
         np.testing.assert_allclose(extra(cause, run), one)
         assert np.abs(one - other).max() > 0.1 * np.abs(one).max()
+
+
+@pytest.mark.parametrize("shape", ["plain", "other"])
+def test_a_link_that_is_held_in_a_wave_takes_morison_s_load_at_the_places_it_is_towed_through(shape):
+    link = TrueLink(0.6, 0.06, 2.0, 0.3, 0.05, C_D=1.2, C_M=0.9)
+    arm, t, q = TrueArm((link,)), np.arange(300) * 0.01, 0.7
+    still, tow = np.zeros((len(t), 1)), 0.2
+    run = Run("wave", t, still + q, still, still, np.full(len(t), tow), 0 * t, seed=5)
+    cause = next(c for c in (registry.makers()["wave_orbital"](np.random.default_rng(k), arm).make(0.15) for k in range(60))
+                 if c.shape == shape)
+    (a, _), (f, _), (angle, _) = (cause.parameters[key] for key in ("speed", "frequency", "direction"))
+    omega, ahead = 2 * np.pi * f, np.array([np.cos(angle), np.sin(angle)])
+    phase = np.random.default_rng([run.seed, 13]).uniform(0, 2 * np.pi)
+    axis, normal = np.array([np.cos(q), np.sin(q)]), np.array([-np.sin(q), np.cos(q)])
+    x = (np.arange(4000) + 0.5) * link.length / 4000
+    place = x[:, None] * axis + np.stack([0 * t, tow * t], axis=-1)[:, None]  # (n, s, 2)
+
+    def water(later):  # along the normal, at fixed places; a crest passes them towards `ahead`
+        run_up = omega**2 / 9.81 * (place @ ahead) - omega * (t + later)[:, None] + phase
+        return a * (np.cos(run_up) + (0.25 if shape == "other" else 0.0) * np.cos(2 * run_up)) * (ahead @ normal)
+
+    w, rate = tow * normal[1] - water(0.0), (water(1e-4) - water(-1e-4)) / 2e-4
+    load = 0.5 * arm.rho * link.C_D * link.diameter * np.abs(w) * w - arm.rho * np.pi * link.diameter**2 / 4 * (1 + link.C_M) * rate
+    wanted = (x * load).sum(axis=1) * link.length / len(x)
+    np.testing.assert_allclose(water_torque(run, arm, [cause.water], strips=4000)[:, 0], wanted, atol=1e-5 * np.abs(wanted).max())
+
+
+def test_a_drive_is_measured_by_the_closed_form_torque_of_a_brisk_swing():
+    link = ARM.links[0]
+    square = 0.5 * ARM.rho * link.C_D * link.diameter * 1.5**2 * link.length**4 / 4
+    inertia = link.inertia + link.mass * link.com**2 + ARM.rho * np.pi * link.diameter**2 / 4 * link.C_M * link.length**3 / 3
+    assert brisk_torque(TrueArm((link,)), 1) == pytest.approx(square + 3.0 * inertia, rel=STRIP_SUM)
 
 
 def test_travel_counts_from_the_last_reversal():
