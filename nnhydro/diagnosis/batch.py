@@ -18,7 +18,7 @@ CHUNK = 64  # candidates at once
 
 def _solved(bench: Bench, base: Index, groups: Index) -> tuple[Array, Array]:
     """Left-out parameters (units + 1, candidates, q + w) and their columns (candidates, q + w); the last unit leaves nothing out."""
-    G, q = bench.by_unit[0].sum(axis=1), len(base)
+    G, q = bench.unit_sums, len(base)
     total = bench.total
     full = np.concatenate([total[None] - G, total[None]])  # (units + 1, P, P)
     A = full[:, base[:, None], base[None, :]] + np.diag(bench.penalty(base))

@@ -38,7 +38,8 @@ class Blocks:
         """Return the sums (units, joints, P, P) and rows (units,) a unit."""
         units = int(self.unit.max()) + 1
         G = np.zeros((units, *self.G.shape[1:]))
-        np.add.at(G, self.unit, self.G)
+        for unit, block in zip(self.unit, self.G, strict=True):  # several times as fast as np.add.at
+            G[unit] += block
         return G, np.bincount(self.unit, self.n, minlength=units).astype(float)
 
 

@@ -212,9 +212,12 @@ def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
 
 
 def _agreed(race: Race, candidate: Candidate, before: Scored, after: Scored) -> bool:
-    """Whether recordings left out agree on the candidate; of a wave, all values of which are a recording's own, where any is missing."""
+    """Whether recordings left out agree on the candidate; of a wave or a street, all of whose values are a recording's own, some may be missing.
+
+    Nor need each recording of a street agree, as its links shed where they are fast: likelihoods beside the largest count as well.
+    """
     gains = before.by_unit - after.by_unit
     if candidate.columns:
         return opens(gains)
     heard = telling(gains[(before.energy > FLOOR * race.bench.by_unit[1][:, None]).any(axis=1)])
-    return confirmed(heard) if len(heard) < FEWEST else opens(heard)
+    return confirmed(heard) or (len(heard) >= FEWEST and opens(heard))

@@ -22,7 +22,7 @@ from nnhydro.recordings.splitting import Unit
 
 COMPANION = 0.06  # of the improvement: what a further effect must add; less is mostly what an effect of slightly other form leaves
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
-MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it are trusted less, in proportion
+MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it are trusted less, in proportion; 0.6 of it if no more is seen
 KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
 SEEN = 10.0  # gain in left-out score that shows that there is more to be found: the best of hundreds, chance gains some
 CONFIDENT = 0.5  # nothing is said with less
@@ -69,17 +69,17 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
 
 
 def trusted(race: Race, seed: int = 0) -> list[Finding]:
-    """Return the findings with their confidence, less where together they explain little and something else is seen in what remains.
+    """Return the findings with their confidence, less where together they explain little, sooner where something else is seen, too.
 
-        trust = min(1, s)   where something more is seen,   min(1, s, (1/2 + s)/2) where it is sure,   s = explained / (0.6 f)
+        trust = min(1, s / 0.6),   min(1, s) where something more is seen,   min(1, s, (1/2 + s)/2) where it is sure,   s = explained / (0.6 f)
 
-    That may be the cause of all. How much is expected of the findings, f, the card of the strongest says (`Effect.foreseen`).
+    What they leave may be the cause of all. How much is expected of them, f, the card of the strongest says (`Effect.foreseen`).
     """
     if not race.chosen:
         return []
     strongest = max(race.chosen, key=race.loss)
     share = explained(race) / (MOSTLY * strongest.instance.effect.foreseen)
-    trust = min((1.0, share, (CONFIDENT + share) / 2)[: 1 + more_to_see(race, seed)])
+    trust = min(1.0, *(share / MOSTLY, share, (CONFIDENT + share) / 2)[: 1 + more_to_see(race, seed)])
     return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
 
 

@@ -61,6 +61,12 @@ class Bench:
         return self.blocks.by_unit()
 
     @cached_property
+    def unit_sums(self) -> Array:
+        """The sums (units, P, P) over the joints."""
+        result: Array = np.asarray(self.by_unit[0].sum(axis=1), np.float64)
+        return result
+
+    @cached_property
     def total(self) -> Array:
         """The sum (P, P) over units and joints."""
         result: Array = np.asarray(self.by_unit[0].sum(axis=(0, 1)), np.float64)
@@ -89,7 +95,7 @@ class Bench:
 
     def _fitted(self, take: Index, own: Index) -> tuple[Array, Array, Effects]:
         """The parameters fitted to all units, to all but each one, and the values of a recording's own."""
-        G, penalty = self.by_unit[0].sum(axis=1), np.diag(self.penalty(take))
+        G, penalty = self.unit_sums, np.diag(self.penalty(take))
         effects = Effects.of(G, take, own, penalty)
         H, g = effects.eliminated()
         A, gt = H.sum(axis=0) + penalty, g.sum(axis=0)

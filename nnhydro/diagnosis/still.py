@@ -25,7 +25,7 @@ def zeros(race: Race, rest: Sequence[Candidate], candidate: Candidate) -> Array:
     """Return the zero (units,) N m that a candidate with an offset of each recording's own has in each, fitted beside `rest`."""
     kept, bench = [*rest, candidate], race.bench
     take, own = bench.index(columns_of(kept)), bench.p + own_of(kept)
-    theta, G = bench.left_out(take, own)[0], bench.by_unit[0].sum(axis=1)
+    theta, G = bench.left_out(take, own)[0], bench.unit_sums
     place = bench.p + candidate.own[-1]
     others = ~np.isin(take, bench.p + np.array(candidate.columns, dtype=np.int64))
     here = G[:, place, place] > 0

@@ -104,7 +104,7 @@ def fitted(race: Race) -> Fit:
     scores = scores - scores.mean(axis=0)
     blocks = len(G)
     meat = scores.T @ scores * blocks / max(blocks - len(theta), 1) + np.diag(np.where(np.arange(len(theta)) < bench.p, penalty, 0.0))
-    covariance = _widened(bread @ meat @ bread, T.T @ bench.by_unit[0].sum(axis=1) @ T, _unit_sums(scores, bench), np.linalg.inv(bread))
+    covariance = _widened(bread @ meat @ bread, T.T @ bench.unit_sums @ T, _unit_sums(scores, bench), np.linalg.inv(bread))
     for c in race.chosen:
         for place, spread in zip(places[id(c)][len(c.columns):], spreads(race, c).values() if not c.own else (), strict=True):
             covariance[place, place] += spread**2
@@ -118,7 +118,7 @@ def _amplitude(race: Race, candidate: Candidate) -> tuple[Array, Array]:
     bench = race.bench
     take, beside = bench.index(columns), bench.p + own
     theta = bench.left_out(take, bench.p + own_of(race.chosen))[0]
-    G = bench.by_unit[0].sum(axis=1)
+    G = bench.unit_sums
     H = G[:, beside[:, None], beside[None, :]]
     g = G[:, beside, -1] - np.einsum("uoq,q->uo", G[:, beside[:, None], take[None, :]], theta)
     seen = np.trace(H, axis1=1, axis2=2) > 1e-6 * max(float(np.trace(H, axis1=1, axis2=2).max()), 1e-300)

@@ -116,7 +116,7 @@ def test_what_looks_at_the_measured_torque_does_not_tell_the_noise(many):
     """A real arm's misfit would be no noise to it, and dry friction would no longer be said."""
     plain, _, _ = raced(many, [], most=8)
     looking, table, ready = raced(many, [], most=8, more=("backlash",))
-    np.testing.assert_array_equal(looking.noise, plain.noise)
+    np.testing.assert_allclose(looking.noise, plain.noise, rtol=1e-9)
     assert Table(ready.case, foretold=True).of(ready.case).foretold
     assert not table.of(ready.case).foretold
 
