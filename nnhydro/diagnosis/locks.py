@@ -212,9 +212,10 @@ def passes(race: Race, candidate: Candidate, gain: float, seed: int) -> bool:
 
 
 def _agreed(race: Race, candidate: Candidate, before: Scored, after: Scored) -> bool:
-    """Whether recordings left out agree on the candidate; of a wave or a street, all of whose values are a recording's own, some may be missing.
+    """Whether recordings left out agree on the candidate.
 
-    Nor need each recording of a street agree, as its links shed where they are fast: likelihoods beside the largest count as well.
+    Of a wave or a street, all of whose values are a recording's own, those where nothing is missing need not; nor all of the others, as
+    links shed where they are fast: likelihoods beside the largest count as well.
     """
     gains = before.by_unit - after.by_unit
     if candidate.columns:

@@ -71,7 +71,8 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
 def trusted(race: Race, seed: int = 0) -> list[Finding]:
     """Return the findings with their confidence, less where together they explain little, sooner where something else is seen, too.
 
-        trust = min(1, s / 0.6),   min(1, s) where something more is seen,   min(1, s, (1/2 + s)/2) where it is sure,   s = explained / (0.6 f)
+        trust = min(1, s / 0.6),   min(1, s) where something more is seen,   min(1, s, (1/2 + s)/2) where it is sure
+        s = explained / (0.6 f)
 
     What they leave may be the cause of all. How much is expected of them, f, the card of the strongest says (`Effect.foreseen`).
     """

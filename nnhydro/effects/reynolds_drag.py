@@ -38,7 +38,7 @@ class ReynoldsDrag(LoadEffect):
 
     slope: Values = parameter("1", 0.0, (-3.0, 3.0), "change of C_D per factor of ten in Re", per="arm")
     bend: Values = parameter("1", 0.0, (-3.0, 3.0), "curvature of C_D over log10 Re", per="arm")
-    turn: Values = parameter("1", 0.0, (-3.0, 3.0), "how the curvature changes with log10 Re: a crisis has two bends", per="arm", absent=True)
+    turn: Values = parameter("1", 0.0, (-3.0, 3.0), "change of the curvature: a crisis has two bends", per="arm", absent=True)
 
     def narrower(self) -> tuple["ReynoldsDrag", ...]:
         """Return the parabola alone."""

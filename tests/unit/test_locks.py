@@ -280,6 +280,19 @@ def test_a_recording_as_quiet_as_noise_has_no_vote_on_a_wave_that_costs_it_somet
     assert passes(found, wave, found.total() - found.total([wave]), 0)
 
 
+def test_a_street_that_few_of_many_recordings_show_passes_by_their_likelihoods():
+    rng, made = np.random.default_rng(5), tables(14, units=9, noise=1.3 * NOISE)
+    for u, table in enumerate(made[:3]):
+        table[..., -1] += (3.0 - u) * np.sign(rng.standard_normal()) * NOISE * table[..., P + 2]
+    street, drift = candidate("street", (), (2,)), candidate("drift", (3,), (2,))
+    found = race(made, (street,))
+    gains = found.scored().by_unit - found.scored([street]).by_unit
+    assert not opens(gains), "the six that show nothing would outvote them"
+    assert gains.sum() - gains.max() > 18
+    assert passes(found, street, float(gains.sum()), 0)
+    assert not passes(race(made, (drift,)), drift, 1000.0, 0), "what has common values, too, needs the votes of all"
+
+
 @pytest.mark.parametrize(("gains", "said"), [((500.0, 18.1), True), ((500.0, 17.8), False), ((500.0,), False), ((), False),
                                              ((18.1, 500.0), True), ((400.0, 30.0, -13.0), False), ((400.0, 31.0, -13.0), True)])
 def test_what_one_recording_shows_must_be_likely_in_the_others_too(gains, said):

@@ -64,8 +64,9 @@ def test_findings_that_explain_little_together_are_said_with_less_confidence(mon
     for planted, chosen, told in (({}, (0,), said), ({0: 0.8}, (0, 1), said), ({1: 0.8}, (0, 1), 0.8 * min(1.0, share / 0.24))):
         made = race(tables(1, planted), bank, chosen=chosen)  # of a gap nobody expects more
         assert [f.confidence for f in naming.trusted(made)] == pytest.approx([told])
-    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 0)  # what remains is nothing that anything could be the cause of
-    assert [f.confidence for f in naming.trusted(made)] == pytest.approx([0.8])
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 0)  # what remains is nothing that anything is known to be the cause of
+    for made, foreseen in ((race(tables(1), bank, chosen=(0,)), 1.0), (race(tables(1, {1: 0.8}), bank, chosen=(0, 1)), 0.4)):
+        assert [f.confidence for f in naming.trusted(made)] == pytest.approx([0.8 * min(1.0, share / (0.36 * foreseen))])
 
 
 @pytest.mark.parametrize(("share", "trust"), [(0.9, 1.0), (0.89, 0.9917), (0.6, 0.75), (0.3, 0.5), (0.24, 0.4)])
