@@ -2,10 +2,8 @@
 
 All diagnose the same concealed campaigns (made here with a fixed seed, kept out of git in runs/): ten with one strong effect, four healthy
 arms, two whose baseline is slightly wrong in form. Counted are right names, false claims, effects that were given any weight at all, and
-the error on unseen motions against the noise-free truth (medians); discovery_peers.py says what the peers get. Then the speed: one
-diagnosis of 20 recordings of 1,000 samples against the plain way, which for every hypothesis and every left-out recording computes the
-columns and refits (one pass of it; the diagnosis makes several and a proof); a sample of these refits is timed. Seconds are those of the
-processor, one thread. About six minutes.
+the error on unseen motions against the noise-free truth (medians); discovery_peers.py says what the peers get. Seconds are those of the
+processor, one thread. About six minutes. diagnosis_speed.py tells how long a diagnosis takes.
 
 pysindy is used where it is installed: `pip install 'nnhydro[bench]'`.
 """
@@ -23,29 +21,22 @@ import torch
 from discovery_peers import PEERS, Claims, prepared
 
 from nnhydro.diagnosis.engine import diagnose
-from nnhydro.diagnosis.instances import instances
-from nnhydro.diagnosis.naming import torque_peaks
-from nnhydro.diagnosis.reference import reference
-from nnhydro.diagnosis.table import columns_of
 from nnhydro.files import write_json
-from nnhydro.identification.statistics import columns_and_offset
 from nnhydro.models.prediction import predict
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.readers.files import read_recording
-from nnhydro.recordings.splitting import units
 from nnhydro.simulation.conceal import MARKER, conceal
 from nnhydro.simulation.reveal import read_suite, unseen_error
 from nnhydro.simulation.scoring import Verdict, score
 from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
 from nnhydro.simulation.summary import WORSE
-from nnhydro.simulation.truth.campaign import SIZES, Wish
+from nnhydro.simulation.truth.campaign import Wish
 
 RUNS = Path(__file__).parent / "runs"
 HIDDEN = ("wake_development", "reynolds_drag", "ambient_current", "flow_memory", "payload_mass", "rotor_inertia", "coulomb_friction",
           "viscous_friction", "umbilical_stiffness", "sensor_timing", *("none",) * 4, *("base_form",) * 2)
 SEED = 4021
-SAMPLE = 40  # refits of the plain way that are timed
 OURS, BEFORE = "nnhydro diagnose", "baseline, recalibrated"
 
 
@@ -132,48 +123,6 @@ def row(outcomes: list[Outcome], before: list[Outcome]) -> dict[str, Any]:
             "made worse": sum(a > WORSE * b for a, b in pairs), "seconds": float(np.median([o.seconds for o in outcomes]))}
 
 
-def plain_way(campaign: Campaign, baseline: str) -> tuple[int, float]:
-    """Return how many refits the plain way needs and what one takes: columns of all other recordings, least squares, left-out error."""
-    all_units = units(campaign, campaign.plan(None), 0)
-    model = reference(baseline, campaign.arm, all_units, campaign.plan(None)).physics
-    known = instances(campaign.arm, torque_peaks(all_units))
-    rng = np.random.default_rng(SEED)
-
-    def rows(unit: Any, one: Any) -> np.ndarray:
-        parts = []
-        for segment in unit.segments():
-            Y, offset = columns_and_offset(model.loads, segment, model.arm)
-            X = columns_of([one], model, segment, torch.zeros(len(segment), dtype=torch.float64))
-            every = np.concatenate([Y, X, (segment.tau - offset)[..., None]], axis=2)
-            parts.append(every[segment.keep].reshape(-1, every.shape[2]))
-        return np.concatenate(parts)
-
-    def refit(one: Any, out: int) -> float:
-        fitted = np.concatenate([rows(unit, one) for k, unit in enumerate(all_units) if k != out])
-        theta = np.linalg.lstsq(fitted[:, :-1], fitted[:, -1], rcond=None)[0]
-        left = rows(all_units[out], one)
-        return float(((left[:, -1] - left[:, :-1] @ theta) ** 2).sum())
-
-    for unit in all_units:
-        unit.segments()  # preparing the recordings is not charged
-    some = [known[k] for k in rng.choice(len(known), SAMPLE, replace=False)]
-    _, seconds = timed(lambda: [refit(one, int(rng.integers(len(all_units)))) for one in some])
-    return len(known) * len(all_units), seconds / SAMPLE
-
-
-def speed() -> dict[str, Any]:
-    """Return seconds of a diagnosis of 20 recordings of 1,000 samples, and of the plain way."""
-    SIZES["speed"] = ((20, 20), (10.0, 10.0), (100.0,))
-    folder = suite(f"diagnosis_speed_{SEED}", [Wish("umbilical_stiffness", "strong", 2, 1, "speed")])
-    ((name, public),) = read_suite(folder).items()
-    campaign = open_campaign(folder / name)
-    count, each = plain_way(campaign, public["baseline"])
-    found, seconds = timed(lambda: diagnose(campaign, public["baseline"]))
-    return {"recordings": len(campaign.names), "samples": int(np.median([len(campaign.load(n)) for n in campaign.names])),
-            "seconds": seconds, "wall": found.seconds, "plain_refits": count, "plain_refit_seconds": each, "plain_seconds": count * each,
-            "times_as_fast": count * each / seconds}
-
-
 def main() -> None:
     """Print and store the comparison."""
     torch.set_num_threads(1)
@@ -188,16 +137,11 @@ def main() -> None:
         shown = ["-" if method in nameless and k in keys[:6] else f"{v:.4f}" if k.startswith(("unseen", "healthy,"))
                  else f"{v:.1f}" if isinstance(v, float) else str(v) for k, v in values.items()]
         print(" | ".join([f"{method:24}", *(f"{x:>{len(k)}}" for k, x in zip(keys, shown, strict=True))]))
-    fast = speed()
-    print(f"\n{fast['recordings']} recordings of {fast['samples']} samples: diagnosis {fast['seconds']:.1f} s of processor time; "
-          f"the plain way {fast['plain_seconds']:.0f} s "
-          f"({fast['plain_refits']} refits of {fast['plain_refit_seconds']:.2f} s, {SAMPLE} timed): "
-          f"{fast['times_as_fast']:.0f} times as fast")
     found = {method: {o.verdict.campaign: {"hidden": o.verdict.truth, "named": o.verdict.named, "given_weight": o.weighted,
                                            "unseen_error": o.verdict.error_after, "seconds": o.seconds} for o in outcomes}
              for method, outcomes in table.items()}
     write_json(Path(__file__).with_suffix(".json"), {
-        "seed": SEED, "methods": rows, "campaigns": found, "speed": fast, "machine": machine(),
+        "seed": SEED, "methods": rows, "campaigns": found, "machine": machine(),
         "versions": versions("nnhydro", "torch", "numpy", "scikit-learn", "pysindy")})
 
 

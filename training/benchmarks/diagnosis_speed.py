@@ -1,0 +1,87 @@
+"""How long a diagnosis takes, against the plain way: `python training/benchmarks/diagnosis_speed.py`.
+
+One diagnosis of 20 recordings of 1,000 samples; the plain way computes the columns and refits for every hypothesis and every left-out
+recording (one pass of it; the diagnosis makes several and a proof), and a sample of these refits is timed. Seconds are those of the
+processor, one thread. About two minutes.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from machine import machine, versions  # isort: skip  one thread, set before numpy and torch are imported
+import numpy as np
+import torch
+from diagnosis_peers import suite, timed
+
+from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.instances import instances
+from nnhydro.diagnosis.naming import torque_peaks
+from nnhydro.diagnosis.reference import reference
+from nnhydro.diagnosis.table import columns_of
+from nnhydro.files import write_json
+from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.recordings.campaign import Campaign, open_campaign
+from nnhydro.recordings.splitting import units
+from nnhydro.simulation.reveal import read_suite
+from nnhydro.simulation.truth.campaign import SIZES, Wish
+
+SEED = 4021
+SAMPLE = 40  # refits of the plain way that are timed
+
+
+def plain_way(campaign: Campaign, baseline: str) -> tuple[int, float]:
+    """Return how many refits the plain way needs and what one takes: columns of all other recordings, least squares, left-out error."""
+    all_units = units(campaign, campaign.plan(None), 0)
+    model = reference(baseline, campaign.arm, all_units, campaign.plan(None)).physics
+    known = instances(campaign.arm, torque_peaks(all_units))
+    rng = np.random.default_rng(SEED)
+
+    def rows(unit: Any, one: Any) -> np.ndarray:
+        parts = []
+        for segment in unit.segments():
+            Y, offset = columns_and_offset(model.loads, segment, model.arm)
+            X = columns_of([one], model, segment, torch.zeros(len(segment), dtype=torch.float64))
+            every = np.concatenate([Y, X, (segment.tau - offset)[..., None]], axis=2)
+            parts.append(every[segment.keep].reshape(-1, every.shape[2]))
+        return np.concatenate(parts)
+
+    def refit(one: Any, out: int) -> float:
+        fitted = np.concatenate([rows(unit, one) for k, unit in enumerate(all_units) if k != out])
+        theta = np.linalg.lstsq(fitted[:, :-1], fitted[:, -1], rcond=None)[0]
+        left = rows(all_units[out], one)
+        return float(((left[:, -1] - left[:, :-1] @ theta) ** 2).sum())
+
+    for unit in all_units:
+        unit.segments()  # preparing the recordings is not charged
+    some = [known[k] for k in rng.choice(len(known), SAMPLE, replace=False)]
+    _, seconds = timed(lambda: [refit(one, int(rng.integers(len(all_units)))) for one in some])
+    return len(known) * len(all_units), seconds / SAMPLE
+
+
+def speed() -> dict[str, Any]:
+    """Return seconds of a diagnosis of 20 recordings of 1,000 samples, and of the plain way."""
+    SIZES["speed"] = ((20, 20), (10.0, 10.0), (100.0,))
+    folder = suite(f"diagnosis_speed_{SEED}", [Wish("umbilical_stiffness", "strong", 2, 1, "speed")])
+    ((name, public),) = read_suite(folder).items()
+    campaign = open_campaign(folder / name)
+    count, each = plain_way(campaign, public["baseline"])
+    found, seconds = timed(lambda: diagnose(campaign, public["baseline"]))
+    return {"recordings": len(campaign.names), "samples": int(np.median([len(campaign.load(n)) for n in campaign.names])),
+            "seconds": seconds, "wall": found.seconds, "plain_refits": count, "plain_refit_seconds": each, "plain_seconds": count * each,
+            "times_as_fast": count * each / seconds}
+
+
+def main() -> None:
+    """Print and store the seconds."""
+    torch.set_num_threads(1)
+    fast = speed()
+    print(f"{fast['recordings']} recordings of {fast['samples']} samples: diagnosis {fast['seconds']:.1f} s of processor time; "
+          f"the plain way {fast['plain_seconds']:.0f} s "
+          f"({fast['plain_refits']} refits of {fast['plain_refit_seconds']:.2f} s, {SAMPLE} timed): "
+          f"{fast['times_as_fast']:.0f} times as fast")
+    write_json(Path(__file__).with_suffix(".json"), fast | {
+        "seed": SEED, "machine": machine(), "versions": versions("nnhydro", "torch", "numpy")})
+
+
+if __name__ == "__main__":
+    main()
