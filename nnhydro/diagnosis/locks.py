@@ -221,4 +221,4 @@ def _agreed(race: Race, candidate: Candidate, before: Scored, after: Scored) -> 
     if candidate.columns:
         return opens(gains)
     heard = telling(gains[(before.energy > FLOOR * race.bench.by_unit[1][:, None]).any(axis=1)])
-    return confirmed(heard) or (len(heard) >= FEWEST and opens(heard))
+    return opens(heard) or confirmed(heard)

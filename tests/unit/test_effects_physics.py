@@ -221,6 +221,8 @@ def test_a_crisis_of_drag_has_two_bends():
         X = torch.cat([law.columns(tows), NormalDrag((1.0,)).columns(tows)], dim=-1)[:, 0].numpy()
         left.append(np.linalg.norm(measured - X @ np.linalg.lstsq(X, measured, rcond=None)[0]))
     assert left[0] < left[1] / 3
+    whole = made("reynolds_drag", a, slope=(0.0,), bend=(0.0,), turn=(0.0,))
+    assert [law.linear_names() for law in whole.narrower()] == [("slope", "bend")], "the parabola is tried besides"
 
 
 def test_a_tilted_plane_pulls_as_gravity_would():

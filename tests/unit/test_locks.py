@@ -1,6 +1,7 @@
 """The two locks of a finding: block scores, the family-wise test, signs of left-out recordings, what is material."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -278,6 +279,16 @@ def test_a_recording_as_quiet_as_noise_has_no_vote_on_a_wave_that_costs_it_somet
     assert quiet[costly]
     assert not opens(before.by_unit - after.by_unit), "with its vote they would not agree"
     assert passes(found, wave, found.total() - found.total([wave]), 0)
+
+
+def test_a_wave_that_all_recordings_show_a_little_passes_by_their_votes():
+    gains = np.array([90.0, *[2.5] * 5, -0.5])
+    assert not confirmed(gains)
+    before, after = (SimpleNamespace(by_unit=by_unit, energy=1e9 * np.ones((7, 2))) for by_unit in (gains, 0 * gains))
+    asked = SimpleNamespace(bench=SimpleNamespace(by_unit=(None, np.ones(7))))
+    assert locks._agreed(asked, candidate("wave", (), (2,)), before, after)
+    before.by_unit = np.array([90.0, 2.5, 2.5, -2.5, 2.5, -2.5, -0.5])
+    assert not locks._agreed(asked, candidate("wave", (), (2,)), before, after)
 
 
 def test_a_street_that_few_of_many_recordings_show_passes_by_their_likelihoods():
