@@ -24,7 +24,7 @@ COMPANION = 0.06  # of the improvement: what a further effect must add; less is 
 SCORE_SHARE = 0.15  # the same in left-out score, the cost of moving masses included
 MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it are trusted less, in proportion; 0.6 of it if no more is seen
 KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
-SEEN = 10.0  # gain in left-out score that shows that there is more to be found: the best of hundreds, chance gains some
+SEEN = 10.0  # gain in left-out score that shows something, what is claimed and what is still to be found: chance gains some
 CONFIDENT = 0.5  # nothing is said with less
 
 
@@ -57,7 +57,7 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     race.chosen = simplest(race)
     drop_impossible(race)
     drop_leftovers(race, seed)
-    drop_impossible(race)
+    drop_faint(race)
     race.chosen = [f.candidate for f in trusted(race, seed) if f.confidence >= CONFIDENT]
     drop_impossible(race)
     proof = prove(race, found.table, found.believed)
@@ -88,6 +88,14 @@ def drop_impossible(race: Race) -> None:
     """Take away, the weakest first, what others made possible that have been taken away: a value now leaves its physical bounds."""
     while race.chosen and race.total() >= UNPHYSICAL:
         race.chosen.remove(min(race.chosen, key=race.loss))
+
+
+def drop_faint(race: Race) -> None:
+    """Take away, the weakest first, what gains less in left-out score than shows anything, and what is impossible without it."""
+    drop_impossible(race)
+    while race.chosen and race.loss(least := min(race.chosen, key=race.loss)) < SEEN:
+        race.chosen.remove(least)
+        drop_impossible(race)
 
 
 def drop_leftovers(race: Race, seed: int) -> None:

@@ -38,8 +38,8 @@ class DragForm(LoadEffect):
 
     linear: Values = parameter("m/s", 0.0, (-5.0, 5.0), "coefficient c_1 of the part linear in speed", per="arm")
     cubic: Values = parameter("s/m", 0.0, (-5.0, 5.0), "coefficient c_3 of the part cubic in speed", per="arm")
-    taper: Values = parameter("1", 0.0, (-3.0, 3.0), "C_D at the outer end less its mean along the link")
-    ends: Values = parameter("1", 0.0, (-3.0, 3.0), "C_D at both ends less its mean along the link")
+    taper: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D at the outer end less its mean along the link")
+    ends: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D at both ends less its mean along the link")
 
     def narrower(self) -> tuple["DragForm", ...]:
         """Return the laws of the span, of the taper and of the speed alone: what is free without need misleads where speeds are other."""

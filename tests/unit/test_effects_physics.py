@@ -201,6 +201,16 @@ def test_relief_at_the_ends_leaves_an_even_flow_its_torque_and_takes_that_of_a_s
     assert_close(one.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[swing]]), rtol=0.02)
 
 
+def test_of_a_link_that_only_swings_taper_and_relief_are_one_torque():
+    """int z^3 s dz = 0.15, int z^3 (3 s^2 - 1)/2 dz = 0.05: 1 of the one and -3 of the other cancel, so both may come out large."""
+    one = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(4.8,))
+    part = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(0.0,))
+    swings = Flow(arm(1), steady(np.zeros((9, 1)), np.linspace(-2, 2, 9)[:, None]))
+    assert float(one.torque(swings).abs().max()) < 0.02 * float(part.torque(swings).abs().max())
+    within = {f.name: f.metadata["bounds"] for f in type(one).parameters()}
+    assert within["ends"][1] > 4.8
+
+
 @pytest.mark.parametrize("turn", [(), (0.2,)])
 def test_a_power_law_of_the_Reynolds_number_is_seen_in_a_tow(turn):
     one, a = made("reynolds_drag", arm(1), slope=(0.3,), bend=(0.1,), turn=turn), arm(1)

@@ -117,6 +117,18 @@ def test_waves_are_asked_for_their_pitch_before_all_and_leftovers_before_confide
     assert asked[:7] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_impossible", "trusted", "drop_impossible"]
 
 
+@pytest.mark.parametrize(("third", "left"), [(0.05, [0, 4]), (0.12, [0, 4, 3]), (0.0, [0, 4])])
+def test_what_gains_less_than_chance_may_is_not_claimed(third, left):
+    found = race(tables(20, {0: 0.8, 4: 0.12, 3: third}), FORESEEN, chosen=(3, 0, 4))
+    gain = found.loss(FORESEEN[3])
+    assert (gain < naming.SEEN) == (3 not in left)
+    naming.drop_faint(found)
+    assert sorted(found.chosen, key=FORESEEN.index) == sorted((FORESEEN[k] for k in left), key=FORESEEN.index)
+    nothing = race(tables(20), FORESEEN, chosen=(0, 1))
+    naming.drop_faint(nothing)
+    assert nothing.chosen == []
+
+
 def test_what_is_likelier_wrong_than_right_is_not_said(naming_of):
     made = race(tables(23, dict.fromkeys(range(4), 0.6)), FORESEEN, chosen=(0, 1, 2, 3))
     told = naming_of(made, dict(zip((f"effect_{k}" for k in range(4)), (0.9, 0.49, 0.5, 0.51), strict=True)),
