@@ -21,7 +21,7 @@ STRIPS = 20  # a link
 @final
 @dataclass(frozen=True)
 class ReynoldsDrag(LoadEffect):
-    """C_D of every strip is a parabola in log10 of its own Reynolds number, or a cubic, which levels off on one side."""
+    """C_D of every strip is a parabola in log10 of its own Reynolds number, or a cubic, which levels off on both sides."""
 
     id = "reynolds_drag"
     family = "drag_law"
@@ -38,7 +38,7 @@ class ReynoldsDrag(LoadEffect):
 
     slope: Values = parameter("1", 0.0, (-3.0, 3.0), "change of C_D per factor of ten in Re", per="arm")
     bend: Values = parameter("1", 0.0, (-3.0, 3.0), "curvature of C_D over log10 Re", per="arm")
-    turn: Values = parameter("1", 0.0, (-3.0, 3.0), "change of the curvature: a crisis has two bends", per="arm", absent=True)
+    turn: Values = parameter("1", 0.0, (-10.0, 10.0), "change of the curvature: a crisis has two bends", per="arm", absent=True)
 
     def narrower(self) -> tuple["ReynoldsDrag", ...]:
         """Return the parabola alone."""

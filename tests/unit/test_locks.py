@@ -289,6 +289,10 @@ def test_a_wave_that_all_recordings_show_a_little_passes_by_their_votes():
     assert locks._agreed(asked, candidate("wave", (), (2,)), before, after)
     before.by_unit = np.array([90.0, 2.5, 2.5, -2.5, 2.5, -2.5, -0.5])
     assert not locks._agreed(asked, candidate("wave", (), (2,)), before, after)
+    before.by_unit = np.array([90.0, 20.0, *[-0.5] * 5])
+    assert not locks._agreed(asked, candidate("wave", (), (2,)), before, after), "small losses count in a likelihood"
+    before.by_unit = np.array([90.0, 20.0, *[-0.4] * 5])
+    assert locks._agreed(asked, candidate("wave", (), (2,)), before, after)
 
 
 def test_a_street_that_few_of_many_recordings_show_passes_by_their_likelihoods():

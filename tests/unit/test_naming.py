@@ -110,11 +110,11 @@ def test_waves_are_asked_for_their_pitch_before_all_and_leftovers_before_confide
     made, asked = race(tables(23, dict.fromkeys(range(4), 0.6)), FORESEEN, chosen=(0, 1)), []
     sure = {f"effect_{k}": 0.9 for k in range(4)}
     naming_of(made, sure, dict.fromkeys(sure, 1.0))
-    for name in ("drop_untuned", "prune", "drop_impossible", "drop_leftovers", "trusted"):
+    for name in ("drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_faint", "trusted"):
         real = getattr(naming, name)
         monkeypatch.setattr(naming, name, lambda *given, name=name, real=real: asked.append(name) or real(*given))
     naming.named(SimpleNamespace(model=SimpleNamespace(arm=None), all_units=()))
-    assert asked[:7] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_impossible", "trusted", "drop_impossible"]
+    assert asked[:7] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_faint", "drop_impossible", "trusted"]
 
 
 @pytest.mark.parametrize(("third", "left"), [(0.05, [0, 4]), (0.12, [0, 4, 3]), (0.0, [0, 4])])
