@@ -57,15 +57,24 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     race.chosen = simplest(race)
     drop_impossible(race)
     drop_leftovers(race, seed)
-    drop_faint(race)
-    race.chosen = [f.candidate for f in trusted(race, seed) if f.confidence >= CONFIDENT]
-    drop_impossible(race)
-    proof = prove(race, found.table, found.believed)
-    while len(race.chosen) > 1 and (least := _least(race, proof)) is not None:
-        race.chosen.remove(least)
-        drop_impossible(race)
+    while True:
+        said = sure(race, seed)
         proof = prove(race, found.table, found.believed)
-    return Named(found, trusted(race, seed), proof)
+        least = _least(race, proof) if len(race.chosen) > 1 else None
+        if least is None:
+            return Named(found, said, proof)
+        race.chosen.remove(least)
+
+
+def sure(race: Race, seed: int = 0) -> list[Finding]:
+    """Return the findings after taking away, until nothing changes, what is impossible, faint, or said with a confidence below one half."""
+    while True:
+        drop_faint(race)
+        said = trusted(race, seed)
+        kept = [f.candidate for f in said if f.confidence >= CONFIDENT]
+        if len(kept) == len(race.chosen):
+            return said
+        race.chosen = kept
 
 
 def trusted(race: Race, seed: int = 0) -> list[Finding]:

@@ -136,6 +136,17 @@ def test_what_is_likelier_wrong_than_right_is_not_said(naming_of):
     assert told == ["effect_0", "effect_2", "effect_3"]
 
 
+def test_what_is_said_is_asked_again_for_its_confidence_when_another_finding_has_gone(monkeypatch):
+    monkeypatch.setattr(naming, "findings", lambda race: [Told(0.9 if c is FORESEEN[0] else 0.4, c) for c in race.chosen])
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)
+    for alone, left in ((0.1, []), (0.5, [FORESEEN[0]])):  # what the first explains without the second, which is likelier wrong
+        monkeypatch.setattr(naming, "explained", lambda race, without=(), alone=alone: 0.9 if len(race.chosen) == 2 else alone)
+        found = race(tables(20, {0: 0.8, 4: 0.8}), FORESEEN, chosen=(0, 4))
+        said = naming.sure(found)
+        assert found.chosen == [f.candidate for f in said] == left
+        assert all(f.confidence >= naming.CONFIDENT for f in said)
+
+
 def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of, monkeypatch):
     asked, real = [], naming.drop_impossible
     monkeypatch.setattr(naming, "drop_impossible", lambda race: asked.append(len(race.chosen)) or real(race))
@@ -144,7 +155,7 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
     for gains, left in (((0.5, 0.01, 0.02), [0]), ((0.5, 0.2, 0.02), [0, 4]), ((0.5, 0.2, 0.2), [0, 4, 3])):
         told = naming_of(race(made, FORESEEN, chosen=(0, 4, 3)), sure, dict(zip(("effect_0", "effect_4", "effect_3"), gains, strict=True)))
         assert told == [f"effect_{k}" for k in left]
-        assert asked == [3, 3, 3, *range(2, len(left) - 1, -1)], "whatever is taken away, what is impossible without it goes, too"
+        assert asked == [3, 3, *range(2, len(left) - 1, -1)], "whatever is taken away, what is impossible without it goes, too"
         asked.clear()
     alone = naming_of(race(tables(20, {4: 0.12}), FORESEEN, chosen=(4,)), sure, {"effect_4": 0.0})
     assert alone == ["effect_4"], "beside nothing else it need not add a share"
