@@ -51,7 +51,7 @@ class Backlash(InstrumentEffect):
     impulse: Values = parameter("N m s", 0.02, (1e-6, 1e4), "torque times time I that carries the link across the gap", per="arm",
                                 linear=False, grid=(0.005, 0.01, 0.014, 0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32))
     flank: Values = parameter("N m", 0.0, (0.0, 1e6), "torque that winds the flanks by half the gap; 0: they are rigid", per="arm",
-                              linear=False, grid=(0.0, 2.0), absent=True)
+                              linear=False, grid=(0.0, 0.2, 2.0), absent=True)
 
     def _side(self, seen: SensorView, tau: Tensor) -> Tensor:
         """Half the place of the link in the gap, -1/2 to 1/2 and as much beyond as the flanks give, (n,)."""

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import SIGN_WIDTH, smooth_sign
+from nnhydro.physics.joints import DRY_WIDTH, smooth_sign
 
 
 @effect
@@ -21,7 +21,7 @@ class CoulombFriction(LoadEffect):
     family = "dry_friction"
     name = "Coulomb friction"
     mechanism = "Dry contact in a seal, bearing or gear: the joint drags with the same torque at any speed, against the way it turns."
-    equation = "tau_j = T_C tanh(qd_j / v_0),  v_0 = 0.02 rad/s"
+    equation = "tau_j = T_C tanh(qd_j / v_0),  v_0 = 0.005 rad/s"
     source = "Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation"
     signature = Signature(
         depends_on=("qd",), parity="odd", region="everywhere but at rest: a step where the joint reverses",
@@ -34,7 +34,7 @@ class CoulombFriction(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, 1)."""
-        sign = smooth_sign(flow.motion.qd[:, self.joint - 1:self.joint], SIGN_WIDTH)
+        sign = smooth_sign(flow.motion.qd[:, self.joint - 1:self.joint], DRY_WIDTH)
         return at_joint(sign, self.joint, flow.arm.n_links)
 
     def sentence(self, said: Mapping[str, str]) -> str:

@@ -10,7 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import SIGN_WIDTH, smooth_sign
+from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, smooth_sign
 
 SLIGHT = 0.2  # excess over sliding level below which the law is Coulomb's
 SHARP = 2 * SIGN_WIDTH  # rad/s: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
@@ -26,7 +26,7 @@ class StribeckFriction(LoadEffect):
     family = "dry_friction"
     name = "Stribeck friction"
     mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
-    equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) tanh(qd_j / v_0),  v_0 = 0.02 rad/s;  "
+    equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) tanh(qd_j / v_0),  v_0 = 0.005 rad/s;  "
                 "m = 0: exp(-(qd_j / v_S)^2)")
     source = "the usual forms after Armstrong-Helouvry, and Hess and Soom (1990; m = 1): from general knowledge, not checked"
     signature = Signature(
@@ -46,7 +46,7 @@ class StribeckFriction(LoadEffect):
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (sliding, excess), (n, joints, 2)."""
         qd = flow.motion.qd[:, self.joint - 1]
-        sign, fast, m = smooth_sign(qd, SIGN_WIDTH), (qd / self.speed[0]) ** 2, self.tail[0] if self.tail else 0.0
+        sign, fast, m = smooth_sign(qd, DRY_WIDTH), (qd / self.speed[0]) ** 2, self.tail[0] if self.tail else 0.0
         grip = torch.exp(-torch.log1p(m * fast) / m if m else -fast)
         return at_joint(torch.stack([sign, sign * grip], dim=1), self.joint, flow.arm.n_links)
 
