@@ -32,7 +32,7 @@ class Backlash(InstrumentEffect):
     family = "transmission"
     name = "backlash"
     mechanism = "Worn or loose gear teeth have play: when the torque changes sign the link crosses the gap and knocks on the other side."
-    equation = ("q_link = q_j - gap/2 s,  ds/dt = 2 (tau_j - F (s - sgn s)) / I beyond |s| = 1, 2 tau_j / I within;  F = 0: |s| <= 1;  "
+    equation = ("q_link = q_j - gap/2 s,  ds/dt = 2 tau_j / I, less (s - sgn s) / T beyond |s| = 1;  T = 0: |s| <= 1;  "
                 "tau_j smoothed over 0.03 s, as measured where it was, else the model's")
     source = "play that the torque crosses against grease, between flanks that are springs: from general knowledge, not checked"
     signature = Signature(
@@ -42,16 +42,16 @@ class Backlash(InstrumentEffect):
                       "wake_development"),
     )
     acts = "joint"
-    foreseen = 0.4  # when the play is crossed hangs on the smallest torques, and the jump there is most of it
+    foreseen = 0.6  # when the play is crossed hangs on the smallest torques, and the jump there is most of it
     stage = 1
     reads_torque = True
-    torque_scaled = ("impulse", "flank")
+    torque_scaled = ("impulse",)
 
     gap: Values = parameter("rad", 1e-3, (0.0, 0.5), "play of the drive, from flank to flank", per="arm")
     impulse: Values = parameter("N m s", 0.02, (1e-6, 1e4), "torque times time I that carries the link across the gap", per="arm",
                                 linear=False, grid=(0.005, 0.01, 0.014, 0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32))
-    flank: Values = parameter("N m", 0.0, (0.0, 1e6), "torque that winds the flanks by half the gap; 0: they are rigid", per="arm",
-                              linear=False, grid=(0.0, 0.2, 2.0), absent=True)
+    settling: Values = parameter("s", 0.0, (0.0, 10.0), "time T in which the flanks give way; 0: they are rigid", per="arm", linear=False,
+                                 grid=(0.0, 0.05, 0.3), absent=True)
 
     def _side(self, seen: SensorView, tau: Tensor) -> Tensor:
         """Half the place of the link in the gap, -1/2 to 1/2 and as much beyond as the flanks give, (n,)."""
@@ -59,10 +59,11 @@ class Backlash(InstrumentEffect):
             return -0.5 * torch.sign(tau)
         tau = _past_knocks(seen.motion.t, tau)
         time = 2 / self.impulse[0] * torch.diff(seen.motion.t, prepend=seen.motion.t[:1])
-        keep = 1 / (1 + time * self.flank[0]) if any(self.flank) else 0 * time  # of what is wound, a step later: backward Euler
-        s, sides = 0.0, []
-        for step, kept in zip((time * tau).tolist(), keep.tolist(), strict=True):
-            s += step
+        settling = self.settling[0] if self.settling else 0.0
+        step = float((seen.motion.t[-1] - seen.motion.t[0]) / (len(tau) - 1))
+        kept, s, sides = settling / (settling + step), 0.0, []  # of what is wound, a step later: backward Euler
+        for way in (time * tau).tolist():
+            s += way
             s = 1.0 + (s - 1.0) * kept if s > 1.0 else -1.0 + (s + 1.0) * kept if s < -1.0 else s
             sides.append(s)
         return -0.5 * torch.tensor(sides, dtype=torch.float64)
@@ -83,6 +84,6 @@ class Backlash(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        give = f", whose flanks give by half of it at {said['flank']}" if any(self.flank) else ""
+        give = f", whose flanks give way within {said['settling']}" if any(self.settling) else ""
         return (f"The drive of joint {self.joint} has a gap of {said['gap']}{give}; a torque that changes sign carries the link across "
                 f"with {said['impulse']}.")

@@ -1,5 +1,6 @@
 """Closed forms, limits and rigid-body identities of single hypotheses."""
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -139,7 +140,22 @@ def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_m
 def test_stribeck_friction_breaks_away_high_and_slides_low():
     one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.3,))
     tau = one.torque(Flow(arm(1), steady([[0.0]] * 3, [[0.06], [3.0], [0.3]])))[:, 0]
-    assert_close(tau, tensor([0.2 + 0.3 * np.exp(-0.04), 0.2, 0.2 + 0.3 / np.e]) * torch.tanh(tensor([3.0, 150.0, 15.0])))
+    assert_close(tau, tensor([0.2 + 0.3 * np.exp(-0.04), 0.2, 0.2 + 0.3 / np.e]) * torch.tanh(tensor([12.0, 600.0, 60.0])))
+
+
+@pytest.mark.parametrize("peak", [1.2, 2.4])
+def test_the_breakaway_of_a_joint_that_grips_as_sharply_as_it_turns_is_told(peak):
+    t = np.arange(4000) * 0.005
+    qd = peak * np.sin(2 * np.pi * 0.35 * t) * np.cos(2 * np.pi * 0.06 * t)
+    tau, one = (0.2 + 0.3 / (1 + (qd / 0.15) ** 2)) * np.sign(qd), made("stribeck_friction", arm(1), 1, tail=(1.0,))
+    fits = []
+    for speed in np.linspace(0.05, 0.3, 51):
+        X = replace(one, speed=(speed,)).columns(Flow(arm(1), steady(np.zeros((4000, 1)), qd[:, None])))[:, 0].numpy()
+        values = np.linalg.lstsq(X, tau, rcond=None)[0]
+        fits.append((((tau - X @ values) ** 2).sum(), speed, values.sum()))
+    _, speed, breakaway = min(fits)
+    assert speed == pytest.approx(0.15, rel=0.1)
+    assert breakaway == pytest.approx(0.5, rel=0.06)
 
 
 @pytest.mark.parametrize(("tail", "grip"), [((), lambda x: np.exp(-(x**2))), ((0.0,), lambda x: np.exp(-(x**2))),
@@ -149,7 +165,7 @@ def test_a_grip_is_lost_as_Gauss_or_Lorentz_say_or_between_them(tail, grip):
     one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.4,), tail=tail)
     qd = np.array([0.2, -0.4, 1.0, 2.0])
     tau = one.torque(Flow(arm(1), steady([[0.0]] * 4, qd[:, None])))[:, 0]
-    assert_close(tau, tensor((0.2 + 0.3 * grip(np.abs(qd) / 0.4)) * np.tanh(qd / 0.02)), rtol=1e-5)
+    assert_close(tau, tensor((0.2 + 0.3 * grip(np.abs(qd) / 0.4)) * np.tanh(qd / 0.005)), rtol=1e-5)
 
 
 @pytest.mark.parametrize("beyond", [0.0, 0.05])

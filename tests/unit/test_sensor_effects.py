@@ -59,9 +59,9 @@ def test_a_lag_is_that_of_its_taylor_series_and_angles_that_are_late_are_a_delay
     assert_close(late.apply(seen)[inner, 0], tensor(np.sin(3 * (t + lag)))[inner], rtol=1e-6, atol=1e-6)
 
 
-def side(t, tau, impulse=0.1, flank=()):
+def side(t, tau, impulse=0.1, settling=()):
     """The place of the link in a gap of 1 rad, rad."""
-    return made("backlash", arm(1), 1, gap=(1.0,), impulse=(impulse,), flank=flank)._side(of_time(t, tau), tensor(tau)).numpy()
+    return made("backlash", arm(1), 1, gap=(1.0,), impulse=(impulse,), settling=settling)._side(of_time(t, tau), tensor(tau)).numpy()
 
 
 def test_a_link_crosses_the_gap_in_the_time_that_its_torque_takes_to_spend_the_impulse():
@@ -91,14 +91,26 @@ def test_the_link_follows_the_torque_that_was_measured_and_the_model_where_none_
     assert_close(small.apply(late) - late.tau, joints.columns(late)[..., 0] * 1e-6, rtol=1e-2, atol=1e-9)
 
 
-def test_flanks_that_give_are_wound_by_half_the_gap_at_their_torque_and_stiff_ones_are_rigid():
+def test_flanks_are_wound_by_half_the_gap_at_the_torque_I_over_2_T_and_quick_ones_are_rigid():
     t = np.arange(4001) * 0.001
     tau = np.where(t < 2, 0.8, -0.4)
-    soft, stiff, rigid = (side(t, tau, 0.05, flank) for flank in ((0.4,), (1e4,), (0.0,)))
+    soft, stiff, rigid = (side(t, tau, 0.05, settling) for settling in ((0.05 / (2 * 0.4),), (1e-6,), (0.0,)))
     assert soft[1900] == pytest.approx(-0.5 * (1 + 0.8 / 0.4), rel=1e-3)
     assert soft[-1] == pytest.approx(0.5 * (1 + 0.4 / 0.4), rel=1e-3)
     np.testing.assert_allclose(stiff, rigid, atol=1e-3)
     np.testing.assert_array_equal(rigid, side(t, tau, 0.05))
+
+
+@pytest.mark.parametrize(("impulse", "settling", "tried"), [(0.4, 0.25, 0.95), (0.12, 0.09, 0.8), (0.05, 0.02, 0.75), (1.0, 1.0, 0.9)])
+def test_of_a_gap_whose_flanks_give_the_values_that_are_tried_hold_one_that_is_much_alike(impulse, settling, tried):
+    t = np.arange(3001) * 0.002
+    tau = np.sin(2 * np.pi * 0.7 * t) + 0.5 * np.sin(2 * np.pi * 1.9 * t + 1.0)
+    true = side(t, tau, impulse, (settling,))
+    grid = [one for one in candidates(REGISTER["backlash"], arm(1), (float(np.abs(tau).max()),)) if one.settling]
+    alike = [abs(np.corrcoef(np.diff(side(t, tau, one.impulse[0], one.settling), 2), np.diff(true, 2))[0, 1]) for one in grid]
+    rigid = [a for a, one in zip(alike, grid, strict=True) if one.settling[0] == 0]
+    assert max(alike) > tried
+    assert max(rigid) < max(alike) - 0.05, "rigid flanks are not"
 
 
 def test_a_knock_does_not_carry_the_link_back_across_the_gap_that_it_comes_from():
@@ -110,9 +122,9 @@ def test_a_knock_does_not_carry_the_link_back_across_the_gap_that_it_comes_from(
 
 
 def test_a_gap_is_told_with_its_flanks_where_they_give_and_old_models_are_rigid():
-    give = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), flank=(2.0,))
-    assert "whose flanks give by half of it at 2 N m" in give.statement()
-    old = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), flank=())
+    give = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), settling=(0.2,))
+    assert "whose flanks give way within 0.2 s" in give.statement()
+    old = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), settling=())
     assert "flanks" not in old.statement()
 
 
@@ -197,10 +209,10 @@ def test_a_channel_that_clips_reads_no_more_than_its_level_whatever_its_gain_and
     assert float(read[:, 0].abs().max()) <= 0.7 + 1e-12
 
 
-def test_less_is_foreseen_of_what_jumps_rings_clips_or_swirls_and_least_of_a_gap():
+def test_less_is_foreseen_of_what_jumps_rings_clips_or_swirls_but_half_of_it_at_least():
     foreseen = {id_: cls.foreseen for id_, cls in REGISTER.items() if cls.foreseen < 1}
     assert set(foreseen) == {"backlash", "joint_elasticity", "torque_saturation", "wake_reentry"}
-    assert all(foreseen["backlash"] < value for id_, value in foreseen.items() if id_ != "backlash")
+    assert all(value >= 0.5 for value in foreseen.values())
 
 
 @pytest.mark.parametrize(("id_", "name", "value", "may_be"), [
