@@ -137,6 +137,12 @@ def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_m
     assert term_of({"kind": "effect:tip_drag", "parameters": {"drag_area": [0.004]}, "options": {"joint": 0}}) == dragged(0.004)
 
 
+def test_dry_friction_has_its_level_at_a_hundredth_of_a_radian_a_second():
+    for name, values in (("coulomb_friction", {"level": (0.2,)}), ("stribeck_friction", {"sliding": (0.1,), "excess": (0.1,), "speed": (3.0,)})):
+        tau = made(name, arm(1), 1, **values).torque(Flow(arm(1), steady([[0.0]] * 2, [[0.01], [-0.01]])))[:, 0]
+        assert_close(tau, tensor([0.2, -0.2]), rtol=0.04)
+
+
 def test_stribeck_friction_breaks_away_high_and_slides_low():
     one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.3,))
     tau = one.torque(Flow(arm(1), steady([[0.0]] * 3, [[0.06], [3.0], [0.3]])))[:, 0]

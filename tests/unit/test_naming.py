@@ -162,12 +162,13 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
     assert alone == ["effect_4"], "beside nothing else it need not add a share"
 
 
-@pytest.mark.parametrize(("joint", "families", "left"), [(1, "aa", [1]), (0, "aa", [0, 1]), (1, "ab", [0, 1])])
-def test_one_joint_has_no_two_causes_of_a_family_that_are_mistaken_for_each_other(monkeypatch, joint, families, left):
+@pytest.mark.parametrize(("joint", "families", "foreseen", "mistaken", "left"), [
+    (1, "aa", 0.7, "effect_0", [1]), (0, "aa", 0.7, "effect_0", [0, 1]), (1, "ab", 0.7, "effect_0", [0, 1]), (1, "aa", 0.5, "effect_5", [0, 1])])
+def test_one_joint_has_no_two_causes_of_a_family_that_are_mistaken_for_each_other(monkeypatch, joint, families, foreseen, mistaken, left):
     monkeypatch.setattr(naming, "explained", lambda race, less=(): 0.9)
     monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)
-    seen = SimpleNamespace(mistaken_for=("effect_0",))
-    bank = tuple(candidate(f"effect_{k}", (k,), joint=joint, effect=SimpleNamespace(foreseen=0.7, signature=seen, family=family))
+    seen = SimpleNamespace(mistaken_for=(mistaken,))
+    bank = tuple(candidate(f"effect_{k}", (k,), joint=joint, effect=SimpleNamespace(foreseen=foreseen, signature=seen, family=family))
                  for k, family in enumerate(families))
     found = race(tables(7, {0: 0.35, 1: 0.8}), bank, chosen=(0, 1))
     assert 0.3 < found.loss(bank[0]) / found.loss(bank[1]) < 0.3 / 0.7
