@@ -138,7 +138,8 @@ def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_m
 
 
 def test_dry_friction_has_its_level_at_a_hundredth_of_a_radian_a_second():
-    for name, values in (("coulomb_friction", {"level": (0.2,)}), ("stribeck_friction", {"sliding": (0.1,), "excess": (0.1,), "speed": (3.0,)})):
+    grips = {"sliding": (0.1,), "excess": (0.1,), "speed": (3.0,)}
+    for name, values in (("coulomb_friction", {"level": (0.2,)}), ("stribeck_friction", grips)):
         tau = made(name, arm(1), 1, **values).torque(Flow(arm(1), steady([[0.0]] * 2, [[0.01], [-0.01]])))[:, 0]
         assert_close(tau, tensor([0.2, -0.2]), rtol=0.04)
 

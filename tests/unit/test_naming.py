@@ -163,7 +163,8 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
 
 
 @pytest.mark.parametrize(("joint", "families", "foreseen", "mistaken", "left"), [
-    (1, "aa", 0.7, "effect_0", [1]), (0, "aa", 0.7, "effect_0", [0, 1]), (1, "ab", 0.7, "effect_0", [0, 1]), (1, "aa", 0.5, "effect_5", [0, 1])])
+    (1, "aa", 0.7, "effect_0", [1]), (0, "aa", 0.7, "effect_0", [0, 1]), (1, "ab", 0.7, "effect_0", [0, 1]),
+    (1, "aa", 0.5, "effect_5", [0, 1])])
 def test_one_joint_has_no_two_causes_of_a_family_that_are_mistaken_for_each_other(monkeypatch, joint, families, foreseen, mistaken, left):
     monkeypatch.setattr(naming, "explained", lambda race, less=(): 0.9)
     monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)

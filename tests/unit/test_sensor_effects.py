@@ -128,6 +128,11 @@ def test_a_gap_is_told_with_its_flanks_where_they_give_and_old_models_are_rigid(
     assert "flanks" not in old.statement()
 
 
+def test_a_clipping_may_seem_deeper_than_all_that_exceeds_its_level_as_the_clipped_torque_fits_the_model_too_low():
+    (low, high), = made("torque_saturation", arm(1), 1).linear_bounds()
+    assert (low, high) == (0.0, pytest.approx(1.5))
+
+
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
     found = candidates(REGISTER["torque_saturation"], arm(2), (5.0, 2.0))
     assert {one.level[0] for one in found if one.joint == 2} >= {2.0, 1.8}
