@@ -10,6 +10,7 @@ from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.locks import P_BLOCK, P_LEFT_OUT, family_wise_p
+from nnhydro.diagnosis.placebo import whiteness
 from nnhydro.diagnosis.proof import Proof, prove
 from nnhydro.diagnosis.race import UNPHYSICAL, Race, ranked
 from nnhydro.diagnosis.relax import prune
@@ -26,6 +27,7 @@ MOSTLY = 0.6  # of the excess over the noise: findings that explain less of it a
 KNOWN = 0.05  # of the noise's energy: how well it is known; what lies within is no excess that a finding would have to explain
 SEEN = 10.0  # gain in left-out score that shows something, what is claimed and what is still to be found: chance gains some
 CONFIDENT = 0.5  # nothing is said with less
+COLOURED = 0.3  # of the lags: what remains is no noise where it is correlated at so many; noise is at 0.05
 
 
 def torque_peaks(all_units: Iterable[Unit]) -> tuple[float, ...]:
@@ -57,30 +59,39 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     race.chosen = simplest(race)
     drop_impossible(race)
     drop_leftovers(race, seed)
+    coloured = False
     while True:
-        said = sure(race, seed)
+        said = sure(race, seed, coloured)
         proof = prove(race, found.table, found.believed)
-        least = _least(race, proof) if len(race.chosen) > 1 else None
-        if least is None:
+        if (least := _least(race, proof) if len(race.chosen) > 1 else None) is not None:
+            race.chosen.remove(least)
+        elif race.chosen and not coloured and is_coloured(proof):
+            coloured = True
+        else:
             return Named(found, said, proof)
-        race.chosen.remove(least)
 
 
-def sure(race: Race, seed: int = 0) -> list[Finding]:
+def is_coloured(proof: Proof) -> bool:
+    """Return whether what remains at some joint is correlated in time far more than noise is."""
+    joints = proof.remains[0].r.shape[1] if proof.remains else 0
+    return any(whiteness(proof.remains, joint) >= COLOURED for joint in range(joints))
+
+
+def sure(race: Race, seed: int = 0, coloured: bool = False) -> list[Finding]:
     """Return the findings after taking away, until nothing changes, what is impossible, faint, or said with a confidence below one half."""
     while True:
         drop_faint(race)
-        said = trusted(race, seed)
+        said = trusted(race, seed, coloured)
         kept = [f.candidate for f in said if f.confidence >= CONFIDENT]
         if len(kept) == len(race.chosen):
             return said
         race.chosen = kept
 
 
-def trusted(race: Race, seed: int = 0) -> list[Finding]:
+def trusted(race: Race, seed: int = 0, coloured: bool = False) -> list[Finding]:
     """Return the findings with their confidence, less where together they explain little, sooner where something else is seen, too.
 
-        trust = min(1, s / 0.6),   min(1, s) where something more is seen,   min(1, s, (1/2 + s)/2) where it is sure
+        trust = min(1, s / 0.6),   min(1, s) where something more is seen,   min(1, s, (1/2 + s)/2) where it is sure, or coloured
         s = explained / (0.6 f)
 
     What they leave may be the cause of all. How much is expected of them, f, the card of the strongest says (`Effect.foreseen`).
@@ -89,7 +100,7 @@ def trusted(race: Race, seed: int = 0) -> list[Finding]:
         return []
     strongest = max(race.chosen, key=race.loss)
     share = explained(race) / (MOSTLY * strongest.instance.effect.foreseen)
-    trust = min(1.0, *(share / MOSTLY, share, (CONFIDENT + share) / 2)[: 1 + more_to_see(race, seed)])
+    trust = min(1.0, *(share / MOSTLY, share, (CONFIDENT + share) / 2)[: 1 + (2 if coloured else more_to_see(race, seed))])
     return [replace(f, confidence=trust * f.confidence) for f in findings(race)]
 
 

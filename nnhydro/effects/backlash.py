@@ -42,7 +42,7 @@ class Backlash(InstrumentEffect):
                       "wake_development"),
     )
     acts = "joint"
-    foreseen = 0.6  # when the play is crossed hangs on the smallest torques, and the jump there is most of it
+    foreseen = 0.8  # when the play is crossed hangs on the smallest torques, and the jump there is most of it
     stage = 1
     reads_torque = True
     torque_scaled = ("impulse",)

@@ -8,6 +8,7 @@ import pytest
 from races import NOISE, SINGLE, K, candidate, race, tables
 
 from nnhydro.diagnosis import naming
+from nnhydro.diagnosis.locate import Residual
 from nnhydro.diagnosis.naming import _least, explained, torque_peaks
 
 
@@ -27,7 +28,7 @@ def test_the_share_explained_is_the_gain_of_all_findings_over_the_excess_beyond_
 
 
 def proof_of(before, after, **without):
-    return SimpleNamespace(before=before, after=after, without={(name, 0): e for name, e in without.items()})
+    return SimpleNamespace(before=before, after=after, without={(name, 0): e for name, e in without.items()}, remains=[])
 
 
 def test_a_finding_goes_that_adds_little_on_left_out_recordings_and_in_the_score():
@@ -81,11 +82,11 @@ def test_where_more_is_sure_to_be_there_full_trust_takes_nine_tenths_and_half_of
 @pytest.fixture
 def naming_of(monkeypatch):
     """`named` over a race, in which only the findings' confidence and what a proof says are of the test's own making."""
-    def told(found, confidence, gains):
+    def told(found, confidence, gains, share=1.0):
         said = SimpleNamespace(race=found, table=None, believed=None)
         made = {"search": lambda *given: said, "instances": lambda *given: [], "torque_peaks": lambda units: (),
                 "prune": lambda *given: None, "drop_untuned": lambda *given: None, "drop_made_by_filter": lambda *given: None,
-                "simplest": lambda race: race.chosen, "explained": lambda race, without=(): 1.0,
+                "simplest": lambda race: race.chosen, "explained": lambda race, without=(): share,
                 "findings": lambda race: [Told(confidence[c.key[0]], c) for c in race.chosen],
                 "prove": lambda race, *given: proof_of(1.0, 0.1, **{c.key[0]: 0.1 + gains[c.key[0]] for c in race.chosen})}
         for name, value in made.items():
@@ -116,6 +117,25 @@ def test_waves_are_asked_for_their_pitch_before_all_and_leftovers_before_confide
         monkeypatch.setattr(naming, name, lambda *given, name=name, real=real: asked.append(name) or real(*given))
     naming.named(SimpleNamespace(model=SimpleNamespace(arm=None), all_units=()))
     assert asked[:7] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_faint", "drop_impossible", "trusted"]
+
+
+@pytest.mark.parametrize(("coloured", "share", "sure", "told"), [
+    (False, 0.5, 0.7, ["effect_0"]), (True, 0.5, 0.7, []), (True, 0.5, 0.9, ["effect_0"]), (True, 0.9, 0.5, ["effect_0"])])
+def test_where_what_remains_is_no_noise_a_finding_that_explains_little_is_trusted_less(naming_of, monkeypatch, coloured, share, sure, told):
+    monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 0)
+    monkeypatch.setattr(naming, "is_coloured", lambda proof: coloured)
+    assert naming_of(race(tables(20, {0: 0.8}), FORESEEN, chosen=(0,)), {"effect_0": sure}, {"effect_0": 1.0}, share) == told
+
+
+def test_what_remains_is_coloured_where_it_is_correlated_at_any_joint():
+    rng = np.random.default_rng(4)
+    white = rng.standard_normal((400, 2))
+    slow = white.copy()
+    slow[:, 1] = np.convolve(rng.standard_normal(411), np.ones(12))[11:411]
+    for r, coloured in ((white, False), (slow, True), (slow[:, :1], False)):
+        proof = SimpleNamespace(remains=[Residual("a", r, {}, 0.02)])
+        assert naming.is_coloured(proof) == coloured
+    assert not naming.is_coloured(SimpleNamespace(remains=[]))
 
 
 @pytest.mark.parametrize(("third", "left"), [(0.05, [0, 4]), (0.12, [0, 4, 3]), (0.0, [0, 4])])
