@@ -9,6 +9,8 @@ import torch
 from hypotheses import made, steady, view
 from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 
+from nnhydro.effects.catalogue import candidates
+from nnhydro.effects.effect import REGISTER
 from nnhydro.effects.link_interference import shadowed
 from nnhydro.effects.quantity import Quantity, intervals, told
 from nnhydro.physics.flow import Flow
@@ -135,6 +137,18 @@ def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_m
     assert dragged(0.004).statement() == "Something at the tip drags through the water with C_D times area of 0.004 m^2."
     assert "and, in proportion to its speed, 0.5 N s/m" in dragged(0.004, (0.5,)).statement()
     assert term_of({"kind": "effect:tip_drag", "parameters": {"drag_area": [0.004]}, "options": {"joint": 0}}) == dragged(0.004)
+
+
+def test_a_ripple_of_any_whole_number_of_teeth_is_tried_as_its_neighbours_hardly_see_it():
+    q = np.linspace(-1.5, 1.5, 400)
+    angles = Flow(arm(1), steady(q[:, None], np.ones((400, 1))))
+    tried = {one.periods[0]: one for one in candidates(REGISTER["torque_ripple"], arm(1))}
+    assert set(map(float, range(4, 40))) <= set(tried)
+    for teeth in (9, 13, 31):
+        tau = np.cos(teeth * q + 1.0)
+        for number, seen in ((teeth, True), (teeth - 1, False), (teeth + 1, False)):
+            X = tried[number].columns(angles)[:, 0].numpy()
+            assert (((tau - X @ np.linalg.lstsq(X, tau, rcond=None)[0]) ** 2).sum() < 0.3 * (tau**2).sum()) == seen
 
 
 def test_dry_friction_has_its_level_at_a_hundredth_of_a_radian_a_second():
