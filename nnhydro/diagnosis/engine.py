@@ -37,9 +37,11 @@ from nnhydro.recordings.campaign import Campaign
 def _lasting(finding: Finding, found: Found) -> Hypothesis:
     """What predictions hold of a finding: of one with an offset in every recording, the last one."""
     effect, order = finding.effect, Order.of(found.table).numbers
-    if isinstance(effect, LoadEffect) or not effect.offset_of_its_own or not order:
+    if isinstance(effect, LoadEffect):
         return effect
-    return effect.lasting(float(own_values(found.race, finding.candidate, order[-1])[-1]))
+    if not effect.offset_of_its_own:
+        return effect.lasting(0.0)
+    return effect if not order else effect.lasting(float(own_values(found.race, finding.candidate, order[-1])[-1]))
 
 
 def _where(effect: LoadEffect, spell: Spell | None) -> LoadTerm:

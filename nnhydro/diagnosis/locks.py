@@ -31,7 +31,7 @@ VIOLENT = 3.0  # of the median recording's log ratio: the most that one recordin
 FEWEST = 4  # recordings of which anything is said
 EXACT = 12  # recordings up to which all signs are tried
 SOFT = 6.0  # score difference that counts as one: left-out scores of autocorrelated rows overstate the evidence
-TRIED = 640  # hypotheses that are tried in all, on an arm of two links
+TRIED = 660  # hypotheses that are tried in all, on an arm of two links
 RELIEF = 0.5  # of a gain: when that much of it is relief of what is known, recordings need not testify
 ALIVE = 1e-6  # of a column's energy: what is left of it beside the baseline and the chosen
 

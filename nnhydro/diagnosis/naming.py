@@ -122,8 +122,8 @@ def drop_leftovers(race: Race, seed: int) -> None:
     """Take away what may be made of the part of another finding that nobody can foretell, where without it much remains unexplained.
 
     Of a finding with the gain g, of which the share f is foreseen, what gains less than (1 - f) g is not claimed, and less than
-    (1 - f) g / f where it is what the finding is mistaken for: a gap turns late, and a delay shaves that. Where both are of one
-    family and joint it is not claimed however much is explained: flanks that give are half a compliance.
+    (1 - f) g / f where it is what the finding is mistaken for: a gap turns late, and a delay shaves that. What is akin to the finding
+    (`Effect.akin`) is not claimed however much is explained: flanks that give are half a compliance.
     """
     if not race.chosen or not more_to_see(race, seed):
         return
@@ -135,7 +135,7 @@ def drop_leftovers(race: Race, seed: int) -> None:
 
     def leftover(c: Candidate) -> bool:
         makers = [other for other in race.chosen if makes(other, c)]
-        return any(_mistaken_for(o, c) and _at_one_joint(o, c) for o in makers) or (bool(makers) and explained(race, [c]) < MOSTLY)
+        return any(_akin(o, c) for o in makers) or (bool(makers) and explained(race, [c]) < MOSTLY)
 
     race.chosen = [c for c in race.chosen if not leftover(c)]
 
@@ -144,10 +144,9 @@ def _mistaken_for(one: Candidate, other: Candidate) -> bool:
     return other.key[0] in one.instance.effect.signature.mistaken_for
 
 
-def _at_one_joint(one: Candidate, other: Candidate) -> bool:
-    """Whether both are of one family and act at the same joint."""
-    (_, joint), (_, same) = one.key, other.key
-    return 0 < joint == same and one.instance.effect.family == other.instance.effect.family
+def _akin(one: Candidate, other: Candidate) -> bool:
+    """Whether `other` is largely the torque of `one` in another form, at the same joint."""
+    return other.key[0] in one.instance.effect.akin and one.key[1] == other.key[1]
 
 
 def more_to_see(race: Race, seed: int) -> int:

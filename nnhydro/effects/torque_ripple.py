@@ -35,7 +35,7 @@ class TorqueRipple(LoadEffect):
     cosine: Values = parameter("N m", 0.0, (-1e3, 1e3), "amplitude in phase with the angle", per="arm")
     sine: Values = parameter("N m", 0.0, (-1e3, 1e3), "amplitude a quarter period later", per="arm")
     periods: Values = parameter("1", 12.0, (1.0, 1000.0), "periods a turn, N", per="arm", linear=False,
-                                grid=(*map(float, range(4, 40)), *map(float, range(40, 60, 2)), *map(float, range(60, 124, 4))))
+                                grid=(*map(float, range(4, 60)), *map(float, range(60, 124, 4))))
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (cosine, sine), (n, joints, 2)."""

@@ -1,7 +1,7 @@
 """Hypothesis: a torque sensor or its amplifier clips."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, final
 
 import torch
@@ -45,6 +45,10 @@ class TorqueSaturation(InstrumentEffect):
     def apply(self, seen: SensorView) -> Tensor:
         """Return the clipped reading."""
         return seen.tau + self.change(seen)
+
+    def lasting(self, offset: float) -> InstrumentEffect:
+        """Return the clipping with no more cut off than what exceeds its level: more would turn the reading of a larger torque back."""
+        return replace(self, share=(min(self.share[0], 1.0),))
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -10,6 +10,7 @@ from races import NOISE, SINGLE, K, candidate, race, tables
 from nnhydro.diagnosis import naming
 from nnhydro.diagnosis.locate import Residual
 from nnhydro.diagnosis.naming import _least, explained, torque_peaks
+from nnhydro.effects.effect import REGISTER
 
 
 def test_the_share_explained_is_the_gain_of_all_findings_over_the_excess_beyond_what_the_noise_is_known_to():
@@ -104,7 +105,7 @@ class Told:
     candidate: object
 
 
-FORESEEN = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=1.0, signature=SimpleNamespace(mistaken_for=())))
+FORESEEN = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=1.0, akin=(), signature=SimpleNamespace(mistaken_for=())))
                  for k in range(K))
 
 
@@ -182,15 +183,14 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
     assert alone == ["effect_4"], "beside nothing else it need not add a share"
 
 
-@pytest.mark.parametrize(("joint", "families", "foreseen", "mistaken", "left"), [
-    (1, "aa", 0.7, "effect_0", [1]), (0, "aa", 0.7, "effect_0", [0, 1]), (1, "ab", 0.7, "effect_0", [0, 1]),
-    (1, "aa", 0.5, "effect_5", [0, 1])])
-def test_one_joint_has_no_two_causes_of_a_family_that_are_mistaken_for_each_other(monkeypatch, joint, families, foreseen, mistaken, left):
+@pytest.mark.parametrize(("names", "joints", "left"), [
+    (("backlash", "joint_elasticity"), (1, 1), [1]), (("joint_elasticity", "backlash"), (1, 1), [0, 1]),
+    (("backlash", "joint_elasticity"), (2, 1), [0, 1]), (("torque_gain", "torque_saturation"), (1, 1), [0, 1])])
+def test_beside_a_soft_drive_no_gap_is_claimed_at_the_same_joint_however_much_is_explained(monkeypatch, names, joints, left):
     monkeypatch.setattr(naming, "explained", lambda race, less=(): 0.9)
     monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)
-    seen = SimpleNamespace(mistaken_for=(mistaken,))
-    bank = tuple(candidate(f"effect_{k}", (k,), joint=joint, effect=SimpleNamespace(foreseen=foreseen, signature=seen, family=family))
-                 for k, family in enumerate(families))
+    bank = tuple(candidate(name, (k,), joint=joint, effect=REGISTER[name])
+                 for k, (name, joint) in enumerate(zip(names, joints, strict=True)))
     found = race(tables(7, {0: 0.35, 1: 0.8}), bank, chosen=(0, 1))
     assert 0.3 < found.loss(bank[0]) / found.loss(bank[1]) < 0.3 / 0.7
     naming.drop_leftovers(found, 0)
@@ -205,7 +205,7 @@ def test_what_may_be_made_of_the_part_of_another_finding_that_nobody_foretells_i
     monkeypatch.setattr(naming, "explained", lambda race, less=(): without.append(less) or share)
     monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)
     seen = SimpleNamespace(mistaken_for=("effect_0",) if alike else ("effect_5",))
-    bank = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=value, signature=seen))
+    bank = tuple(candidate(f"effect_{k}", (k,), effect=SimpleNamespace(foreseen=value, signature=seen, akin=()))
                  for k, value in enumerate((1.0, foreseen)))
     found = race(tables(7, {0: 0.35, 1: 0.8}), bank, chosen=(0, 1))
     ratio = found.loss(bank[0]) / found.loss(bank[1])
@@ -213,6 +213,7 @@ def test_what_may_be_made_of_the_part_of_another_finding_that_nobody_foretells_i
     naming.drop_leftovers(found, 0)
     assert found.chosen == [bank[k] for k in left]
     assert all(less == [bank[0]] for less in without), "what is explained without the one that is asked"
+    assert bool(without) == (ratio < (1 - foreseen) / (foreseen if alike else 1.0)), "it is asked where one may have made the other"
     monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 0)
     found.chosen = list(bank)
     naming.drop_leftovers(found, 0)

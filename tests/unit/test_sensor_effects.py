@@ -128,9 +128,15 @@ def test_a_gap_is_told_with_its_flanks_where_they_give_and_old_models_are_rigid(
     assert "flanks" not in old.statement()
 
 
-def test_a_clipping_may_seem_deeper_than_all_that_exceeds_its_level_as_the_clipped_torque_fits_the_model_too_low():
+def test_a_clipping_that_seems_deeper_than_all_beyond_its_level_predicts_a_reading_that_stays_at_the_level():
     (low, high), = made("torque_saturation", arm(1), 1).linear_bounds()
-    assert (low, high) == (0.0, pytest.approx(1.5))
+    assert (low, high) == (0.0, pytest.approx(1.5)), "a clipped torque fits the model too low, and what exceeds the level with it"
+    tau = np.linspace(-8.0, 8.0, 33)
+    for share in (0.6, 1.0, 1.4):
+        last = made("torque_saturation", arm(1), 1, share=(share,), level=(2.0,)).lasting(0.0)
+        read = last.apply(of_time(np.arange(33) * 0.01, tau))[:, 0].numpy()
+        assert (np.diff(read) >= -1e-12).all()
+        assert read[-1] == pytest.approx(2.0 + (1 - min(share, 1.0)) * 6.0)
 
 
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
