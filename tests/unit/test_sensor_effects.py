@@ -1,6 +1,7 @@
 """Faults of sensors and of time: closed forms, limits, and what their cards hold possible."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import torch
 from hypotheses import made, of_time, steady, view
 from rigs import arm, assert_close, run
 
+from nnhydro.diagnosis import engine
 from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER
 from nnhydro.effects.reading import with_effects
@@ -137,6 +139,12 @@ def test_a_clipping_that_seems_deeper_than_all_beyond_its_level_predicts_a_readi
         read = last.apply(of_time(np.arange(33) * 0.01, tau))[:, 0].numpy()
         assert (np.diff(read) >= -1e-12).all()
         assert read[-1] == pytest.approx(2.0 + (1 - min(share, 1.0)) * 6.0)
+
+
+def test_a_corrected_model_holds_of_a_clipping_no_more_than_the_level(monkeypatch):
+    monkeypatch.setattr(engine, "Order", SimpleNamespace(of=lambda table: SimpleNamespace(numbers=[0])))
+    found = SimpleNamespace(effect=made("torque_saturation", arm(1), 1, share=(1.4,)), candidate=None)
+    assert engine._lasting(found, SimpleNamespace(table=None)).share == (1.0,)
 
 
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
