@@ -40,14 +40,14 @@ def test_each_of_three_tests_says_that_something_is_missing_and_the_p_pays_for_a
 
 
 def test_where_random_signs_of_blocks_are_silent_left_out_likelihood_speaks_among_all_that_are_tried(monkeypatch):
-    """A few telling blocks have few signs; a gain of 6 log(3 580 / 0.01) = 72 in what is left out is one in a hundred all the same."""
+    """A few telling blocks have few signs; a gain of 6 log(3 660 / 0.01) = 73 in what is left out is one in a hundred all the same."""
     monkeypatch.setattr(module.Extremes, "p_value", 1.0)
     found = {size: p_of(tables(40, {0: size})) for size in (0.6, 0.0)}
     assert found[0.6] == pytest.approx(3 / 1000)
     assert found[0.0] > 0.05
-    monkeypatch.setattr(module, "gains", lambda race, tried: [(70.0, None), (-3.0, None)])
+    monkeypatch.setattr(module, "gains", lambda race, tried: [(72.5, None), (-3.0, None)])
     assert p_of(tables(40)) > 0.01
-    monkeypatch.setattr(module, "gains", lambda race, tried: [(-3.0, None), (72.5, None)])
+    monkeypatch.setattr(module, "gains", lambda race, tried: [(-3.0, None), (73.8, None)])
     assert p_of(tables(40)) < 0.01
 
 
