@@ -8,6 +8,7 @@ their files, so that what one worker has read is not lost with it, and a task wh
 """
 
 import os
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from nnhydro.errors import ConfigError, NnhydroError, missing_extra, require
 Result = TypeVar("Result")
 BACKENDS: Final = ("processes", "dask")
 PATIENCE: Final = 30  # s: a scheduler that has not answered by then is not there
+RENEWED: Final = "A worker stopped while some jobs were given to the executor"  # one that grew by 300 MB: another takes its place
 
 
 class WorkerError(NnhydroError):
@@ -82,6 +84,7 @@ def _dask(workers: Workers) -> Iterator[None]:
 def _results(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], jobs: int | None) -> Iterator[Result]:
     import joblib
 
+    warnings.filterwarnings("ignore", message=RENEWED, category=UserWarning)  # raised as an error it would end the thread that waits
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="all")
     yield from parallel(joblib.delayed(_called)((function, task, os.getcwd())) for task in tasks)
 

@@ -50,6 +50,12 @@ def _where(effect: LoadEffect, spell: Spell | None) -> LoadTerm:
     return effect if sector is None else InSector(sector.joint, sector.low, sector.high, effect)
 
 
+def _term_name(effect: LoadEffect, loads: Loads) -> str:
+    """The finding's id and joint; told apart from a term of the baseline that is called so, too."""
+    name = f"{effect.id}_{effect.joint}" if effect.joint else effect.id
+    return f"found_{name}" if name in loads.terms else name
+
+
 def corrected(reference: Reference, search: Found, found: Sequence[Finding]) -> TorqueModel:
     """Return the baseline, refitted beside the findings, with every finding as one more term or as a fault of the instruments.
 
@@ -63,7 +69,7 @@ def corrected(reference: Reference, search: Found, found: Sequence[Finding]) -> 
     lasting = [_lasting(f, search) for f in kept]
     for f, effect in zip(kept, lasting, strict=True):
         if isinstance(effect, LoadEffect):
-            loads = loads.plus(f"{effect.id}_{effect.joint}" if effect.joint else effect.id, _where(effect, f.candidate.instance.spell))
+            loads = loads.plus(_term_name(effect, loads), _where(effect, f.candidate.instance.spell))
     instruments = tuple(effect for effect in lasting if isinstance(effect, InstrumentEffect))
     record = {"kind": "corrected model of a diagnosis", "findings": [f.statement for f in found], "versions": versions()}
     after = StripTheory(model.arm, model.preparation, record, f"{reference.name} corrected", loads, instruments)

@@ -10,9 +10,9 @@ from rigs import arm
 
 from nnhydro.diagnosis.bank import Bank, Candidate
 from nnhydro.diagnosis.blocks import Blocks, block_grams
-from nnhydro.diagnosis.instances import Instance, finer
+from nnhydro.diagnosis.instances import Instance, finer, instances
 from nnhydro.diagnosis.locate import Residual, locate
-from nnhydro.diagnosis.locks import family_wise_p, gain_p, sign_flip_p
+from nnhydro.diagnosis.locks import TRIED, family_wise_p, gain_p, sign_flip_p
 from nnhydro.diagnosis.placebo import whiteness
 from nnhydro.diagnosis.race import Race, gains
 from nnhydro.diagnosis.score import Bench
@@ -167,6 +167,10 @@ def test_the_sign_flip_test_keeps_its_level_and_one_violent_recording_does_not_d
 def test_the_p_of_a_phase_of_its_own_is_one_without_gain_and_falls_with_it():
     assert gain_p(-5.0, 10) == 1.0
     assert gain_p(60.0, 100) < 0.01 < gain_p(30.0, 100)
+
+
+def test_what_is_paid_for_is_what_is_tried():
+    assert len(instances(arm(2), (1.0, 2.0))) == TRIED
 
 
 def test_finer_values_lie_half_way_and_close_in_on_the_best():

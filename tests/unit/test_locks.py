@@ -9,6 +9,7 @@ from races import JOINTS, NOISE, SINGLE, K, P, candidate, fit, race, rows, table
 
 from nnhydro.diagnosis import locks
 from nnhydro.diagnosis.locks import (
+    TRIED,
     Extremes,
     block_scores,
     confirmed,
@@ -224,7 +225,7 @@ def test_what_takes_away_less_than_a_hundredth_of_the_error_is_no_finding_howeve
 
 
 def test_the_first_lock_opens_to_the_signs_of_blocks_or_to_what_is_gained_on_data_left_out():
-    enough = 6 * np.log(3 * 660 / 0.01)
+    enough = 6 * np.log(3 * TRIED / 0.01)
     assert first_lock_p(SINGLE[2], 40.0, 0.4) == pytest.approx(0.4)
     assert first_lock_p(SINGLE[2], enough, 0.4) == pytest.approx(0.01)
     assert first_lock_p(SINGLE[2], 0.0, 0.02) == pytest.approx(0.02)
@@ -247,8 +248,8 @@ def test_values_of_a_recordings_own_pass_the_first_lock_by_their_gain():
     gain = found.total() - found.total([own])
     assert gain > 100
     assert passes(found, own, gain, 0)
-    assert not passes(found, own, 6 * np.log(3 * 660 / 0.0101), 0), "one in a hundred of three tests of 660 asks for more"
-    assert passes(found, own, 6 * np.log(3 * 660 / 0.0099), 0)
+    assert not passes(found, own, 6 * np.log(3 * TRIED / 0.0101), 0), "one in a hundred of three tests of all that are tried asks for more"
+    assert passes(found, own, 6 * np.log(3 * TRIED / 0.0099), 0)
 
 
 def test_recordings_in_which_nothing_is_missing_have_no_say_on_values_of_their_own():

@@ -10,6 +10,7 @@ from rigs import arm
 from nnhydro.diagnosis.experiment import Proposal
 from nnhydro.diagnosis.feasible import draw
 from nnhydro.diagnosis.lines import Line
+from nnhydro.diagnosis.locks import TRIED
 from nnhydro.diagnosis.moments import Rows, _scan, left_by, moment, projected, sector
 from nnhydro.diagnosis.nearest import Near, _why, nearest
 from nnhydro.diagnosis.noise import flexible_noise, quiet_noise
@@ -289,7 +290,7 @@ def test_the_first_lock_that_stays_shut_is_what_keeps_a_card_out():
     assert not _why(found, SINGLE[0], 74.0, 0.02).startswith("what it explains may be chance"), "lock 1 opens to what is gained, too"
     own = candidate("own", (), (2,))
     assert _why(race(tables(8), (own,)), own, 10.0, 0.001).startswith("what it explains may be chance (p = 1 ")
-    paid = 6 * np.log(3 * 660 / 0.01)  # a hundredth of three tests of 660 hypotheses each
+    paid = 6 * np.log(3 * TRIED / 0.01)  # a hundredth of three tests of all hypotheses each
     assert _why(race(tables(8), (own,)), own, paid - 0.1, 0.001).startswith("what it explains may be chance (p = 0.01 ")
     assert not _why(race(tables(8), (own,)), own, paid + 0.1, 0.001).startswith("what it explains may be chance")
 

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from functools import cache
 from pathlib import Path
@@ -65,8 +67,6 @@ def test_workers_that_cannot_be_are_refused(choices, said):
 
 
 def test_without_distributed_the_extra_is_named(monkeypatch):
-    import sys
-
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'nnhydro\[cluster\]'"):
         list(spread(squared, [(1,)], Workers(backend="dask", scheduler="tcp://127.0.0.1:1")))
@@ -100,6 +100,35 @@ def test_processes_give_the_results_in_order_and_pass_errors_on():
 def test_a_process_that_the_system_ends_is_told_in_one_line():
     with pytest.raises(WorkerError, match=r"ended from outside .* fewer --jobs"):
         list(spread(ending_its_process, [(1,), (2,)], TWO))
+
+
+@pytest.mark.slow
+def test_a_worker_that_has_grown_is_replaced_without_a_word(tmp_path):
+    """joblib ends workers that have grown by 300 MB; its warning, raised as an error, once ended the thread that collects results."""
+    (tmp_path / "growing.py").write_text("""
+import time
+KEPT = []
+def small(x):
+    return x
+def large(x):
+    KEPT.append(bytearray(400_000_000) if x == 0 else b"")
+    time.sleep(2.0 if x == 0 else 0.0)
+    return x
+""")
+    (tmp_path / "main.py").write_text("""
+import time
+from growing import large, small
+from nnhydro.parallel import Workers, spread
+two = Workers(2)
+list(spread(small, [(k,) for k in range(8)], two))
+time.sleep(1.5)
+list(spread(small, [(k,) for k in range(8)], two))
+print(list(spread(large, [(k % 2,) for k in range(8)], two)))
+""")
+    paths = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
+    done = subprocess.run([sys.executable, "-W", "error::UserWarning", "main.py"], cwd=tmp_path, capture_output=True, text=True,
+                          timeout=100, env=paths, check=False)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "[0, 1, 0, 1, 0, 1, 0, 1]", "")
 
 
 @pytest.mark.slow

@@ -9,13 +9,14 @@ import torch
 from campaigns import angles_only, planted, recording
 from rigs import arm
 
+from nnhydro.diagnosis import steadfast
 from nnhydro.diagnosis.case import opened
 from nnhydro.diagnosis.engine import corrected
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import named, torque_peaks
 from nnhydro.diagnosis.planting import planted as planted_in
 from nnhydro.diagnosis.proof import foretold, prove, prove_fresh
-from nnhydro.diagnosis.search import race_of, search
+from nnhydro.diagnosis.search import Found, race_of, search
 from nnhydro.diagnosis.steadfast import drop_made_by_filter, kept_shares
 from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.verdict import findings
@@ -158,6 +159,15 @@ def test_an_effect_that_is_there_survives_the_cut_off_moved_and_one_that_is_not_
     assert false
 
 
+@pytest.mark.parametrize(("keeps", "stay"), [(0.2, 1), (0.3, 2)])
+def test_what_keeps_less_than_a_quarter_of_its_gain_is_made_by_the_filter(many, monkeypatch, keeps, stay):
+    race, _, ready = raced(many, [("coulomb_friction", 1), ("torque_ripple", 2)])
+    shares = {"coulomb_friction": [0.9, 1.3], "torque_ripple": [1.5, keeps]}
+    monkeypatch.setattr(steadfast, "kept_shares", lambda case, race, believed, chosen: [shares[c.key[0]] for c in chosen])
+    drop_made_by_filter(ready.case, race, ready.case.model)
+    assert [c.key for c in race.chosen] == [("coulomb_friction", 1), ("torque_ripple", 2)][:stay]
+
+
 def test_where_nothing_is_filtered_there_is_no_cut_off_to_move(many):
     race, _, ready = raced(many, [("coulomb_friction", 1)])
     assert ready.case.moved == ()
@@ -183,6 +193,14 @@ def test_a_prediction_holds_the_zero_that_a_drifting_sensor_had_at_the_end(many)
     (bias,) = model.instruments
     assert (bias.id, bias.joint) == ("torque_bias", 2)
     assert bias.offset[0] == pytest.approx(0.7, abs=0.03)
+
+
+def test_a_finding_called_as_a_term_of_the_baseline_stands_beside_it(many):
+    race, table, ready = raced(many, [("added_mass", 0)], more=("added_mass",))
+    found = Found(race, table, ready.case.model, 0.0)
+    model = corrected(ready.case.reference, found, findings(race))
+    assert [name for name in model.loads.terms if "added_mass" in name] == ["added_mass", "found_added_mass"]
+    assert model.loads.terms["found_added_mass"] != model.loads.terms["added_mass"]
 
 
 def test_what_is_planted_is_planted_at_the_moved_cut_offs_too():

@@ -69,7 +69,7 @@ def rubbing(gain):
         made.append(replace(r, tau=(np.asarray(r.tau) + friction) * [1.0, gain]))
     case = opened(Campaign.of(ARM, made)).case
     keys = [("coulomb_friction", 1), ("torque_gain", 2), ("torque_crosstalk", 2)]
-    known = {i.key: i for i in instances(ARM, torque_peaks(case.all_units)) if i.key in keys}
+    known = {i.key: i for i in reversed(instances(ARM, torque_peaks(case.all_units))) if i.key in keys}  # the first law of each
     race = race_of(Table(case), [known[key] for key in keys], case.model, None)
     race.chosen = list(race.bank.candidates[:2])
     return case, race

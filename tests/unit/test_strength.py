@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from races import NOISE, P, race, tables
 
-from nnhydro.diagnosis.locks import sign_flip_p
+from nnhydro.diagnosis.locks import TRIED, sign_flip_p
 from nnhydro.diagnosis.strength import (
     Price,
     Where,
@@ -143,7 +143,7 @@ def test_the_smallest_strength_is_found_four_times_in_five_and_a_tenth_less_is_n
 
 def test_strength_grows_as_the_root_of_the_correlation_of_rows():
     one, four = (smallest_own_strength(spread(correlation=c), 0) for c in (1.0, 4.0))
-    need = 6 * np.log(3 * 660 / 0.01)
+    need = 6 * np.log(3 * TRIED / 0.01)
     assert one == pytest.approx(0.84 + np.sqrt(0.84**2 + 2 * need))
     assert four == pytest.approx(1.68 + np.sqrt(1.68**2 + 2 * need))
 
@@ -159,7 +159,7 @@ def gain_of(x, values, e, units):
 def test_values_of_each_recordings_own_ask_for_the_documented_strength(values, correlation):
     x = smallest_own_strength(spread(units=6, correlation=correlation), values)
     left = gain_of(x, values, 1 / 24, 6) - 0.84 * np.sqrt(correlation) * x
-    assert left == pytest.approx(6 * np.log(3 * 660 / 0.01))
+    assert left == pytest.approx(6 * np.log(3 * TRIED / 0.01))
 
 
 def test_the_documented_gain_is_what_the_score_gains_by_values_of_each_recordings_own():

@@ -76,15 +76,19 @@ def line(told) -> str:
 
 
 def scored(suite: Path, workers, without: str = "") -> dict:
-    """Return the score of a suite, its campaigns diagnosed where they are not yet."""
+    """Return the score of a suite, its campaigns diagnosed where they are not yet; it ends where one cannot be diagnosed."""
     from nnhydro.report.diagnosis_batch import Asked, diagnose_all
     from nnhydro.simulation.reveal import read_suite, reveal
 
     found, out = RUNS / f"{suite.name}_diagnoses{'_without_' + without if without else ''}", left_out(suite, without)
     todo = [Asked(suite / name, found / name, public["baseline"], without=out[name]) for name, public in read_suite(suite).items()
             if not (found / name / "diagnosis.json").is_file()]
+    failed = []
     for told in diagnose_all(todo, workers) if todo else ():
         print(line(told), flush=True)
+        failed += [line(told)] if told.document is None else []
+    if failed:
+        sys.exit(f"{len(failed)} of {len(todo)} campaigns of {suite} could not be diagnosed, no score without them: {'; '.join(failed)}")
     return reveal(suite, found)
 
 
