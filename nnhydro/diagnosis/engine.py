@@ -24,7 +24,7 @@ from nnhydro.diagnosis.spells import Order
 from nnhydro.diagnosis.uncertainty import own_values
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
-from nnhydro.effects.in_sector import InSector
+from nnhydro.effects.in_sector import InSector, ReadInSector
 from nnhydro.identification.identify import versions, with_parameters
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -44,10 +44,16 @@ def _lasting(finding: Finding, found: Found) -> Hypothesis:
     return effect if not order else effect.lasting(float(own_values(found.race, finding.candidate, order[-1])[-1]))
 
 
-def _where(effect: LoadEffect, spell: Spell | None) -> LoadTerm:
+def _term(effect: LoadEffect, spell: Spell | None) -> LoadTerm:
     """The effect as a term, which acts in a sector only where that was found."""
     sector = None if spell is None else spell.sector
     return effect if sector is None else InSector(sector.joint, sector.low, sector.high, effect)
+
+
+def _instrument(effect: InstrumentEffect, spell: Spell | None) -> InstrumentEffect:
+    """The effect as a fault of sensors or drives, in a sector only where that was found."""
+    sector = None if spell is None else spell.sector
+    return effect if sector is None else ReadInSector(sector.low, sector.high, effect, joint=sector.joint)
 
 
 def _term_name(effect: LoadEffect, loads: Loads) -> str:
@@ -66,11 +72,11 @@ def corrected(reference: Reference, search: Found, found: Sequence[Finding]) -> 
     if found or not reference.ours:
         loads = with_parameters(loads, before.mean + before.F @ race.values(race.chosen)[0])
     kept = [f for f in found if not f.effect.own_in_every_recording and f.lasts]
-    lasting = [_lasting(f, search) for f in kept]
-    for f, effect in zip(kept, lasting, strict=True):
+    lasting = [(_lasting(f, search), f.candidate.instance.spell) for f in kept]
+    for effect, spell in lasting:
         if isinstance(effect, LoadEffect):
-            loads = loads.plus(_term_name(effect, loads), _where(effect, f.candidate.instance.spell))
-    instruments = tuple(effect for effect in lasting if isinstance(effect, InstrumentEffect))
+            loads = loads.plus(_term_name(effect, loads), _term(effect, spell))
+    instruments = tuple(_instrument(effect, spell) for effect, spell in lasting if isinstance(effect, InstrumentEffect))
     record = {"kind": "corrected model of a diagnosis", "findings": [f.statement for f in found], "versions": versions()}
     after = StripTheory(model.arm, model.preparation, record, f"{reference.name} corrected", loads, instruments)
     return reference.amended(replace(model, loads=with_parameters(model.loads, before.mean)), after)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from nnhydro.effects.effect import REGISTER, Effect, InstrumentEffect
+from nnhydro.effects.in_sector import ReadInSector
 from nnhydro.errors import ConfigError, ModelError, NnhydroError, require
 from nnhydro.recordings.arm import Arm
 
@@ -105,11 +106,14 @@ def _with(started: Effect, shape: Mapping[str, float]) -> Effect:
 
 def instrument_of(document: Mapping[str, Any]) -> InstrumentEffect:
     """Return the instrument effect that `document` (from its `document()`) describes; raises ModelError naming what does not fit."""
-    kinds = {cls.kind: cls for cls in catalogue().values() if issubclass(cls, InstrumentEffect)}
-    kind = str(document.get("kind"))
+    require(isinstance(document, Mapping), f"an instrument effect is an object with a kind, not {document!r:.60}", ModelError)
+    kinds: dict[str, type[InstrumentEffect]] = {cls.kind: cls for cls in catalogue().values() if issubclass(cls, InstrumentEffect)}
+    kind, options = str(document.get("kind")), document.get("options", {})
+    if kind == ReadInSector.kind:
+        kinds, options = {kind: ReadInSector}, {**options, "effect": instrument_of(options.get("effect", {}))}
     if kind not in kinds:
         raise ModelError(f"unknown instrument effect {kind!r}: this version knows {', '.join(kinds)}; was it a plug-in of your own?")
     try:
-        return kinds[kind](**document.get("parameters", {}), **document.get("options", {}))
+        return kinds[kind](**document.get("parameters", {}), **options)
     except TypeError as cause:
         raise ModelError(f"effect {kind!r}: {cause}") from cause

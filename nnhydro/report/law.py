@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.verdict import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
-from nnhydro.effects.in_sector import InSector
+from nnhydro.effects.in_sector import InSector, ReadInSector
 from nnhydro.effects.quantity import Z95
 from nnhydro.evaluation.benchmark import modelled
 from nnhydro.models.amended import Amended
@@ -66,8 +66,15 @@ def _with(model: StripTheory, old: LoadEffect | InstrumentEffect, new: LoadEffec
             terms[name] = term
         elif isinstance(new, LoadEffect):
             terms[name] = new
-    instruments = (new if one is old else one for one in model.instruments)
-    return replace(model, loads=Loads(terms), instruments=tuple(one for one in instruments if isinstance(one, InstrumentEffect)))
+    instruments: list[InstrumentEffect] = []
+    for one in model.instruments:
+        if isinstance(one, ReadInSector) and one.effect is old:
+            instruments += [replace(one, effect=new)] if isinstance(new, InstrumentEffect) else []
+        elif one is not old:
+            instruments.append(one)
+        elif isinstance(new, InstrumentEffect):
+            instruments.append(new)
+    return replace(model, loads=Loads(terms), instruments=tuple(instruments))
 
 
 def _moved(effect: LoadEffect | InstrumentEffect, covariance: Array) -> Iterator[LoadEffect | InstrumentEffect]:

@@ -2,17 +2,20 @@
 
 from typing import Any
 
+from nnhydro.effects.in_sector import InSector, ReadInSector
 from nnhydro.models.amended import Amended
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.parametrised import Parametrised
 from nnhydro.report.sheet import Column, Sheet, interval
 
 
 def _values(model: StripTheory) -> dict[str, dict[str, Any]]:
     """Every parameter of the sum and of the instruments by its name, without intervals."""
     found: dict[str, dict[str, Any]] = {}
-    named = {**model.loads.terms, **{one.id: one for one in model.instruments}}
+    named: dict[str, Parametrised] = {name: term.term if isinstance(term, InSector) else term for name, term in model.loads.terms.items()}
+    named |= {one.id: one.effect if isinstance(one, ReadInSector) else one for one in model.instruments}
     for name, term in named.items():
         for field in term.parameters():
             values = getattr(term, field.name)

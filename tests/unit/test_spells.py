@@ -6,21 +6,23 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 from campaigns import planted, recording
 from rigs import arm, run
 
 from nnhydro.diagnosis import spells as module
 from nnhydro.diagnosis.case import opened
-from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.engine import corrected, diagnose
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import torque_peaks
 from nnhydro.diagnosis.race import race_of
-from nnhydro.diagnosis.search import search, with_loads
+from nnhydro.diagnosis.search import Found, search, with_loads
 from nnhydro.diagnosis.spell import Sector, Spell
 from nnhydro.diagnosis.table import Table
 from nnhydro.diagnosis.verdict import findings
-from nnhydro.effects.catalogue import catalogue
-from nnhydro.effects.in_sector import InSector
+from nnhydro.effects.catalogue import catalogue, instrument_of
+from nnhydro.effects.in_sector import InSector, ReadInSector
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ModelError
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
@@ -28,7 +30,8 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_of
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.law import _acting
+from nnhydro.report.law import _acting, _with
+from nnhydro.report.parameter_sheet import _values
 
 ARM = arm(2)
 FEW = ("coulomb_friction", "viscous_friction", "torque_bias", "umbilical_stiffness")
@@ -190,6 +193,33 @@ def test_what_is_confined_to_a_sector_is_confined_in_the_corrected_model_too(tmp
     assert np.abs(there[0][q > term.low + 0.2, 0]).max() > 0.8
 
 
+def test_a_fault_of_a_drive_that_is_confined_to_a_sector_is_confined_in_the_corrected_model_too(tmp_path):
+    made = []
+    for k in range(COUNT):
+        r = recording(ARM, planted(ARM), f"run{k:02d}", seed=k + 1, noise=0.003, seconds=4.0)
+        tau, q = np.array(r.tau), np.asarray(r.q)[:, 0]
+        tau[:, 0] += 0.3 * np.abs(tau[:, 0]) * np.tanh(np.asarray(r.qd)[:, 0] / 0.02) * (q > 0.1)
+        made.append(replace(r, tau=tau))
+    case, spell = opened(Campaign.of(ARM, made)).case, Spell(sector=Sector(1, 0.1, None))
+    known = [replace(i, spell=spell) for i in instances(ARM, torque_peaks(case.all_units)) if i.key == ("load_friction", 1)]
+    race = race_of(table := Table(case), known, case.model, None)
+    race.chosen = list(race.bank.candidates)
+    model = corrected(case.reference, Found(race, table, case.model, 0.0), findings(race))
+    (rubs,) = model.instruments
+    assert (rubs.id, rubs.joint, rubs.low, rubs.high, rubs.effect.joint) == ("load_friction", 1, 0.1, None, 1)
+    assert rubs.effect.coefficient[0] == pytest.approx(0.3, abs=0.05), "on the torque of a baseline that nobody has settled beside it"
+    r, without = made[3], replace(model, instruments=())
+    there = [predict(one, r).tau - predict(without, r).tau for one in (model, load_model(save_model(model, tmp_path / "model")))]
+    assert np.array_equal(*there)
+    q = np.asarray(r.q)[:, 0]
+    assert np.abs(there[0][q < rubs.low - 1e-9]).max() == 0
+    assert np.abs(there[0][q > rubs.low, 0]).max() > 0.1
+    assert any(label.startswith("load_friction.coefficient") for label in _values(model)), "the sheet tells its value"
+    assert _with(model, rubs.effect, None).instruments == ()
+    moved = replace(rubs.effect, coefficient=(0.4,))
+    assert [one.effect for one in _with(model, rubs.effect, moved).instruments] == [moved]
+
+
 def test_a_spell_and_its_opposite_share_all_rows():
     rng = np.random.default_rng(3)
     place, state = np.sort(rng.uniform(-1, 1, 50)), {"q1_rad": rng.uniform(-2, 2, 50), "q2_rad": rng.uniform(-2, 2, 50)}
@@ -226,6 +256,33 @@ def test_a_sector_that_makes_no_sense_is_refused(broken):
     options = {"joint": 1, "low": 0.0, "high": 1.0, "term": catalogue()["viscous_friction"].started(ARM, joint=1).document()} | broken
     with pytest.raises(ModelError):
         term_of({"kind": "in_sector", "parameters": {}, "options": options})
+
+
+@pytest.mark.parametrize(("low", "high"), [(-0.2, 0.4), (None, 0.1), (0.1, None), (None, None)])
+def test_a_reading_that_errs_in_a_sector_is_right_outside_it(low, high):
+    effect = catalogue()["torque_gain"](joint=2, error=(0.2,))
+    motion = run(2)
+    view = SensorView(Flow(ARM, motion), lambda flow: planted(ARM).torque(flow))
+    there = ReadInSector(low, high, effect, joint=1)
+    acts = Sector(1, low, high).holds(motion.q[:, 0].numpy())[:, None]
+    np.testing.assert_array_equal(there.apply(view), view.tau + (effect.apply(view) - view.tau) * torch.from_numpy(acts))
+    np.testing.assert_array_equal(there.columns(view), effect.columns(view) * torch.from_numpy(acts)[..., None])
+    assert (there.id, there.stage) == (effect.id, effect.stage)
+    assert instrument_of(json.loads(json.dumps(there.document()))) == there
+
+
+@pytest.mark.parametrize("broken", [{"joint": 0}, {"joint": 1.5}, {"low": "0"}, {"high": True}, {"effect": 3}, {"effect": {}},
+                                    {"effect": {"kind": "read_in_sector"}}])
+def test_a_reading_in_a_sector_that_makes_no_sense_is_refused(broken):
+    effect = catalogue()["torque_gain"](joint=2, error=(0.2,)).document()
+    with pytest.raises(ModelError):
+        instrument_of({"kind": "read_in_sector", "options": {"joint": 1, "low": 0.0, "high": 1.0, "effect": effect} | broken})
+
+
+def test_a_reading_is_not_confined_to_a_sector_twice():
+    effect = ReadInSector(0.0, 1.0, catalogue()["torque_gain"](joint=2, error=(0.2,)), joint=1)
+    with pytest.raises(ModelError, match="acts everywhere"):
+        ReadInSector(0.0, 1.0, effect, joint=2)
 
 
 def test_the_law_of_what_acts_in_a_part_is_drawn_over_the_rows_of_that_part():
