@@ -72,8 +72,8 @@ class Instance:
         return self.effect.with_linear(values[: len(self.effect.linear_names())])
 
 
-def _neighbours(values: Sequence[float], value: float) -> Span:
-    """The grid points beside `value`; beyond an end as far as the other neighbour, in ratio where all are positive."""
+def beside(values: Sequence[float], value: float) -> Span:
+    """Return the grid points beside `value`; beyond an end as far as the other neighbour, in ratio where all are positive."""
     listed = sorted(set(values))
     k = listed.index(value)
     if len(listed) == 1:
@@ -93,9 +93,9 @@ def instances(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = ()) -
             continue
         found = [one for one in candidates(cls, arm, peaks) if isinstance(one, LoadEffect | InstrumentEffect)]
         for one in found:
-            beside = [other for other in found if other.joint == one.joint]
-            spans = {name: _neighbours([getattr(other, name)[0] for other in beside], getattr(one, name)[0]) for name in cls.grids()}
-            made.append(Instance(one, len(beside), spans))
+            same = [other for other in found if other.joint == one.joint]
+            spans = {name: beside([getattr(other, name)[0] for other in same], getattr(one, name)[0]) for name in cls.grids()}
+            made.append(Instance(one, len(same), spans))
     return tuple(made)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.case import Case
+from nnhydro.diagnosis.detail import Asked, detailed
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.locks import P_BLOCK, P_LEFT_OUT, family_wise_p
 from nnhydro.diagnosis.placebo import whiteness
@@ -52,6 +53,7 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     """Return what the baseline leaves out of `case`; `repeats` (joints,) N m is the noise seen in repeats, `without` ids not to try."""
     known = started(case, instances(case.model.arm, torque_peaks(case.all_units), without))
     found = search(case, known, repeats, seed, progress)
+    found = replace(found, race=detailed(Asked(found.table, found.believed, repeats), found.race))
     race = found.race
     drop_untuned(race, found.table, found.believed, known)
     prune(race, found.table, found.believed)

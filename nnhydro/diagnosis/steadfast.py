@@ -15,8 +15,6 @@ from nnhydro.diagnosis.score import Bench
 from nnhydro.diagnosis.table import Table
 from nnhydro.models.strip_theory import StripTheory
 
-KEPT = 0.25  # of its gain in left-out score: what an effect keeps at least at each cut-off; of 80 hidden ones none kept less than 0.42
-
 
 def kept_shares(case: Case, race: Race, believed: StripTheory, chosen: Sequence[Candidate]) -> list[list[float]]:
     """Return for each of `chosen` the share of its gain in left-out score that it keeps at each moved cut-off."""
@@ -32,7 +30,7 @@ def kept_shares(case: Case, race: Race, believed: StripTheory, chosen: Sequence[
 
 
 def drop_made_by_filter(case: Case, race: Race, believed: StripTheory) -> None:
-    """Take the chosen candidates away, the weakest first, that keep little of their gain at a moved cut-off."""
+    """Take the chosen candidates away, the weakest first, that gain nothing at a moved cut-off."""
     while race.chosen:
         kept = kept_shares(case, race, believed, race.chosen)
         shares = [(max if c.instance.effect.own_in_every_recording else min)(share, default=1.0)
@@ -40,6 +38,6 @@ def drop_made_by_filter(case: Case, race: Race, believed: StripTheory) -> None:
         race.log += [f"{c.key[0]} joint {c.key[1]}: keeps {share:.2f} of its gain with the cut-off moved"
                      for c, share in zip(race.chosen, shares, strict=True)]
         weakest = int(np.argmin(shares))
-        if shares[weakest] >= KEPT:
+        if shares[weakest] > 0:
             return
         race.chosen.pop(weakest)

@@ -8,21 +8,22 @@ from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import DRY_WIDTH, smooth_sign
+from nnhydro.physics.joints import bent_sign
 
 
 @effect
 @final
 @dataclass(frozen=True)
 class CoulombFriction(LoadEffect):
-    """Constant friction at one joint."""
+    """Constant friction at one joint, whose contact may bend like a spring before it slips."""
 
     id = "coulomb_friction"
     family = "dry_friction"
     name = "Coulomb friction"
     mechanism = "Dry contact in a seal, bearing or gear: the joint drags with the same torque at any speed, against the way it turns."
-    equation = "tau_j = T_C tanh(qd_j / v_0),  v_0 = 0.005 rad/s"
-    source = "Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation"
+    equation = ("tau_j = T_C z,  dz/dt = (tanh(qd_j / v_0) - z) |qd_j| / z_0,  v_0 = 0.005 rad/s;  z_0 = 0: z = tanh(qd_j / v_0)")
+    source = ("Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation; bristles that bend: Dahl (1968), Aerospace Corporation "
+              "TOR-0158(3107-18), from general knowledge, not checked")
     signature = Signature(
         depends_on=("qd",), parity="odd", region="everywhere but at rest: a step where the joint reverses",
         excited_by="slow reversals of that joint", mistaken_for=("stribeck_friction", "load_friction", "viscous_friction", "backlash"),
@@ -31,12 +32,15 @@ class CoulombFriction(LoadEffect):
     dissipates = True
 
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque while the joint turns", per="arm")
+    bending: Values = parameter("rad", 0.0, (0.0, 0.3), "rotation over which the contact bends before it slips, z_0", per="arm",
+                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03))
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, 1)."""
-        sign = smooth_sign(flow.motion.qd[:, self.joint - 1:self.joint], DRY_WIDTH)
-        return at_joint(sign, self.joint, flow.arm.n_links)
+        z = bent_sign(flow.motion, self.joint, sum(self.bending))
+        return at_joint(z[:, None], self.joint, flow.arm.n_links)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} rubs with {said['level']} at any speed, against the way it turns: dry friction."
+        bent = f", which it reaches over {said['bending']} of turning" if any(self.bending) else ""
+        return f"Joint {self.joint} rubs with {said['level']} at any speed, against the way it turns{bent}: dry friction."

@@ -72,6 +72,11 @@ class Effect(Parametrised):
         return {f.name: f.metadata["grid"] for f in cls.parameters() if not f.metadata["linear"]}
 
     @classmethod
+    def details(cls) -> dict[str, tuple[float, ...]]:
+        """Return the values of each parameter that is asked once the effect is found."""
+        return {f.name: f.metadata["detail"] for f in cls.parameters() if f.metadata["detail"]}
+
+    @classmethod
     def places(cls, arm: Arm) -> tuple[int, ...]:
         """Return the joints (links) of `arm` at which the effect can act, (0,) for the whole arm, () where it makes no sense."""
         if (cls.needs_water and arm.dry) or arm.n_links < cls.fewest_links:

@@ -10,7 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, smooth_sign
+from nnhydro.physics.joints import SIGN_WIDTH, bent_sign
 
 SLIGHT = 0.2  # excess over sliding level below which the law is Coulomb's
 SHARP = 2 * SIGN_WIDTH  # rad/s: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
@@ -26,8 +26,8 @@ class StribeckFriction(LoadEffect):
     family = "dry_friction"
     name = "Stribeck friction"
     mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
-    equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) tanh(qd_j / v_0),  v_0 = 0.005 rad/s;  "
-                "m = 0: exp(-(qd_j / v_S)^2)")
+    equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) z,  dz/dt = (tanh(qd_j / v_0) - z) |qd_j| / z_0,  "
+                "v_0 = 0.005 rad/s;  m = 0: exp(-(qd_j / v_S)^2);  z_0 = 0: z = tanh(qd_j / v_0)")
     source = "the usual forms after Armstrong-Helouvry, and Hess and Soom (1990; m = 1): from general knowledge, not checked"
     signature = Signature(
         depends_on=("qd",), parity="odd", region="|qd_j| below about twice v_S", excited_by="very slow turning with reversals",
@@ -42,11 +42,13 @@ class StribeckFriction(LoadEffect):
                               grid=(0.05, 0.1, 0.2, 0.4, 0.8))
     tail: Values = parameter("1", 0.0, (0.0, 1.0), "how slowly the grip is lost, m", per="arm", linear=False, grid=(0.0, 1.0),
                              absent=True)
+    bending: Values = parameter("rad", 0.0, (0.0, 0.3), "rotation over which the contact bends before it slips, z_0", per="arm",
+                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03))
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (sliding, excess), (n, joints, 2)."""
         qd = flow.motion.qd[:, self.joint - 1]
-        sign, fast, m = smooth_sign(qd, DRY_WIDTH), (qd / self.speed[0]) ** 2, self.tail[0] if self.tail else 0.0
+        sign, fast, m = bent_sign(flow.motion, self.joint, sum(self.bending)), (qd / self.speed[0]) ** 2, sum(self.tail)
         grip = torch.exp(-torch.log1p(m * fast) / m if m else -fast)
         return at_joint(torch.stack([sign, sign * grip], dim=1), self.joint, flow.arm.n_links)
 
@@ -57,9 +59,10 @@ class StribeckFriction(LoadEffect):
     def quantities(self) -> dict[str, Quantity]:
         """Return sliding level, breakaway level and speed."""
         return {"sliding": Quantity(self.sliding[0], "N m"), "breakaway": Quantity(self.sliding[0] + self.excess[0], "N m"),
-                "speed": Quantity(self.speed[0], "rad/s")}
+                "speed": Quantity(self.speed[0], "rad/s")} | ({"bending": Quantity(self.bending[0], "rad")} if any(self.bending) else {})
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"Joint {self.joint} breaks away at {said['breakaway']} and slides at {said['sliding']} once it is faster than about "
+        bent = f" after {said['bending']} of turning" if any(self.bending) else ""
+        return (f"Joint {self.joint} breaks away at {said['breakaway']}{bent} and slides at {said['sliding']} once it is faster than about "
                 f"{said['speed']}: Stribeck friction.")

@@ -1,11 +1,13 @@
 """What the laws of friction at a joint share: the smooth sign of a joint's rate, and loads that act at their own joint only.
 
     sgn(qd) ~ tanh(qd / v_0)                                [-], 0 at rest
+    dz/dt = (sgn(qd) - z) |qd| / z_0                        [-], a contact that bends over z_0 rad before it slips; kept at rest
 
 Friction depends on the relative rate qd_j of the two bodies that meet at joint j, not on absolute rates, and in the LOAD convention it has
 the sign of that rate. A joint at rest can hold any friction torque between minus and plus its level: the value 0 given there is the middle
 of that dead band, not a measurement. Behind a belt (`drive: remote`) elbow friction reaches motor 1 with the opposite sign
-(physics/transmission.py). Source: Rivera (1995), section 3.2, eq. 3-2-4; the smoothing is ours.
+(physics/transmission.py). Source: Rivera (1995), section 3.2, eq. 3-2-4; the smoothing is ours; contacts that bend: Dahl (1968), Aerospace
+Corporation TOR-0158(3107-18), from general knowledge, not checked.
 """
 
 from math import isfinite
@@ -14,6 +16,8 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ModelError, require
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.wake_memory import relaxed
 
 SIGN_WIDTH = 0.02  # rad/s: far below the rates of a tow-tank test (0.1 to 3), above what is left of encoder noise after filtering
 DRY_WIDTH = 0.005  # rad/s: of the step of dry friction where its level is sought; a wider one is made up for by a larger breakaway
@@ -22,6 +26,16 @@ DRY_WIDTH = 0.005  # rad/s: of the step of dry friction where its level is sough
 def smooth_sign(rate: Tensor, width: float) -> Tensor:
     """Return tanh(rate / width); both in rad/s."""
     return torch.tanh(rate / width)
+
+
+def bent_sign(motion: Motion, joint: int, bending: float) -> Tensor:
+    """Return z (n,) of the contact of `joint` (from 1) that bends over `bending` rad, unbent at first; the sharp sign where that is 0."""
+    qd = motion.qd[:, joint - 1]
+    if bending <= 0 or motion.steady or len(qd) < 2:
+        return smooth_sign(qd, DRY_WIDTH)
+    between = (qd + torch.cat([qd[:1], qd[:-1]])) / 2  # mean rate since the sample before: z is that at the sample
+    travel = torch.diff(motion.t, prepend=motion.t[:1]) * between.abs()
+    return relaxed(smooth_sign(between, DRY_WIDTH), travel / bending, torch.zeros(1, dtype=torch.float64))
 
 
 def own_joint(loads: Tensor) -> Tensor:

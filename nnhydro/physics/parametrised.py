@@ -18,14 +18,16 @@ PER = ("link", "joint", "arm", "other joint")
 
 
 def parameter(unit: str, start: float, bounds: tuple[float, float], meaning: str, per: str = "link", linear: bool = True,
-              grid: Sequence[float] = (), absent: bool = False) -> Any:
+              grid: Sequence[float] = (), absent: bool = False, detail: Sequence[float] = ()) -> Any:
     """Return a dataclass field for a parameter: a tuple with one value a link, a joint, a joint but one, or one for the arm.
 
     `start` is where fits begin, `bounds` what physics allows, `linear` whether the torque is proportional to it; `grid` holds the values
-    from which a search over a parameter that is not linear starts. One that may be `absent` has no values where none are given.
+    from which a search over a parameter that is not linear starts, `detail` those that are tried once the rest is found. One that may be
+    `absent` has no values where none are given.
     """
     require(per in PER, f"parameter is per {per!r}: one of {PER}")
-    card = {"unit": unit, "start": start, "bounds": bounds, "meaning": meaning, "per": per, "linear": linear, "grid": tuple(grid)}
+    card = {"unit": unit, "start": start, "bounds": bounds, "meaning": meaning, "per": per, "linear": linear, "grid": tuple(grid),
+            "detail": tuple(detail)}
     return field(default=() if absent else MISSING, metadata=card)
 
 

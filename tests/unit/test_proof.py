@@ -9,7 +9,6 @@ import torch
 from campaigns import angles_only, planted, recording
 from rigs import arm
 
-from nnhydro.diagnosis import steadfast
 from nnhydro.diagnosis.case import opened
 from nnhydro.diagnosis.engine import corrected
 from nnhydro.diagnosis.instances import instances
@@ -157,15 +156,6 @@ def test_an_effect_that_is_there_survives_the_cut_off_moved_and_one_that_is_not_
     assert [c.key for c in race.chosen] == [("coulomb_friction", 1)]
     assert any("cut-off moved" in line for line in race.log)
     assert false
-
-
-@pytest.mark.parametrize(("keeps", "stay"), [(0.2, 1), (0.3, 2)])
-def test_what_keeps_less_than_a_quarter_of_its_gain_is_made_by_the_filter(many, monkeypatch, keeps, stay):
-    race, _, ready = raced(many, [("coulomb_friction", 1), ("torque_ripple", 2)])
-    shares = {"coulomb_friction": [0.9, 1.3], "torque_ripple": [1.5, keeps]}
-    monkeypatch.setattr(steadfast, "kept_shares", lambda case, race, believed, chosen: [shares[c.key[0]] for c in chosen])
-    drop_made_by_filter(ready.case, race, ready.case.model)
-    assert [c.key for c in race.chosen] == [("coulomb_friction", 1), ("torque_ripple", 2)][:stay]
 
 
 def test_where_nothing_is_filtered_there_is_no_cut_off_to_move(many):
