@@ -5,7 +5,7 @@ import pytest
 from races import NOISE, SINGLE, K, P, race, tables
 
 from nnhydro.diagnosis.feasible import _towed, draw
-from nnhydro.diagnosis.instances import _neighbours
+from nnhydro.diagnosis.instances import beside
 from nnhydro.diagnosis.locate import _region
 from nnhydro.diagnosis.locks import gain_p, known_p, left_out_p, passes, sign_flip_p
 from nnhydro.diagnosis.rig import Rig
@@ -20,7 +20,7 @@ RIG = Rig(np.array([[-1.0, 1.0]]), np.array([1.5]), np.array([6.0]), 0.5, np.arr
     ((3.0,), 3.0, (3.0, 3.0)),
 ])
 def test_the_search_reaches_to_the_neighbours_and_as_far_beyond_an_end(values, value, span):
-    assert _neighbours(values, value) == pytest.approx(span)
+    assert beside(values, value) == pytest.approx(span)
 
 
 @pytest.mark.parametrize(("size", "region"), [

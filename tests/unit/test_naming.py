@@ -10,7 +10,8 @@ from races import NOISE, SINGLE, K, candidate, race, tables
 from nnhydro.diagnosis import naming
 from nnhydro.diagnosis.locate import Residual
 from nnhydro.diagnosis.naming import _least, explained, torque_peaks
-from nnhydro.effects.effect import REGISTER
+from nnhydro.diagnosis.search import Found
+from nnhydro.effects.catalogue import catalogue
 
 
 def test_the_share_explained_is_the_gain_of_all_findings_over_the_excess_beyond_what_the_noise_is_known_to():
@@ -84,8 +85,9 @@ def test_where_more_is_sure_to_be_there_full_trust_takes_nine_tenths_and_half_of
 def naming_of(monkeypatch):
     """`named` over a race, in which only the findings' confidence and what a proof says are of the test's own making."""
     def told(found, confidence, gains, share=1.0):
-        said = SimpleNamespace(race=found, table=None, believed=None)
+        said = Found(found, None, None, 0.0)
         made = {"search": lambda *given: said, "instances": lambda *given: [], "torque_peaks": lambda units: (),
+                "detailed": lambda given, race: race,
                 "prune": lambda *given: None, "drop_untuned": lambda *given: None, "drop_made_by_filter": lambda *given: None,
                 "simplest": lambda race: race.chosen, "explained": lambda race, without=(): share,
                 "findings": lambda race: [Told(confidence[c.key[0]], c) for c in race.chosen],
@@ -113,11 +115,13 @@ def test_waves_are_asked_for_their_pitch_before_all_and_leftovers_before_confide
     made, asked = race(tables(23, dict.fromkeys(range(4), 0.6)), FORESEEN, chosen=(0, 1)), []
     sure = {f"effect_{k}": 0.9 for k in range(4)}
     naming_of(made, sure, dict.fromkeys(sure, 1.0))
+    monkeypatch.setattr(naming, "detailed", lambda given, race: asked.append("detailed") or race)
     for name in ("drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_faint", "trusted"):
         real = getattr(naming, name)
         monkeypatch.setattr(naming, name, lambda *given, name=name, real=real: asked.append(name) or real(*given))
     naming.named(SimpleNamespace(model=SimpleNamespace(arm=None), all_units=()))
-    assert asked[:7] == ["drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_faint", "drop_impossible", "trusted"]
+    assert asked[:8] == ["detailed", "drop_untuned", "prune", "drop_impossible", "drop_leftovers", "drop_faint", "drop_impossible",
+                         "trusted"]
 
 
 @pytest.mark.parametrize(("coloured", "share", "sure", "told"), [
@@ -189,7 +193,7 @@ def test_findings_that_add_too_little_go_one_by_one_and_the_last_stays(naming_of
 def test_beside_a_soft_drive_no_gap_is_claimed_at_the_same_joint_however_much_is_explained(monkeypatch, names, joints, left):
     monkeypatch.setattr(naming, "explained", lambda race, less=(): 0.9)
     monkeypatch.setattr(naming, "more_to_see", lambda race, seed: 1)
-    bank = tuple(candidate(name, (k,), joint=joint, effect=REGISTER[name])
+    bank = tuple(candidate(name, (k,), joint=joint, effect=catalogue()[name])
                  for k, (name, joint) in enumerate(zip(names, joints, strict=True)))
     found = race(tables(7, {0: 0.35, 1: 0.8}), bank, chosen=(0, 1))
     assert 0.3 < found.loss(bank[0]) / found.loss(bank[1]) < 0.3 / 0.7
