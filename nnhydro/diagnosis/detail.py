@@ -10,7 +10,7 @@ from typing import Any, final
 
 from nnhydro.diagnosis.bank import Candidate
 from nnhydro.diagnosis.instances import Instance, beside, finer
-from nnhydro.diagnosis.race import Race, race_of
+from nnhydro.diagnosis.race import UNPHYSICAL, Race, race_of
 from nnhydro.diagnosis.table import Table
 from nnhydro.models.strip_theory import StripTheory
 
@@ -19,16 +19,19 @@ ROUNDS = 3  # of finer values
 
 
 def with_detail(instance: Instance, name: str, value: float) -> Instance:
-    """Return `instance` with the parameter `name` at `value`, between the neighbouring values on its card."""
-    spans = {**instance.spans, name: beside((0.0, *instance.effect.details()[name]), value)}
+    """Return `instance` with the parameter `name` at `value`, between the neighbouring values on its card; nothing else is refined."""
     changes: dict[str, Any] = {name: (value,)}
-    return replace(instance, effect=replace(instance.effect, **changes), spans=spans)
+    span = beside((0.0, *instance.effect.details()[name]), value)
+    return replace(instance, effect=replace(instance.effect, **changes), spans={name: span})
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """On what details are asked: the recordings, what unsettled instruments read, the noise seen in repeats (joints,) N m."""
+    """On what details are asked: the recordings, what unsettled instruments read, the noise seen in repeats (joints,) N m.
+
+    The noise is estimated anew for every race: what a bent contact leaves of a step passed for noise before.
+    """
 
     table: Table
     believed: StripTheory
@@ -42,11 +45,21 @@ class Asked:
 
 
 def _best(asked: Asked, race: Race, chosen: Candidate, tried: Sequence[Instance]) -> tuple[float, Instance]:
-    """The largest gain of one of `tried` in the place of `chosen`, and which."""
+    """The largest gain of one of `tried` in the place of `chosen`, and which; no gain where the set as it is has no physical values."""
     others = [c.instance for c in race.chosen if c is not chosen]
     there = asked.race([*others, chosen.instance, *tried], len(others))
     before, *after = there.bank.candidates[len(others):]
-    return max(((there.total([before]) - there.total([c]), c.instance) for c in after), key=lambda one: one[0])
+    now = there.total([before])
+    gain, best = max(((now - there.total([c]), c.instance) for c in after), key=lambda one: one[0])
+    return (gain if now < UNPHYSICAL else 0.0), best
+
+
+def _rivals(race: Race, chosen: Candidate, found: Instance, name: str) -> list[Instance]:
+    """The other laws of the joint that have the detail, with its value: a class is decided among equals."""
+    value: dict[str, Any] = {name: getattr(found.effect, name)}
+    return [replace(c.instance, effect=replace(c.instance.effect, **value), spans={**c.instance.spans, name: found.spans[name]})
+            for c in race.bank.candidates
+            if name in c.instance.effect.details() and c.key[1] == chosen.key[1] and c.key[0] != chosen.key[0]]
 
 
 def _detailed(asked: Asked, race: Race, chosen: Candidate, name: str) -> Race:
@@ -57,12 +70,12 @@ def _detailed(asked: Asked, race: Race, chosen: Candidate, name: str) -> Race:
         tried = finer(found)
     if gain < LEAST:
         return race
-    value: dict[str, Any] = {name: getattr(found.effect, name)}
-    rivals = [replace(c.instance, effect=replace(c.instance.effect, **value)) for c in race.bank.candidates
-              if name in c.instance.effect.details() and c.key[1] == chosen.key[1] and c.key[0] != chosen.key[0]]
+    found = replace(found, spans={**chosen.instance.spans, name: found.spans[name]})
     kept = [found if c is chosen else c.instance for c in race.chosen]
-    made = asked.race([*kept, *rivals, *(c.instance for c in race.bank.candidates if c not in race.chosen)], len(kept))
-    log = [*race.log, f"{chosen.key[0]} joint {chosen.key[1]}: {gain:.1f} by {name} = {value[name][0]:.3g}"]
+    near = finer(found)[1:]  # what intervals are told from: each parameter a little off
+    rest = [c.instance for c in race.bank.candidates if c not in race.chosen]
+    made = asked.race([*kept, *near, *_rivals(race, chosen, found, name), *rest], len(kept))
+    log = [*race.log, f"{chosen.key[0]} joint {chosen.key[1]}: {gain:.1f} by {name} = {getattr(found.effect, name)[0]:.3g}"]
     return replace(made, log=log, first_gain=race.first_gain)
 
 

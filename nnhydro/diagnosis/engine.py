@@ -59,7 +59,9 @@ def _instrument(effect: InstrumentEffect, spell: Spell | None) -> InstrumentEffe
 def _term_name(effect: LoadEffect, loads: Loads) -> str:
     """The finding's id and joint; told apart from a term of the baseline that is called so, too."""
     name = f"{effect.id}_{effect.joint}" if effect.joint else effect.id
-    return f"found_{name}" if name in loads.terms else name
+    while name in loads.terms:
+        name = f"found_{name}"
+    return name
 
 
 def corrected(reference: Reference, search: Found, found: Sequence[Finding]) -> TorqueModel:

@@ -15,7 +15,7 @@ from nnhydro.diagnosis.placebo import whiteness
 from nnhydro.diagnosis.proof import Proof, prove
 from nnhydro.diagnosis.race import UNPHYSICAL, Race, ranked
 from nnhydro.diagnosis.relax import prune
-from nnhydro.diagnosis.search import Found, search
+from nnhydro.diagnosis.search import Found, search, with_loads
 from nnhydro.diagnosis.starts import started
 from nnhydro.diagnosis.steadfast import drop_made_by_filter
 from nnhydro.diagnosis.tuned import drop_untuned
@@ -53,8 +53,9 @@ def named(case: Case, repeats: tuple[float, ...] | None = None, seed: int = 0, w
     """Return what the baseline leaves out of `case`; `repeats` (joints,) N m is the noise seen in repeats, `without` ids not to try."""
     known = started(case, instances(case.model.arm, torque_peaks(case.all_units), without))
     found = search(case, known, repeats, seed, progress)
-    found = replace(found, race=detailed(Asked(found.table, found.believed, repeats), found.race))
-    race = found.race
+    race = detailed(Asked(found.table, found.believed, repeats), found.race)
+    if race is not found.race:
+        found = replace(found, race=race, believed=with_loads(case, race, race.chosen))
     drop_untuned(race, found.table, found.believed, known)
     prune(race, found.table, found.believed)
     drop_made_by_filter(case, race, found.believed)

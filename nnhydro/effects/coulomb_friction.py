@@ -7,8 +7,9 @@ from typing import final
 from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import bent_sign
+from nnhydro.physics.joints import MOST_BENDING, bent_sign, require_bending
 
 
 @effect
@@ -21,7 +22,7 @@ class CoulombFriction(LoadEffect):
     family = "dry_friction"
     name = "Coulomb friction"
     mechanism = "Dry contact in a seal, bearing or gear: the joint drags with the same torque at any speed, against the way it turns."
-    equation = ("tau_j = T_C z,  dz/dt = (tanh(qd_j / v_0) - z) |qd_j| / z_0,  v_0 = 0.005 rad/s;  z_0 = 0: z = tanh(qd_j / v_0)")
+    equation = ("tau_j = T_C z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  v_0 = 0.005 rad/s;  z_0 = 0: z = tanh(qd_j / v_0)")
     source = ("Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation; bristles that bend: Dahl (1968), Aerospace Corporation "
               "TOR-0158(3107-18), from general knowledge, not checked")
     signature = Signature(
@@ -32,13 +33,22 @@ class CoulombFriction(LoadEffect):
     dissipates = True
 
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque while the joint turns", per="arm")
-    bending: Values = parameter("rad", 0.0, (0.0, 0.3), "rotation over which the contact bends before it slips, z_0", per="arm",
-                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03))
+    bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
+                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03, 0.1))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_bending(self.kind, self.bending)
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, 1)."""
         z = bent_sign(flow.motion, self.joint, sum(self.bending))
         return at_joint(z[:, None], self.joint, flow.arm.n_links)
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Return the level and, where the contact bends, over how much of turning."""
+        bent = {"bending": Quantity(self.bending[0], "rad")} if any(self.bending) else {}
+        return {"level": Quantity(self.level[0], "N m")} | bent
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -48,7 +48,7 @@ class Effect(Parametrised):
     akin: ClassVar[tuple[str, ...]] = ()  # effects that at the same joint are largely this one in another form: only the larger is claimed
     foreseen: ClassVar[float] = 1.0  # share of its torque that a fit can foretell where it is the cause, as far as that is known
     reads_torque: ClassVar[bool] = False  # where torque was measured, that decides what the effect does: no prediction may look at it
-    dissipates: ClassVar[bool] = False  # the drive never gets energy back from it, sample by sample, with the hub at rest
+    dissipates: ClassVar[bool] = False  # with the hub at rest no sample gives the drive energy back, but for what a contact was bent
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
     spread: ClassVar[Mapping[str, tuple[float, ...]]] = {}  # multiples of a parameter over which a law of other form spreads what it does
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 from typing import Any, TypeVar, final
 
 from torch import Tensor
@@ -23,7 +23,7 @@ def within(q: Angles, low: float | None, high: float | None) -> Angles:
 
 
 def _numbers(*ends: float | None) -> bool:
-    return all(x is None or (isinstance(x, float | int) and not isinstance(x, bool)) for x in ends)
+    return all(x is None or (isinstance(x, float | int) and not isinstance(x, bool) and isfinite(x)) for x in ends)
 
 
 @final

@@ -10,7 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import SIGN_WIDTH, bent_sign
+from nnhydro.physics.joints import MOST_BENDING, SIGN_WIDTH, bent_sign, require_bending
 
 SLIGHT = 0.2  # excess over sliding level below which the law is Coulomb's
 SHARP = 2 * SIGN_WIDTH  # rad/s: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
@@ -26,7 +26,7 @@ class StribeckFriction(LoadEffect):
     family = "dry_friction"
     name = "Stribeck friction"
     mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
-    equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) z,  dz/dt = (tanh(qd_j / v_0) - z) |qd_j| / z_0,  "
+    equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  "
                 "v_0 = 0.005 rad/s;  m = 0: exp(-(qd_j / v_S)^2);  z_0 = 0: z = tanh(qd_j / v_0)")
     source = "the usual forms after Armstrong-Helouvry, and Hess and Soom (1990; m = 1): from general knowledge, not checked"
     signature = Signature(
@@ -42,8 +42,12 @@ class StribeckFriction(LoadEffect):
                               grid=(0.05, 0.1, 0.2, 0.4, 0.8))
     tail: Values = parameter("1", 0.0, (0.0, 1.0), "how slowly the grip is lost, m", per="arm", linear=False, grid=(0.0, 1.0),
                              absent=True)
-    bending: Values = parameter("rad", 0.0, (0.0, 0.3), "rotation over which the contact bends before it slips, z_0", per="arm",
-                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03))
+    bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
+                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03, 0.1))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_bending(self.kind, self.bending)
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (sliding, excess), (n, joints, 2)."""

@@ -57,6 +57,12 @@ def _per_joint(key: str, symbol: str) -> Callable[[_Parts, Any], None]:
     return fill
 
 
+def _rubbing(parts: _Parts, term: Any) -> None:
+    _per_joint("frictionloss", "level")(parts, term)
+    if any(term.bending):
+        parts.lacks.append(f"dry friction at joint {term.joint}: MuJoCo's frictionloss does not bend before it slips")
+
+
 def _spring(parts: _Parts, term: Any) -> None:
     rest = term.quantities()["rest_angle"].value
     parts.joints[term.joint - 1] |= {"stiffness": term.quantities()["stiffness"].value, "springref": rest}
@@ -77,7 +83,7 @@ HELD: dict[str, tuple[str, Callable[[_Parts, Any], None]]] = {
     "viscous_friction": ("joint damping", _per_joint("damping", "b")),
     "effect:viscous_friction": ("joint damping", _per_joint("damping", "coefficient")),
     "coulomb_friction": ("joint frictionloss", _per_joint("frictionloss", "level")),
-    "effect:coulomb_friction": ("joint frictionloss", _per_joint("frictionloss", "level")),
+    "effect:coulomb_friction": ("joint frictionloss", _rubbing),
     "effect:rotor_inertia": ("joint armature", _per_joint("armature", "inertia")),
     "effect:umbilical_stiffness": ("joint stiffness and springref", _spring),
     "effect:payload_mass": ("mass at the tip of the last link", _payload),

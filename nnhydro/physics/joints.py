@@ -1,7 +1,7 @@
 """What the laws of friction at a joint share: the smooth sign of a joint's rate, and loads that act at their own joint only.
 
     sgn(qd) ~ tanh(qd / v_0)                                [-], 0 at rest
-    dz/dt = (sgn(qd) - z) |qd| / z_0                        [-], a contact that bends over z_0 rad before it slips; kept at rest
+    dz/dt = (sign(qd) - z) |qd| / z_0                       [-], a contact that bends over z_0 rad before it slips; kept at rest
 
 Friction depends on the relative rate qd_j of the two bodies that meet at joint j, not on absolute rates, and in the LOAD convention it has
 the sign of that rate. A joint at rest can hold any friction torque between minus and plus its level: the value 0 given there is the middle
@@ -22,6 +22,8 @@ from nnhydro.physics.wake_memory import relaxed
 SIGN_WIDTH = 0.02  # rad/s: far below the rates of a tow-tank test (0.1 to 3), above what is left of encoder noise after filtering
 DRY_WIDTH = 0.005  # rad/s: of the step of dry friction where its level is sought; a wider one is made up for by a larger breakaway
 
+MOST_BENDING = 0.3  # rad: a contact that bends further is a spring
+
 
 def smooth_sign(rate: Tensor, width: float) -> Tensor:
     """Return tanh(rate / width); both in rad/s."""
@@ -35,7 +37,13 @@ def bent_sign(motion: Motion, joint: int, bending: float) -> Tensor:
         return smooth_sign(qd, DRY_WIDTH)
     between = (qd + torch.cat([qd[:1], qd[:-1]])) / 2  # mean rate since the sample before: z is that at the sample
     travel = torch.diff(motion.t, prepend=motion.t[:1]) * between.abs()
-    return relaxed(smooth_sign(between, DRY_WIDTH), travel / bending, torch.zeros(1, dtype=torch.float64))
+    return relaxed(torch.sign(between), travel / bending, torch.zeros(1, dtype=torch.float64))
+
+
+def require_bending(kind: str, bending: tuple[float, ...]) -> None:
+    """Raise ModelError naming the term `kind` unless `bending` holds at most one value, from 0 to `MOST_BENDING` rad."""
+    fits = len(bending) <= 1 and all(0 <= value <= MOST_BENDING for value in bending)
+    require(fits, f"term {kind!r}: bending = {list(bending)}: give none, or one value from 0 to {MOST_BENDING} rad", ModelError)
 
 
 def own_joint(loads: Tensor) -> Tensor:

@@ -74,7 +74,7 @@ def test_json_is_all_that_stands_on_standard_output(capsys):
     assert run(["effects", "stribeck_friction", "--json"]) == 0
     card = json.loads(capsys.readouterr().out)
     assert card["family"] == "dry_friction"
-    assert [p["name"] for p in card["parameters"]] == ["sliding", "excess", "speed", "tail"]
+    assert [p["name"] for p in card["parameters"]] == ["sliding", "excess", "speed", "tail", "bending"]
     assert card["parameters"][2]["grid"]
 
 

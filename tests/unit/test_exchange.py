@@ -177,6 +177,14 @@ def test_a_hose_that_bends_is_held_by_its_stiffness_at_rest_and_that_is_said():
     assert any("spring is linear" in line for line in made.lacks)
 
 
+def test_dry_friction_that_bends_before_it_slips_is_said_to_lack_that():
+    model, rubs = dry_machine(), catalogue()["coulomb_friction"](level=(0.2,), joint=1)
+    made = [mujoco_xml(replace(model, loads=Loads({"rubs": replace(rubs, bending=b), "body": model.loads.terms["rigid_body"]})))
+            for b in ((), (0.012,))]
+    assert [one.xml.count('frictionloss="0.2"') for one in made] == [1, 1]
+    assert [sum("does not bend" in line for line in one.lacks) for one in made] == [0, 1]
+
+
 @pytest.mark.parametrize("links", [1, 2, 3])
 def test_a_straight_arm_under_tow_feels_the_drag_that_was_identified(links):
     a = arm(links)

@@ -10,7 +10,7 @@ from campaigns import angles_only, planted, recording
 from rigs import arm
 
 from nnhydro.diagnosis.case import opened
-from nnhydro.diagnosis.engine import corrected
+from nnhydro.diagnosis.engine import _term_name, corrected
 from nnhydro.diagnosis.instances import instances
 from nnhydro.diagnosis.naming import named, torque_peaks
 from nnhydro.diagnosis.planting import planted as planted_in
@@ -191,6 +191,7 @@ def test_a_finding_called_as_a_term_of_the_baseline_stands_beside_it(many):
     model = corrected(ready.case.reference, found, findings(race))
     assert [name for name in model.loads.terms if "added_mass" in name] == ["added_mass", "found_added_mass"]
     assert model.loads.terms["found_added_mass"] != model.loads.terms["added_mass"]
+    assert _term_name(race.chosen[0].instance.effect, model.loads) == "found_found_added_mass"
 
 
 def test_what_is_planted_is_planted_at_the_moved_cut_offs_too():

@@ -271,8 +271,8 @@ def test_a_reading_that_errs_in_a_sector_is_right_outside_it(low, high):
     assert instrument_of(json.loads(json.dumps(there.document()))) == there
 
 
-@pytest.mark.parametrize("broken", [{"joint": 0}, {"joint": 1.5}, {"low": "0"}, {"high": True}, {"effect": 3}, {"effect": {}},
-                                    {"effect": {"kind": "read_in_sector"}}])
+@pytest.mark.parametrize("broken", [{"joint": 0}, {"joint": 1.5}, {"low": "0"}, {"low": float("nan")}, {"high": True}, {"effect": 3},
+                                    {"effect": {}}, {"effect": {"kind": "read_in_sector"}}])
 def test_a_reading_in_a_sector_that_makes_no_sense_is_refused(broken):
     effect = catalogue()["torque_gain"](joint=2, error=(0.2,)).document()
     with pytest.raises(ModelError):

@@ -88,7 +88,7 @@ def _checked(made: Compiled) -> Compiled:
         want = made.model.torque(run)
         far = float((made.torque(run) - want).abs().max() / (want.square().mean().sqrt() + 1e-12))
         require(far < CLOSE, "this model remembers the motion before in a way that is not compiled (Basset's force, a wake that lags, "
-                "instruments with a delay): use the model itself", ModelError)
+                "a contact that bends, instruments with a delay): use the model itself", ModelError)
     return made
 
 

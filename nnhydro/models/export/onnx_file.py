@@ -95,8 +95,8 @@ def record(model: TorqueModel) -> Recorded:
     step = Step(model, with_std)
     along = max(_far(stepped(step, run).numpy(), model.torque(run).numpy()) for run in _runs(model.arm.n_links))
     require(along < CLOSE, "this model remembers the motion before in a way that one step cannot carry (coefficients over the travel s/D, "
-            "features travel and low-pass, Basset's force, instruments with a delay): export a network, a hybrid or a baseline without "
-            "any", ModelError)
+            "features travel and low-pass, Basset's force, a contact that bends, instruments with a delay): export a network, a hybrid or "
+            "a baseline without any", ModelError)
     first, *others = _states(step, STATES)
     program, arrays = traced(step, first)
     names = ["tau", "std", "wake_next"] if with_std else ["tau", "wake_next"]
