@@ -67,7 +67,7 @@ def test_what_is_told_of_other_values_knows_that_they_trade_off_with_the_detail(
     monkeypatch.setattr(module, "UNPHYSICAL", float("inf"))  # a grip and a step have no physical values here, a grip that bends has
     race, asked = raced(0.01, grip=0.8)
     alone = replace(race, chosen=[])
-    race.chosen = [min((c for c in race.bank.candidates if c.key[0] == "stribeck_friction"), key=lambda c: alone.total([c]))]
+    race.chosen = [min((c for c in race.bank.candidates if c.key == ("stribeck_friction", 1)), key=lambda c: alone.total([c]))]
     after = detailed(asked, race)
     (chosen,) = after.chosen
     assert chosen.instance.effect.bending[0] > 0.005
@@ -75,6 +75,13 @@ def test_what_is_told_of_other_values_knows_that_they_trade_off_with_the_detail(
     assert set(chosen.instance.spans) == {"speed", "tail", "bending"}
     tangents = _tangents(after, chosen, after.values(after.chosen)[1])
     assert all(np.abs(direction).max() > 0 for direction, _ in tangents)
+
+
+def test_what_instruments_read_beside_it_and_the_race_know_of_the_detail():
+    found = named(opened(rubbing(0.01)).case, without=[name for name in catalogue() if name not in FEW]).found
+    (chosen,) = found.race.chosen
+    assert chosen.instance.effect.bending[0] > 0.005
+    assert chosen.instance.effect.bending in [getattr(term, "bending", None) for term in found.believed.loads.terms.values()]
 
 
 def test_a_contact_that_does_not_bend_is_told_without():
@@ -86,7 +93,7 @@ def test_a_contact_that_does_not_bend_is_told_without():
 
 def raced(z0, grip=0.0):
     case = opened(rubbing(z0, grip=grip)).case
-    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key[0] in FEW and i.key[1] == 1]
+    known = [i for i in instances(ARM, torque_peaks(case.all_units)) if i.key[0] in FEW]
     race = race_of(table := Table(case), known, case.model, None)
     race.chosen = [next(c for c in race.bank.candidates if c.key == ("coulomb_friction", 1))]
     race.first_gain = 7.0
@@ -99,7 +106,7 @@ def test_rivals_that_have_the_detail_get_it_too_and_nothing_else_of_the_race_cha
     assert [c.key for c in after.chosen] == [c.key for c in race.chosen]
     (value,) = after.chosen[0].instance.effect.bending
     bent = [c for c in after.bank.candidates if any(getattr(c.instance.effect, "bending", ()))]
-    assert {c.key[0] for c in bent} == {"coulomb_friction", "stribeck_friction"}
+    assert {c.key for c in bent} == {("coulomb_friction", 1), ("stribeck_friction", 1)}, "those of the other joint do not"
     rivals = [c for c in bent if c.key[0] == "stribeck_friction"]
     assert {c.instance.effect.bending for c in rivals} == {(value,)}
     assert {c.instance.spans["bending"] for c in rivals} == {after.chosen[0].instance.spans["bending"]}
