@@ -7,7 +7,7 @@ from typing import Any, final
 
 from nnhydro.api.model import Model
 from nnhydro.api.shown import Shown
-from nnhydro.diagnosis import engine
+from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.result import Diagnosis as Result
 from nnhydro.diagnosis.rig import read_limits
 from nnhydro.recordings.campaign import Campaign

@@ -76,7 +76,7 @@ def _compared(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
 def _diagnosed(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]]:
     """Diagnose the concealed campaign, and only then open its answer; return diagnosis, its score, the answer and the files written."""
     from nnhydro.demo import CONCEALED, CONCEALED_EXPECTED, CONCEALED_NAME
-    from nnhydro.diagnosis.engine import diagnose
+    from nnhydro.diagnosis.diagnose import diagnose
     from nnhydro.recordings.campaign import verified
     from nnhydro.report.diagnosis_folder import write_diagnosis
     from nnhydro.report.progress import steps_on_screen

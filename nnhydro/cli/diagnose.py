@@ -63,7 +63,7 @@ def diagnose(
     json: bool = JSON,
 ) -> None:
     """Is there a mismatch beyond noise and recalibration, where, what physics is left out, and does the model with it predict better?"""
-    from nnhydro.diagnosis.engine import diagnose as find
+    from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.rig import read_limits
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.files import check_folder

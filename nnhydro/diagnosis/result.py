@@ -3,15 +3,16 @@
 from dataclasses import dataclass
 from typing import Any, final
 
-from nnhydro.diagnosis.experiment import Proposal
-from nnhydro.diagnosis.locate import Location
-from nnhydro.diagnosis.proof import Proof
-from nnhydro.diagnosis.remainder import Remainder
-from nnhydro.diagnosis.verdict import Finding
+from nnhydro.diagnosis.decision.decide import Decision
+from nnhydro.diagnosis.decision.proof import Proof
+from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.unexplained.unexplained import Unexplained
+from nnhydro.diagnosis.unexplained.where import Location
 from nnhydro.models.torque_model import TorqueModel
 
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
+UNTOLD = 1 / 3  # of the torque: above such a noise floor nothing is said to be complete
 
 
 @final
@@ -28,9 +29,10 @@ class Diagnosis:
     proof: Proof
     location: list[Location]
     findings: list[Finding]
-    remainder: Remainder
+    remainder: Unexplained
+    decisions: tuple[Decision, ...]
     checks: dict[str, Any]
-    following: Proposal | None
+    following: Any
     recalibrated: dict[str, list[float]]
     versions: dict[str, str]
     log: list[str]
@@ -43,11 +45,12 @@ class Diagnosis:
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
-        found = [f.document(self.proof.without.get(f.candidate.key, self.proof.before), self.proof.after) for f in self.findings]
+        found = [f.document(self.proof.without.get((f.effect.id, f.effect.joint), self.proof.before), self.proof.after) for f in self.findings]
         rehearsal = {} if self.rehearsal is None else {"rehearsal": self.rehearsal}
         return {"schema": SCHEMA, "baseline": self.baseline_name, "seconds": round(self.seconds, 2),
                 "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
-                             "noise_floor": self.noise_floor},
+                             "noise_floor": self.noise_floor, "scale": self.proof.scale},
+                "decisions": [decision.document() for decision in self.decisions],
                 "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
                 "unexplained": self.remainder.document(), "proof": self.checks, "recalibrated": self.recalibrated,
@@ -57,22 +60,26 @@ class Diagnosis:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""
         if not self.remainder.detected:
             return ""
-        said = f" Noise alone would leave {100 * self.noise_floor:.1f} %: something systematic remains that no known effect explains."
-        return said + self._suggested()
-
-    def _suggested(self) -> str:
-        return "".join(f" {one.sentence()}" for one in self.remainder.suggestions)
+        on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
+        depends = f" It depends on {'; '.join(on)}." if on else ""
+        return (f" Noise alone would leave {100 * self.noise_floor:.1f} %: something systematic remains that no known effect explains."
+                f"{depends}")
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
         if self.findings:
             following = "" if self.following is None else f" {self.following.statement()}"
             with_them = "With it" if len(self.findings) == 1 else "With them"
-            gained = (f"{with_them}, the error on recordings that took no part falls from {100 * self.proof.before:.1f} % to "
+            gained = (f"{with_them}, the error on recordings held out of the fit falls from {100 * self.proof.before:.1f} % to "
                       f"{100 * self.proof.after:.1f} %.{self._remains()}{following}")
             return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:
             hum = "".join(f" There is {line.sentence()}." for line in self.remainder.lines)
+            on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
+            depends = f" What remains depends on {'; '.join(on)}." if on else ""
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
-                    f"{hum}{self._suggested()}")
-        return "Nothing is missing that these recordings could show: what differs is noise or recalibration of the baseline."
+                    f"{hum}{depends}")
+        if self.noise_floor > UNTOLD:
+            return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect stands out of it; "
+                    "record stronger motions or repeat them.")
+        return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."

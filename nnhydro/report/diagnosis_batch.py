@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
-from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.diagnosis.rig import Limits
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.errors import NnhydroError

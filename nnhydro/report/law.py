@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.verdict import Finding
+from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
 from nnhydro.effects.quantity import Z95
@@ -110,13 +110,10 @@ def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[T
 
 def _acting(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
     """Which compared rows lie wholly in the part of the campaign in which the finding acts."""
-    spell, parts = finding.candidate.instance.spell, []
+    window, parts = finding.activity, []
     for trace in traces:
-        inside = np.full(int(trace.segment.keep.sum()), spell is None or spell.throughout is None
-                         or trace.segment.recording in spell.throughout)
-        if spell is not None and spell.sector is not None:
-            inside &= spell.sector.holds(trace.segment.q[trace.segment.keep, spell.sector.joint - 1])
-        parts.append(inside)
+        rows = trace.segment.keep
+        parts.append(np.ones(int(rows.sum()), dtype=bool) if window is None else window.mask(trace.segment)[rows] > 0)
     return np.concatenate(parts)
 
 

@@ -11,9 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.locate import Residual
 from nnhydro.diagnosis.result import Diagnosis
-from nnhydro.diagnosis.unknown import inputs
+from nnhydro.diagnosis.unexplained.where import Residual
 from nnhydro.report.law import Law
 
 Array = NDArray[np.float64]
@@ -36,7 +35,9 @@ def _mean(r: Array, which: NDArray[np.int64]) -> tuple[float, float] | None:
 
 
 def _law(parts: Sequence[Residual], joint: int, name: str) -> Law | None:
-    x, r = inputs(parts)[name], np.concatenate([part.r[:, joint - 1] for part in parts])
+    if any(name not in part.state for part in parts):
+        return None
+    x, r = np.concatenate([part.state[name] for part in parts]), np.concatenate([part.r[:, joint - 1] for part in parts])
     numbers = {recording: k for k, recording in enumerate(dict.fromkeys(part.recording for part in parts))}
     which = np.concatenate([np.full(len(part.r), numbers[part.recording]) for part in parts])
     low, high = np.quantile(x, [0.002, 0.998])

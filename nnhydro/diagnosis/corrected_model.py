@@ -1,0 +1,69 @@
+"""The baseline with every finding as one more term or as a fault of the instruments: what is claimed is in the model, always."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.problem.baseline import Baseline
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect
+from nnhydro.effects.effect import InstrumentEffect, LoadEffect
+from nnhydro.effects.in_sector import InSector, ReadInSector
+from nnhydro.identification.identify import versions, with_parameters
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.load_term import LoadTerm
+
+Array = NDArray[np.float64]
+
+
+def _term(effect: LoadEffect, finding: Finding) -> LoadTerm:
+    """The effect as a term, which acts in a sector only where that was found."""
+    sector = None if finding.activity is None else finding.activity.sector
+    return effect if sector is None else InSector(sector.joint, sector.low, sector.high, effect)
+
+
+def _instrument(effect: InstrumentEffect, finding: Finding) -> InstrumentEffect:
+    sector = None if finding.activity is None else finding.activity.sector
+    return effect if sector is None else ReadInSector(sector.low, sector.high, effect, joint=sector.joint)
+
+
+def _term_name(effect: LoadEffect, loads: Loads) -> str:
+    """The finding's id and joint; told apart from a term of the baseline that is called so, too."""
+    name = f"{effect.id}_{effect.joint}" if effect.joint else effect.id
+    while name in loads.terms:
+        name = f"found_{name}"
+    return name
+
+
+def _for_prediction(effect: AnyEffect) -> AnyEffect:
+    return effect.lasting(0.0) if isinstance(effect, InstrumentEffect) else effect
+
+
+def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: Sequence[Finding]) -> TorqueModel:
+    """Return the baseline, recalibrated to `z_after` (r,) beside the findings, with every finding in it.
+
+    What has a phase of its own in every recording is no part of it: nobody knows the phase of the next one. Nor is what has ended.
+    """
+    before = baseline.at(z_before)
+    after = baseline.at(z_after)
+    loads, instruments = after.loads, []
+    for finding in found:
+        if finding.effect.own_in_every_recording or not finding.persists:
+            continue
+        effect = _for_prediction(finding.effect)
+        if isinstance(effect, LoadEffect):
+            loads = loads.plus(_term_name(effect, loads), _term(effect, finding))
+        else:
+            instruments.append(_instrument(effect, finding))
+    record = {"kind": "corrected model of a diagnosis", "findings": [f.statement for f in found], "versions": versions()}
+    model = StripTheory(before.arm, before.preparation, record, f"{baseline.name} corrected", loads, tuple(instruments))
+    if baseline.is_physics:
+        return model
+    from nnhydro.models.amended import Amended
+
+    plain = StripTheory(before.arm, before.preparation, {}, baseline.name,
+                        with_parameters(baseline.physics.loads, baseline.prior.mean))
+    return Amended(model.arm, model.preparation, model.fit, baseline.simulated, plain, model)

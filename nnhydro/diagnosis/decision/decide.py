@@ -1,0 +1,110 @@
+"""The one place where a claim is decided: every candidate that came near gets a decision with its reason.
+
+A member k of the best set S is claimed if
+    1. it gains more than LEAST_GAIN and than chance does in this campaign,           score(S) - score(S less k) > max(LEAST_GAIN, q99)
+    2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
+    3. recordings that the fit has not seen are foretold better, also without the one that gains most
+    4. one of its values differs from 0 by PRECISE standard deviations
+    5. it moves the torque by RELEVANT of its rms, and by FORM of the largest other claim: less may be that one's form.
+Members that fail leave the set, the worst first, and the others are judged again.
+"""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.calibration.null_draws import null_threshold
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, PRECISE, RELEVANT
+from nnhydro.diagnosis.decision.heldout import log_densities
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+
+Array = NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True)
+class Decision:
+    """One candidate, the statistic against its threshold, and why it is claimed or not."""
+
+    effect: str
+    joint: int
+    statistic: float
+    threshold: float
+    claimed: bool
+    reason: str
+
+    def document(self) -> dict[str, Any]:
+        """Return the decision for diagnosis.json."""
+        return {"effect": self.effect, "joint": self.joint or None, "statistic": round(self.statistic, 3),
+                "threshold": round(self.threshold, 3), "claimed": self.claimed, "reason": self.reason}
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Decided:
+    """The claimed set, all decisions, and each member's share of the torque."""
+
+    claimed: Scored
+    decisions: tuple[Decision, ...]
+    shares: dict[int, float]
+
+
+def torque_shares(search: Search, found: Scored) -> dict[int, float]:
+    """Return the rms of each member's torque over the torque's rms, at the joint where it is largest."""
+    view = search.view
+    whitened, design = view.whitened, view.library.design
+    shares = {}
+    for k, at in found.places(view).items():
+        u = view.columns(k).Xw @ found.fit.mean[at]
+        torque = np.sqrt(((u / whitened.sw) ** 2).sum(axis=0) / design.time)
+        shares[k] = float((torque / np.maximum(design.scale, 1e-300)).max())
+    return shares
+
+
+def _precision(search: Search, found: Scored, k: int) -> float:
+    """The largest of a member's values over its standard deviation."""
+    at = found.places(search.view)[k]
+    sd = np.sqrt(np.maximum(np.diag(found.fit.covariance(np.arange(at.start, at.stop))), 1e-300))
+    return float(np.abs(found.fit.mean[at] / sd).max())
+
+
+def decide(search: Search, best: Scored, seed: int) -> Decided:
+    """Return what of `best` is claimed, and a decision for each candidate."""
+    decisions: list[Decision] = []
+    now = best
+    while now.chosen:
+        rests = [search.score(tuple(x for x in now.chosen if x != k)) for k in now.chosen]
+        gains = log_densities(search.view, [now, *rests], seed)
+        held = gains[:, :1] - gains[:, 1:]  # (folds, members)
+        shares = torque_shares(search, now)
+        threshold = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests))
+        judged = [_judged(search, now, rest, k, held[:, i], shares, threshold) for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
+        failed = [(d.statistic / max(d.threshold, 1e-9), k, d) for k, d in zip(now.chosen, judged, strict=True) if not d.claimed]
+        if not failed:
+            return Decided(now, (*decisions, *judged), shares)
+        _, worst, decision = min(failed, key=lambda one: one[0])
+        decisions.append(decision)
+        now = search.score(tuple(x for x in now.chosen if x != worst))
+    return Decided(now, tuple(decisions), {})
+
+
+def _judged(search: Search, now: Scored, rest: Scored, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:
+    effect, joint = search.key(k)
+    gain = now.score - rest.score
+    others = [share for other, share in shares.items() if other != k]
+    least = max(RELEVANT, FORM * max(others, default=0.0))
+    precision = _precision(search, now, k)
+    without_best = float(held.sum() - held.max()) if len(held) > 2 else float(held.sum())
+    tests = (
+        (gain, threshold, f"gains {gain:.1f} nats beside the others ({threshold:.1f} needed)"),
+        (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
+        (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
+        (without_best, 0.0, "recordings that the fit has not seen are foretold no better"),
+        (1.0 if search.admits(rest, now) else 0.0, 0.5, "what it explains is no smaller part of what remains unknown than any law's"),
+    )
+    for statistic, needed, reason in tests:
+        if statistic <= needed:
+            return Decision(effect, joint, statistic, needed, False, reason)
+    return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, also on recordings that the fit has not seen")

@@ -1,0 +1,63 @@
+"""What a set of effects foretells of recordings that its fit has not seen.
+
+    log p(y_out | y_in, S) = log p(y | S) - log p(y_in | S)
+
+by the chain rule of the marginal likelihood, at the sizes and the noise of the whole campaign. Units are recordings, or blocks where these
+are fewer than `FEWEST`; values of a recording's own are integrated out.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
+from nnhydro.diagnosis.search.library import View
+from nnhydro.diagnosis.search.stepwise import Scored
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+FEWEST = 6  # recordings that may be units of their own
+FOLDS = 8
+
+
+def fold_of_rows(view: View, seed: int) -> Index:
+    """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, single rows of steady tables."""
+    problem = view.library.design.problem
+    unit = problem.group_of if problem.groups >= FEWEST else problem.block_of
+    steady = problem.frequency < 0
+    made = np.where(steady, np.arange(len(unit)) + int(unit.max()) + 1, unit)
+    _, index = np.unique(made, return_inverse=True)
+    count = int(index.max()) + 1
+    dealt = np.random.default_rng(seed).permutation(count) % min(FOLDS, count)
+    return dealt[index].astype(np.int64)
+
+
+def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
+    """Return log p(left-out fold | the others) of every set, (folds, sets)."""
+    whole = view.whitened
+    fold = fold_of_rows(view, seed)
+    made = []
+    for number in range(int(fold.max()) + 1):
+        rows = np.flatnonzero(fold != number)
+        part = Whitened(whole.design, whole.unknown, whole.v, rows)
+        scores = []
+        for one in sets:
+            columns = view.joined(one.chosen)
+            kept = None if columns is None else rows_of(part, columns, rows)
+            t = one.sizes.vector(whole)
+            scores.append(posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence)
+        made.append(scores)
+    return np.array(made)
+
+
+def rows_of(part: Whitened, columns: Columns, rows: Index) -> Columns:
+    """Return `columns` on the rows of `part`, which are `rows` of all."""
+    Xw = columns.Xw[rows]
+    k = Xw.shape[2]
+    flat = Xw.reshape(-1, k)
+    cross = np.zeros((len(part.b), k))
+    cross[: part.p] = part.Y.reshape(len(flat), part.p).T @ flat
+    for j in range(part.joints):
+        cross[part.p + j * part.m: part.p + (j + 1) * part.m] = (part.Phi * part.sw[:, j:j + 1]).T @ Xw[:, j]
+    return Columns(Xw, cross, flat.T @ flat, flat.T @ part.y.ravel())

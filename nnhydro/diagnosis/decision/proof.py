@@ -1,0 +1,135 @@
+"""Errors on recordings held out of the fit, before and after, and the residuals that remain, in the band and on the rows of the problem.
+
+    error = sum |tau - model| / sum |tau|,     where nothing is driven: / sum |largest known part of the model|
+
+Every fold is predicted by values fitted to the others; the choice of effects has seen all of them. No prediction looks at measured torque.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.decision.heldout import fold_of_rows, rows_of
+from nnhydro.diagnosis.model.evidence import Whitened, posterior
+from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.problem.design import Design
+from nnhydro.diagnosis.problem.hypothesis import Key
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.unexplained.where import Residual
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.recordings.segment import Segment
+
+Array = NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Errors on left-out recordings before and after, per finding left out, and the residuals of baseline and corrected model."""
+
+    before: float
+    after: float
+    without: dict[Key, float]
+    residuals: list[Residual]
+    remains: list[Residual]
+    torque: float  # mean of what errors are divided by, N m
+    recordings: int
+    scale: str = "measured torque"
+    folds: list[tuple[float, float]] = field(default_factory=list)
+
+
+def states(segment: Segment) -> dict[str, Array]:
+    """Return the state variables (n,) of a segment by their column name."""
+    named: dict[str, Array] = {}
+    for j in range(segment.n_links):
+        named |= {f"q{j + 1}_rad": segment.q[:, j], f"dq{j + 1}_rad_s": segment.qd[:, j], f"ddq{j + 1}_rad_s2": segment.qdd[:, j]}
+    if segment.u0.any():
+        named["u0_m_s"] = segment.u0
+    return named
+
+
+def _predicted(search: Search, found: Scored, X: Array | None, fold: NDArray[np.int64]) -> Array:
+    """Return the rows (n, joints) of the model's part beyond the baseline at z = 0, each fold fitted to the others."""
+    whole = search.view.whitened
+    made = np.zeros_like(search.view.library.design.y)
+    t = none(whole).vector(whole)
+    columns = search.view.joined(found.chosen)
+    for number in range(int(fold.max()) + 1):
+        rows = np.flatnonzero(fold != number)
+        part = Whitened(whole.design, whole.unknown, whole.v, rows)
+        fit = posterior(part, None if columns is None else rows_of(part, columns, rows), t)
+        out = fold == number
+        made[out] = whole.design.Y[out] @ fit.mean[: whole.p]
+        if X is not None:
+            made[out] += X[out] @ fit.mean[len(whole.b):]
+    return made
+
+
+def _foretold_columns(search: Search, found: Scored, model: StripTheory) -> Array | None:
+    """Return the scaled columns (n, joints, k) of the set without a look at measured torque, in the order of its fit."""
+    if not found.chosen:
+        return None
+    library, parts = search.view.library, []
+    for k in found.chosen:
+        h = library.hypotheses[k]
+        X = library.design.columns([h], model, predicted=True) * library.scale[library.at(k)]
+        if h.per_recording:
+            group = library.design.problem.group_of
+            X = np.concatenate([X * (group == g)[:, None, None] for g in range(library.design.problem.groups)
+                                if np.any(library.X[group == g][..., library.at(k)])], axis=2)
+        parts.append(X)
+    return np.concatenate(parts, axis=2)
+
+
+def _in_time(design: Design, rows: Array) -> list[Array]:
+    """The rows (n, joints) of each block in time."""
+    problem = design.problem
+    return [problem.inverse(block, rows[problem.block_of == i]) for i, block in enumerate(problem.blocks)]
+
+
+def _residuals(design: Design, in_time: Sequence[Array]) -> list[Residual]:
+    made = []
+    for block, r in zip(design.problem.blocks, in_time, strict=True):
+        stretch = design.problem.stretches[block.stretch]
+        named = {name: x[block.start:block.stop] for name, x in states(stretch.segment).items()}
+        made.append(Residual(stretch.name, r, named, 0.0 if block.steady else stretch.segment.dt))
+    return made
+
+
+def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof:
+    """Return the proof of the claimed set `found`; `model` is what instruments read."""
+    design = search.view.library.design
+    fold = fold_of_rows(search.view, seed)
+    empty = search.score(())
+    before = _in_time(design, design.y - _predicted(search, empty, None, fold))
+    after = before if not found.chosen else _in_time(
+        design, design.y - _predicted(search, found, _foretold_columns(search, found, model), fold))
+    divisor = float(sum(np.abs(x).sum() for x in _in_time(design, design.tau)))
+    scale, count = "measured torque", sum(len(x) for x in before)
+    if design.undriven:
+        divisor = float(design.part_scale.sum() * count)
+        scale = "weight" if design.heavy else "inertia"
+    error = {name: float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300) for name, part in (("before", before), ("after", after))}
+    without = {}
+    for k in found.chosen:
+        rest = search.score(tuple(x for x in found.chosen if x != k))
+        part = before if not rest.chosen else _in_time(
+            design, design.y - _predicted(search, rest, _foretold_columns(search, rest, model), fold))
+        without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
+    return Proof(error["before"], error["after"], without, _residuals(design, before), _residuals(design, after),
+                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale)
+
+
+def noise_error(search: Search, proof: Proof, own: Array) -> float:
+    """Return the error of a perfect model: `own` (n, joints) is the variance of the noise of every row."""
+    problem, total = search.view.library.design.problem, 0.0
+    for i, block in enumerate(problem.blocks):
+        n = block.stop - block.start
+        rows = own[problem.block_of == i]
+        variance = rows if block.steady else rows.sum(axis=0) / (n * problem.stretches[block.stretch].segment.dt)
+        total += float(np.sqrt(2 / np.pi * variance).sum()) * (1 if block.steady else n)
+    count = sum(b.stop - b.start for b in problem.blocks) * own.shape[1]
+    return total / max(proof.torque * count, 1e-300)

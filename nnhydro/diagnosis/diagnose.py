@@ -1,0 +1,161 @@
+"""`diagnose`: is there a mismatch, where, what physics was left out, the model with it, the proof.
+
+prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> decide -> findings, corrected model, proof, what remains.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from nnhydro.diagnosis.corrected_model import corrected_model
+from nnhydro.diagnosis.decision.decide import Decided, decide
+from nnhydro.diagnosis.decision.proof import noise_error, prove
+from nnhydro.diagnosis.findings.equivalence import plain, simplest
+from nnhydro.diagnosis.findings.finding import Finding, finding_of
+from nnhydro.diagnosis.model.evidence import Whitened, posterior
+from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
+from nnhydro.diagnosis.model.unknown import Unknown, unknown_of
+from nnhydro.diagnosis.noise.spectrum import Noise, first_noise, reestimated
+from nnhydro.diagnosis.problem.baseline import baseline_of
+from nnhydro.diagnosis.problem.design import Design, design_of
+from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
+from nnhydro.diagnosis.problem.problem import Problem, problem_of
+from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.rig import Limits
+from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.refinement import refined
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
+from nnhydro.diagnosis.unexplained.where import locate
+from nnhydro.identification.identify import versions
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.threads import one_thread
+from nnhydro.recordings.campaign import Campaign
+
+MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
+FIRST_SIZE = 0.1  # of the unknown, from which its sizes are climbed
+NOISE_ROUNDS = 3
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Studied:
+    """A searched campaign: what was decided, in which search, beside which noise and model."""
+
+    design: Design
+    noise: Noise
+    search: Search
+    decided: Decided
+    model: StripTheory
+    null: Scored
+
+
+def drawn(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
+    """Return at most `most` of `names`, one drawn from each of as many consecutive stretches."""
+    rng = np.random.default_rng(seed)
+    stretches = np.array_split(np.arange(len(names)), min(most, max(len(names), 1)))
+    return tuple(names[int(rng.choice(stretch))] for stretch in stretches if len(stretch))
+
+
+def _calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened, Sizes, StripTheory]:
+    """Noise beside the unknown alone, the unknown's sizes, and the baseline calibrated so."""
+    noise, sizes = first_noise(design), None
+    for _ in range(NOISE_ROUNDS):
+        whitened = Whitened(design, unknown, noise.v)
+        _, sizes = fitted(whitened, None, Sizes.even(whitened, FIRST_SIZE) if sizes is None else sizes)
+        noise = reestimated(design, noise, whitened, None, sizes.vector(whitened))
+    whitened = Whitened(design, unknown, noise.v)
+    assert sizes is not None
+    fit, sizes = fitted(whitened, None, sizes)
+    return noise, whitened, sizes, design.baseline.at(fit.mean[: whitened.p])
+
+
+def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[str] = (),
+          progress: Callable[[str], None] = lambda line: None) -> Studied:
+    """Return what is left out of `baseline` on the rows of `problem`."""
+    from nnhydro.recordings.low_pass import LowPass
+    from nnhydro.recordings.preprocessing import Preparation
+
+    moving = any(not stretch.segment.steady for stretch in problem.stretches)
+    how = Preparation(LowPass(problem.edge) if moving else None)
+    design = design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
+    unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
+    progress("noise and baseline")
+    noise, whitened, sizes, model = _calibrated_noise(design, unknown)
+    peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches if s.segment.tau is not None], axis=0).tolist())
+    hypotheses = enumerate_hypotheses(problem.arm, peaks, without, not design.undriven)
+    progress(f"columns of {len(hypotheses)} hypotheses")
+    library = Library.of(design, hypotheses, model)
+    search = Search(View(whitened, library), sizes, progress)
+    best = search.run()
+    for _ in range(NOISE_ROUNDS - 1):
+        noise = reestimated(design, noise, search.whitened, search.view.joined(best.chosen), best.sizes.vector(search.whitened))
+        whitened = Whitened(design, unknown, noise.v)
+        _, sizes = fitted(whitened, None, sizes)
+        search = Search(View(whitened, library), sizes, progress)
+        best = search.score(best.chosen)
+    best = search.climb(best)
+    progress("finer values")
+    finer = refined(search, best, model)
+    search = finer.search
+    best = simplest(search, plain(search, search.climb(finer.best)))
+    decided = decide(search, best, seed)
+    return Studied(design, noise, search, decided, model, search.score(()))
+
+
+def _recalibrated(model: StripTheory) -> dict[str, list[float]]:
+    pairs = (("cd", "normal_drag", "C_D"), ("cm", "added_mass", "C_M"))
+    return {key: list(getattr(model.loads.terms[term], symbol)) for key, term, symbol in pairs if term in model.loads.terms}
+
+
+@one_thread()
+def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
+             without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
+             rehearsals: int = 0, limits: Limits | None = None) -> Diagnosis:
+    """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.
+
+    Of more than `most` recordings the others take no part. `cutoff_hz` is the upper edge of the band, by default from the data.
+    Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
+    """
+    start = time.perf_counter()
+    if limits is not None:
+        limits.check(campaign.arm.n_links)
+    names = drawn(campaign.names, most, seed)
+    found = study(problem_of(campaign, names, cutoff_hz), baseline, seed, without, progress)
+    search, claimed = found.search, found.decided.claimed
+    findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
+    progress("held-out errors")
+    proof = prove(search, claimed, found.model, seed)
+    floor = noise_error(search, proof, found.noise.own)
+    rest = unexplained_of(search, claimed, proof, found.decided.decisions)
+    off = none(search.whitened).vector(search.whitened)
+    z_before = posterior(search.whitened, None, off).mean[: search.whitened.p]
+    z_after = posterior(search.whitened, search.view.joined(claimed.chosen), off).mean[: search.whitened.p]
+    base = found.design.baseline
+    noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
+    return Diagnosis(base.as_model(z_before), corrected_model(base, z_before, z_after, findings), base.name, time.perf_counter() - start,
+                     _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
+                     _checks(found, proof.before, proof.after, proof.recordings), None, _recalibrated(base.at(z_before)),
+                     versions() | {"campaign_sha256": campaign.sha256()}, [])
+
+
+def _p_value(found: Studied, rest: Unexplained) -> float:
+    """p of "nothing is missing": by the claims, by the unknown beside the baseline alone, by what remains."""
+    gains = [d.statistic for d in found.decided.decisions if d.claimed]
+    claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1.0)) for g in gains]
+    from nnhydro.diagnosis.constants import DETECTED, MATERIAL
+
+    parts = unknown_parts(found.search, found.null)
+    real = found.null.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
+    return min([1.0, rest.p_value, p_of(found.search, found.null) if real else 1.0, *claimed])
+
+
+def _checks(found: Studied, before: float, after: float, recordings: int) -> dict[str, Any]:
+    """What the errors are of, and how much of what the unknown gained the claims explain."""
+    null, claimed = found.null.unknown_nats, found.decided.claimed.unknown_nats
+    return {"error_before": before, "error_after": after, "recordings": recordings,
+            "explained": float(np.clip(1 - claimed / null, 0.0, 1.0)) if null > 1 else 0.0,
+            "unknown_nats": {"before": float(null), "after": float(claimed)}, "band_hz": float(found.design.problem.edge)}

@@ -1,0 +1,97 @@
+"""Which effects the data cannot tell from a finding, how sure its name is, and the plain law where a special one of its family adds nothing."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from nnhydro.diagnosis.constants import NEAR, TRUSTED_RATIO
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+
+ALIKE = 0.98  # cosine of the visible torques from which two effects are one
+MOST = 0.99
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """An effect that could take a finding's place: nats behind it, its weight, whether the data cannot tell it from the finding."""
+
+    number: int
+    deficit: float
+    weight: float
+    cosine: float
+    equivalent: bool
+
+
+def _parameters(search: Search, k: int) -> int:
+    h = search.view.library.hypotheses[k]
+    return h.width + sum(1 for name in h.spans if any(getattr(h.effect, name)))
+
+
+def plain(search: Search, found: Scored) -> Scored:
+    """Return `found` with special laws replaced by plainer ones of their family where they take no more from the unknown.
+
+    Raises nothing. A special law is admitted beside the plain one as any further effect is beside a set.
+    """
+    library = search.view.library
+    for k in found.chosen:
+        rest = tuple(x for x in found.chosen if x != k)
+        plainer = [i for i, h in enumerate(library.hypotheses) if search.place(i) == search.place(k) and h.key != library.hypotheses[k].key
+                   and _parameters(search, i) < _parameters(search, k)]
+        if not plainer:
+            continue
+        best = max((search.score((*rest, i)) for i in plainer), key=lambda s: s.score)
+        base = search.score(rest)
+        if search.admits(base, best) and not (found.score > best.score + NEAR and search.admits(best, found)):
+            found = best
+    return found
+
+
+def simplest(search: Search, found: Scored) -> Scored:
+    """Return `found` with each member replaced by the equivalent effect of the fewest parameters."""
+    for k in found.chosen:
+        rest = tuple(x for x in found.chosen if x != k)
+        _, others = alternatives(search, found, k)
+        near = [a.number for a in others if a.equivalent and a.deficit < NEAR and _parameters(search, a.number) < _parameters(search, k)]
+        if near:
+            least = min(_parameters(search, n) for n in near)
+            found = max((search.score((*rest, n)) for n in near if _parameters(search, n) == least), key=lambda s: s.score)
+    return found
+
+
+def _cosine(search: Search, found: Scored, k: int, there: Scored, other: int) -> float:
+    """How much alike the torques of the two are that the baseline cannot take."""
+    whitened = search.view.whitened
+    torques = []
+    for scored, number in ((found, k), (there, other)):
+        u = search.view.columns(number).Xw @ scored.fit.mean[scored.places(search.view)[number]]
+        if whitened.p:
+            G = whitened.G[: whitened.p, : whitened.p] + np.eye(whitened.p)
+            u = u - whitened.Y @ np.linalg.solve(G, whitened.Y.reshape(u.size, whitened.p).T @ u.ravel())
+        torques.append(u.ravel())
+    a, b = torques
+    return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))
+
+
+def alternatives(search: Search, found: Scored, k: int) -> tuple[float, list[Alternative]]:
+    """Return the confidence in the name of member `k`, its equivalents included, and what could take its place, best first."""
+    rest = tuple(x for x in found.chosen if x != k)
+    base = search.score(rest)
+    key = search.key(k)
+    sets = [search.score((*rest, r)) for r in search.screen(rest) if search.key(r) != key]
+    numbers = [next(x for x in s.chosen if x not in rest) for s in sets]
+    deficits = [found.score - s.score for s in sets]
+    floor = np.exp(min(base.score - found.score, 0.0))
+    taking = np.array([search.admits(base, s) for s in sets], dtype=float)  # what takes nothing from the unknown is no rival
+    weights = np.exp(-np.maximum(deficits, 0.0)) * taking if deficits else np.zeros(0)
+    total = 1.0 + floor + weights.sum()
+    made = []
+    for s, r, deficit, weight in zip(sets, numbers, deficits, weights.tolist(), strict=True):
+        cosine = _cosine(search, found, k, s, r)
+        equivalent = search.admits(base, s) and (deficit < NEAR or (cosine > ALIKE and deficit < 0.05 * max(found.score - base.score, 0.0)))
+        made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
+    inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total
+    left = found.unknown_nats / max(base.unknown_nats, 1e-9) if base.unknown_nats > 10 else 0.0
+    listed = 1.0 / (1.0 + (left / TRUSTED_RATIO) ** 4)
+    return float(min(inside * listed, MOST)), sorted(made, key=lambda a: a.deficit)

@@ -1,0 +1,150 @@
+"""A finding: one effect that was left out, its values with intervals, the effects that cannot be told from it, and its sentence.
+
+Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
+Intervals hold the posterior's spread, the change of the values beside the unknown, and the bend of the score over nonlinear values.
+Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import NEAR
+from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
+from nnhydro.diagnosis.model.evidence import posterior
+from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.problem.activity import ActivityWindow
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.effects.quantity import intervals
+
+Array = NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One effect that was left out, with all that diagnosis.json tells about it."""
+
+    effect: AnyEffect
+    family: str | None
+    members: tuple[str, ...]  # effects that cannot be told apart, the finding's own first
+    confidence: float
+    statement: str
+    parameters: dict[str, dict[str, Any]]
+    rivals: list[dict[str, Any]]
+    covariance: Array  # (p, p) of the effect's linear values
+    number: int  # of its hypothesis in the library
+    activity: ActivityWindow | None = None
+
+    @property
+    def persists(self) -> bool:
+        """Whether the effect is known to act in what is recorded next."""
+        return self.activity is None or self.activity.persists
+
+    @property
+    def level(self) -> str:
+        """Whether the leaf is certain, or the family alone."""
+        return "leaf" if len(self.members) == 1 else "family"
+
+    def document(self, before: float, after: float) -> dict[str, Any]:
+        """Return the finding for diagnosis.json."""
+        acts = {} if self.activity is None else {"acts": self.activity.document()}
+        return {"effect": self.effect.id, "family": self.family, "class": list(self.members), "level": self.level,
+                "joint": self.effect.joint or None, "confidence": self.confidence, "statement": self.statement,
+                "parameters": self.parameters, "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | acts
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Values:
+    """Linear values (p,) of a member in its units and their covariance (p, p)."""
+
+    mean: Array
+    covariance: Array
+
+
+def values_of(search: Search, found: Scored, k: int) -> Values:
+    """Return the values of member `k`: without the unknown, the spread widened by what changes beside it."""
+    view, library = search.view, search.view.library
+    columns = view.joined(found.chosen)
+    fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
+    at, h = found.places(view)[k], library.hypotheses[k]
+    index = np.arange(at.start, at.stop)
+    covariance = fit.covariance(index) + np.diag((found.fit.mean[at] - fit.mean[at]) ** 2)
+    mean = fit.mean[at]
+    if h.per_recording:
+        mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)
+    low, high = library.bounds(k)
+    scale = library.scale[library.at(k)]
+    return Values(np.clip(mean, low, high) * scale, covariance * scale[:, None] * scale)
+
+
+def _pooled(beta: Array, covariance: Array, width: int) -> tuple[Array, Array]:
+    """The rms (width,) over recordings of values of each recording's own, and its covariance."""
+    rms = np.sqrt((beta**2).mean(axis=0))
+    variances = np.diag(covariance).reshape(-1, width)
+    count = len(beta)
+    spread = (beta**2 * variances).sum(axis=0) / np.maximum(count**2 * rms**2, 1e-300)
+    return rms, np.diag(spread)
+
+
+def _shape_variance(search: Search, found: Scored, h: Hypothesis, k: int) -> dict[str, float]:
+    """The variance of each nonlinear value from the bend of the score between its neighbours in the library."""
+    made = {}
+    for name, (low, high) in h.spans.items():
+        half = (high - low) / 2
+        if not half > 0:
+            continue
+        value = getattr(h.effect, name)[0]
+        near = [(getattr(o.effect, name)[0], i) for i, o in enumerate(search.view.library.hypotheses)
+                if o.key == h.key and o.width == h.width and i != k and getattr(o.effect, name)
+                and all(getattr(o.effect, other) == getattr(h.effect, other) for other in h.spans if other != name)]
+        drops = [((v - value) ** 2, found.score - search.score((*(x for x in found.chosen if x != k), i)).score)
+                 for v, i in sorted(near, key=lambda one: abs(one[0] - value))[:2]]
+        bends = [d2 / (2 * max(drop, 0.05)) for d2, drop in drops if d2 > 0]
+        made[name] = min(bends) if bends else half**2 / 3
+    return made
+
+
+def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float]) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
+    names, p = tuple(shapes), len(values.mean)
+    mean = np.concatenate([values.mean, [getattr(effect, name)[0] for name in names]])
+    covariance = np.zeros((p + len(names), p + len(names)))
+    covariance[:p, :p] = values.covariance
+    covariance[np.arange(p, p + len(names)), np.arange(p, p + len(names))] = list(shapes.values())
+    limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
+
+    def quantities(x: torch.Tensor) -> Any:
+        changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
+                                   for name, v in zip(names, x[p:], strict=True)}
+        return replace(effect.with_linear(x[:p]), **changes).quantities()
+
+    spans = intervals(quantities, torch.from_numpy(mean.copy()), torch.from_numpy(covariance))
+    told = effect.quantities()
+    return {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])} for name, q in told.items() if name in spans}, spans
+
+
+def _rival(search: Search, one: Alternative) -> dict[str, Any]:
+    effect, joint = search.key(one.number)
+    return {"effect": effect, "joint": joint or None, "support": float(one.weight), "behind": round(one.deficit, 2), "likeness": round(one.cosine, 3)}
+
+
+def finding_of(search: Search, found: Scored, k: int) -> Finding:
+    """Return the finding of member `k` of the claimed set."""
+    h = search.view.library.hypotheses[k]
+    values = values_of(search, found, k)
+    effect = h.with_values(torch.from_numpy(values.mean.copy()))
+    parameters, spans = _parameters(effect, values, _shape_variance(search, found, h, k))
+    confidence, others = alternatives(search, found, k)
+    inside = [a for a in others if a.equivalent]
+    members = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
+    families = {effect.family, *(search.view.library.hypotheses[a.number].effect.family for a in inside)}
+    statement = effect.statement(spans)
+    statement = statement if h.activity is None else f"{statement} It acts {h.activity.sentence()} only."
+    rivals = [_rival(search, a) for a in others if a.deficit < 5 * NEAR][:5]
+    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, statement, parameters, rivals,
+                   values.covariance, k, h.activity)

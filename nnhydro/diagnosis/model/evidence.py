@@ -1,0 +1,154 @@
+"""The evidence of a set of effects beside baseline and unknown, in closed form on whitened Gram matrices.
+
+    y ~ N(0, V + A L A'),   A = [Y, Phi_1, ..., Phi_J, X_S],   L = diag(1, tau^2 s^2, RHO^2)
+    log p(y | S) = -1/2 [log|V| + log|M| + y'W y - b'M^-1 b],   W = V^-1,  G = A'W A,  M = I + L^1/2 G L^1/2,  b = L^1/2 A'W y
+
+Columns of hypotheses are scaled so that the value 1 makes the torque's rms at the joint where it weighs most: RHO is the prior standard
+deviation of an effect in shares of the torque. Source: MacKay (1992), Neural Computation 4; Rasmussen & Williams (2006), section 5.4.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.model.unknown import Unknown
+from nnhydro.diagnosis.problem.design import Design
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@final
+@dataclass(eq=False)
+class Whitened:
+    """Rows of a design divided by the noise `v` (n, joints): Gram matrix of baseline and unknown, and products with further columns."""
+
+    design: Design
+    unknown: Unknown
+    v: Array
+    rows: Index | None = None  # rows that count; all by default
+    G: Array = field(init=False)
+    b: Array = field(init=False)
+    yy: float = field(init=False)
+    log_v: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        rows = slice(None) if self.rows is None else self.rows
+        self.sw = 1.0 / np.sqrt(self.v[rows])
+        self.Y = self.design.Y[rows] * self.sw[..., None]
+        self.y = self.design.y[rows] * self.sw
+        self.Phi = self.unknown.Phi[rows]
+        self.group = self.design.problem.group_of[rows]
+        p, m, joints = self.Y.shape[2], self.Phi.shape[1], self.y.shape[1]
+        self.p, self.m, self.joints = p, m, joints
+        P = p + joints * m
+        self.G, self.b = np.zeros((P, P)), np.zeros(P)
+        flat = self.Y.reshape(self.y.size, p)
+        self.G[:p, :p], self.b[:p] = flat.T @ flat, flat.T @ self.y.ravel()
+        for j in range(joints):
+            at = slice(p + j * m, p + (j + 1) * m)
+            scaled = self.Phi * self.sw[:, j:j + 1]
+            self.G[at, at], self.b[at] = scaled.T @ scaled, scaled.T @ self.y[:, j]
+            self.G[at, :p] = scaled.T @ self.Y[:, j]
+            self.G[:p, at] = self.G[at, :p].T
+        self.yy, self.log_v = float((self.y**2).sum()), float(np.log(self.v[rows]).sum())
+
+    def cross(self, X: Array, at: Index | None = None) -> Array:
+        """Return A'W X (P, K) of the columns X (n, joints, K), given on all rows; `at`: of these counted rows alone."""
+        chosen = slice(None) if at is None else at
+        Xw = self.weighted(X)[chosen]
+        made = np.zeros((len(self.b), X.shape[2]))
+        made[: self.p] = self.Y[chosen].reshape(Xw.shape[0] * self.joints, self.p).T @ Xw.reshape(-1, X.shape[2])
+        for j in range(self.joints):
+            scaled = self.Phi[chosen] * self.sw[chosen, j:j + 1]
+            made[self.p + j * self.m: self.p + (j + 1) * self.m] = scaled.T @ Xw[:, j]
+        return made
+
+    def weighted(self, X: Array) -> Array:
+        """Return X (n, joints, K) on the counted rows divided by the noise."""
+        return (X if self.rows is None else X[self.rows]) * self.sw[..., None]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Columns of a set of hypotheses beside baseline and unknown: `Xw` (n, joints, k) whitened, their products, and which belongs to which.
+
+    `scale` (k,) is the torque's rms over the column's.
+    """
+
+    Xw: Array
+    cross: Array  # (P, k)
+    gram: Array  # (k, k)
+    Xy: Array  # (k,)
+
+    @staticmethod
+    def of(whitened: Whitened, X: Array) -> "Columns":
+        """Return the columns X (n, joints, k), scaled, on all rows."""
+        Xw = whitened.weighted(X)
+        flat = Xw.reshape(-1, X.shape[2])
+        return Columns(Xw, whitened.cross(X), flat.T @ flat, flat.T @ whitened.y.ravel())
+
+    def joined(self, other: "Columns") -> "Columns":
+        """Return both sets of columns side by side."""
+        k = self.Xw.shape[2]
+        between = self.Xw.reshape(-1, k).T @ other.Xw.reshape(-1, other.Xw.shape[2])
+        gram = np.block([[self.gram, between], [between.T, other.gram]])
+        return Columns(np.concatenate([self.Xw, other.Xw], axis=2), np.concatenate([self.cross, other.cross], axis=1), gram,
+                       np.concatenate([self.Xy, other.Xy]))
+
+    def take(self, at: Sequence[int]) -> "Columns":
+        """Return the columns `at`."""
+        index = np.asarray(at, dtype=int)
+        return Columns(self.Xw[..., index], self.cross[:, index], self.gram[np.ix_(index, index)], self.Xy[index])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """The fit of a set at sizes `t` (P,) of baseline (1) and unknown: evidence, mean and Cholesky factor of M in the scaled columns."""
+
+    log_evidence: float
+    mean: Array  # (P + k,) of the unscaled coefficients
+    chol: Array  # (P + k, P + k) lower, of M
+    scale: Array  # (P + k,) prior standard deviations
+    half: Array  # (P + k,) L^-1 b
+
+    def covariance(self, at: slice | Index) -> Array:
+        """Return the covariance of the coefficients `at`."""
+        from scipy.linalg import solve_triangular
+
+        unit = np.eye(len(self.scale))[:, at]
+        half = solve_triangular(self.chol, unit, lower=True, check_finite=False)
+        covariance: Array = half.T @ half * self.scale[at][:, None] * self.scale[at]
+        return covariance
+
+    def variances(self) -> Array:
+        """Return the posterior variance of every scaled coefficient, prior variance 1, (P + k,)."""
+        from scipy.linalg.lapack import dpotri
+
+        inverse = dpotri(self.chol, lower=1)[0]
+        return np.asarray(np.diag(inverse))
+
+
+def posterior(whitened: Whitened, columns: Columns | None, t: Array) -> Posterior:
+    """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `t` (P,)."""
+    from scipy.linalg import cholesky, solve_triangular
+
+    G, b = whitened.G, whitened.b
+    scale = t
+    if columns is not None and columns.Xw.shape[2]:
+        G = np.block([[G, columns.cross], [columns.cross.T, columns.gram]])
+        b = np.concatenate([b, columns.Xy])
+        scale = np.concatenate([t, np.full(len(columns.Xy), RHO)])
+    M = G * scale[:, None] * scale
+    M[np.diag_indices_from(M)] += 1.0 + 1e-9
+    L = cholesky(M, lower=True, overwrite_a=True, check_finite=False)
+    half = solve_triangular(L, b * scale, lower=True, check_finite=False)
+    mean = solve_triangular(L, half, lower=True, trans="T", check_finite=False) * scale
+    log_evidence = -0.5 * (whitened.log_v + 2 * float(np.log(np.diag(L)).sum()) + whitened.yy - float(half @ half))
+    return Posterior(log_evidence, mean, L, scale, half)

@@ -1,0 +1,91 @@
+"""The sizes tau of the unknown by maximum marginal likelihood.
+
+    tau_jc^2 <- tau_jc^2 sum (eta / t)^2 / sum (1 - var)      over the coefficients of group c at joint j          (MacKay)
+
+The evidence has several maxima ("all of it is unknown", "all of it is law"): it is climbed from the sizes given and from very small ones,
+and the better is taken. Source: MacKay (1992), Neural Computation 4, eq. 4.14.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import SMALLEST_SIZE
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+
+Array = NDArray[np.float64]
+LARGEST = 3.0  # of the torque's rms
+UPDATES = 6
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Sizes:
+    """The unknown's sizes `tau` (joints, groups) in shares of each joint's torque."""
+
+    tau: Array
+
+    def scaled(self, factor: float) -> "Sizes":
+        """Return these sizes times `factor`, not below the smallest."""
+        return Sizes(np.maximum(self.tau * factor, SMALLEST_SIZE))
+
+    @staticmethod
+    def even(whitened: Whitened, value: float) -> "Sizes":
+        """Return the same size everywhere."""
+        return Sizes(np.full((whitened.joints, len(whitened.unknown.names)), value))
+
+    def vector(self, whitened: Whitened) -> Array:
+        """Return the prior standard deviations (P,) of baseline and unknown; a group of the smallest size is absent."""
+        u, r = whitened.unknown, whitened.design.scale
+        present = np.where(self.tau > SMALLEST_SIZE, self.tau, 0.0)
+        parts = [present[j, u.group] * u.s * r[j] for j in range(whitened.joints)] if whitened.m else []
+        return np.concatenate([np.ones(whitened.p), *parts])
+
+    @cached_property
+    def total(self) -> Array:
+        """Root of the sum of squares (joints,)."""
+        return np.sqrt((np.where(self.tau > SMALLEST_SIZE, self.tau, 0.0) ** 2).sum(axis=1))
+
+
+def _updated(whitened: Whitened, fit: Posterior, sizes: Sizes) -> Sizes:
+    tau = sizes.tau.copy()
+    spread = fit.variances()
+    u = whitened.unknown
+    for j in range(whitened.joints):
+        at = slice(whitened.p + j * whitened.m, whitened.p + (j + 1) * whitened.m)
+        scale = fit.scale[at]
+        e2 = np.where(scale > 0, (fit.mean[at] / np.where(scale > 0, scale, 1.0)) ** 2, 0.0)
+        gamma = 1.0 - spread[at]
+        top, below = (np.bincount(u.group, x, len(u.names)) for x in (e2, gamma))
+        live = tau[j] > SMALLEST_SIZE
+        tau[j, live] *= np.sqrt((top[live] + 1e-9) / np.maximum(below[live], 1e-9))
+    return Sizes(np.clip(tau, SMALLEST_SIZE, LARGEST))
+
+
+def fitted(whitened: Whitened, columns: Columns | None, start: Sizes, updates: int = UPDATES) -> tuple[Posterior, Sizes]:
+    """Return the fit of `columns` with the sizes that maximise its evidence, climbed from `start`."""
+    best: tuple[Posterior, Sizes] | None = None
+    sizes = start
+    for step in range(updates + 1):
+        fit = posterior(whitened, columns, sizes.vector(whitened))
+        if best is None or fit.log_evidence > best[0].log_evidence:
+            gained = np.inf if best is None else fit.log_evidence - best[0].log_evidence
+            best = fit, sizes
+            if gained < 0.05:
+                break
+        elif step > 2:
+            break
+        if step < updates and whitened.m:
+            sizes = _updated(whitened, fit, sizes)
+        elif not whitened.m:
+            break
+    assert best is not None
+    return best
+
+
+def none(whitened: Whitened) -> Sizes:
+    """Return the unknown switched off."""
+    return Sizes.even(whitened, SMALLEST_SIZE)

@@ -1,0 +1,149 @@
+"""Noise: a common spectrum a joint, a scale a recording, and what no model can foretell of what it explains.
+
+    v_nj = sigma_gj^2 S_j(band) + (FORM^2 + (2 pi f LATE)^2) E_gj(band) + BASELINE_FORM^2 B_gj(band)            [(N m)^2 s]
+
+S, sigma by restricted maximum likelihood with the unknown and the selected effects in the model: with leverage h = w d'H^-1 d,
+
+    S_j(b) <- S_j(b) sum a r^2/v / sum a (1 - h),     a = (own part of v) / v,  shrunk by NU observations towards its neighbours
+
+E is the mean square of the torque that the baseline alone leaves: no explanation is believed to better than FORM of what there is to
+explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with little noise are not judged on details of form.
+Source: REML, Patterson & Thompson (1971), Biometrika 58; discrepancy, Kennedy & O'Hagan (2001).
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NU
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+from nnhydro.diagnosis.problem.design import Design
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+RATIO = 1.6  # from band to band
+ROUNDS = 4
+LEAST = 1e-12  # of the torque's mean square: a computed torque without noise
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Bands:
+    """The band `of` (n,) each row: the mean of a block is a band of its own, then edges in ratio `RATIO`; steady rows are the first."""
+
+    of: Index
+    centre: Array  # (bands,) Hz
+
+    @staticmethod
+    def of_design(design: Design) -> "Bands":
+        """Return the bands of the rows of `design`."""
+        f = design.problem.frequency
+        moving = f > 0
+        lowest = float(f[moving].min()) if moving.any() else 1.0
+        number = np.where(moving, 2 + np.floor(np.log(np.maximum(f, lowest) / lowest) / np.log(RATIO) + 1e-9).astype(int), np.where(f < 0, 0, 1))
+        used, index = np.unique(number, return_inverse=True)
+        centre = np.array([f[index == k].mean() for k in range(len(used))])
+        return Bands(index.astype(np.int64), np.maximum(centre, 0.0))
+
+    @cached_property
+    def count(self) -> int:
+        """Number of bands."""
+        return len(self.centre)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """The spectrum `S` (joints, bands), the scales `sigma2` (groups, joints), and the variance of form `form` (n, joints)."""
+
+    bands: Bands
+    group: Index
+    S: Array
+    sigma2: Array
+    form: Array
+
+    @property
+    def own(self) -> Array:
+        """The variance of the noise itself, (n, joints)."""
+        made: Array = self.sigma2[self.group] * self.S[:, self.bands.of].T
+        return made
+
+    @property
+    def v(self) -> Array:
+        """The variance of every row, (n, joints)."""
+        return self.own + self.form
+
+
+def _cells(design: Design, bands: Bands, x: Array) -> Array:
+    """Return the mean of x (n, joints) a group, joint and band, spread on the rows again, (n, joints)."""
+    group, groups = design.problem.group_of, design.problem.groups
+    at = group * bands.count + bands.of
+    count = np.bincount(at, minlength=groups * bands.count)
+    made = np.stack([np.bincount(at, x[:, j], groups * bands.count) / np.maximum(count, 1) for j in range(x.shape[1])], axis=1)
+    spread: Array = made[at]
+    return spread
+
+
+def first_noise(design: Design) -> Noise:
+    """Return flat noise at the level of the quiet upper end of the band, and the variance of form from what the baseline alone leaves."""
+    bands = Bands.of_design(design)
+    joints = design.y.shape[1]
+    floor = LEAST * np.maximum(design.scale, 1e-300) ** 2
+    excess = design.excess
+    rho2 = FORM**2 + (2 * np.pi * np.maximum(design.problem.frequency, 0) * LATE) ** 2
+    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2) + BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2)
+    level = []
+    for j in range(joints):
+        means = [float((excess[bands.of == k, j] ** 2).mean()) for k in range(bands.count) if (bands.of == k).sum() >= NU]
+        level.append(max(min(means[len(means) // 2:] or [float((excess[:, j] ** 2).mean())]), float(floor[j]), 1e-300))
+    return Noise(bands, design.problem.group_of, np.tile(np.array(level)[:, None], (1, bands.count)),
+                 np.ones((design.problem.groups, joints)), form)
+
+
+def _leverage(whitened: Whitened, columns: Columns | None, fit: Posterior) -> tuple[Array, Array]:
+    """Return the whitened residual (n, joints) and the leverage h (n, joints)."""
+    from scipy.linalg import solve_triangular
+
+    p, m, joints = whitened.p, whitened.m, whitened.joints
+    n = len(whitened.y)
+    P = p + joints * m
+    r, h = np.zeros((n, joints)), np.zeros((n, joints))
+    for j in range(joints):
+        at = np.concatenate([np.arange(p), np.arange(p + j * m, p + (j + 1) * m), np.arange(P, len(fit.scale))])
+        parts = [whitened.Y[:, j], whitened.Phi * whitened.sw[:, j:j + 1]]
+        if columns is not None:
+            parts.append(columns.Xw[:, j])
+        D = np.concatenate(parts, axis=1)
+        r[:, j] = whitened.y[:, j] - D @ fit.mean[at]
+        inverse = fit.covariance(at)
+        h[:, j] = np.einsum("nk,nk->n", D @ inverse, D)
+    return r, np.clip(h, 0.0, 1.0)
+
+
+def reestimated(design: Design, noise: Noise, whitened: Whitened, columns: Columns | None, t: Array) -> Noise:
+    """Return the noise with spectrum and scales estimated once more beside `columns` and the unknown with sizes `t`."""
+    fit = posterior(whitened, columns, t)
+    r, h = _leverage(whitened, columns, fit)
+    share = noise.own / noise.v
+    bands, S, sigma2 = noise.bands, noise.S.copy(), noise.sigma2.copy()
+    floor = LEAST * np.maximum(design.scale, 1e-300) ** 2
+    joints = S.shape[0]
+    for j in range(joints):
+        top = np.bincount(bands.of, share[:, j] * r[:, j] ** 2, bands.count)
+        below = np.bincount(bands.of, share[:, j] * (1 - h[:, j]), bands.count)
+        ratio = np.log(np.maximum(top, 1e-12) / np.maximum(below, 1e-12))
+        level = np.log(S[j]) + ratio
+        smooth = np.convolve(np.pad(level * below, 1, mode="edge"), [1, 1, 1], "valid") / np.maximum(
+            np.convolve(np.pad(below, 1, mode="edge"), [1, 1, 1], "valid"), 1e-12)
+        S[j] = np.exp((below * level + NU * smooth) / (below + NU))
+        S[j] = np.maximum(S[j], floor[j])
+    for j in range(joints):
+        top = np.bincount(noise.group, share[:, j] * r[:, j] ** 2, len(sigma2))
+        below = np.bincount(noise.group, share[:, j] * (1 - h[:, j]), len(sigma2))
+        sigma2[:, j] *= (NU + top) / (NU + below)
+        there = below > 0
+        sigma2[:, j] /= np.exp(np.average(np.log(sigma2[there, j]), weights=below[there])) if there.any() else 1.0
+    return Noise(bands, noise.group, S, sigma2, noise.form)

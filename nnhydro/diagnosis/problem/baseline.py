@@ -1,0 +1,130 @@
+"""What the recordings are compared with: a physics model by name or from a file, any other model file, or the user's own column.
+
+Whatever it is, physics may be recalibrated beside it: the columns of a physics model stand next to every hypothesis. A simulation that is
+not physics of ours stays as it is, and these columns hold changes of it.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.errors import ConfigError, RecordingError
+from nnhydro.identification.identify import started, versions, with_parameters
+from nnhydro.identification.prior import Prior, prior
+from nnhydro.models.amended import Amended
+from nnhydro.models.baselines import BASELINES
+from nnhydro.models.baselines import Baseline as NamedBaseline
+from nnhydro.models.baselines import baseline as baseline_called
+from nnhydro.models.storage import MODEL, load_model
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.motion import Motion
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.splitting import Unit
+
+Array = NDArray[np.float64]
+COLUMN = "column"
+WIDER = 3.0  # times the fit's prior deviation of 1: a rolling ship has a C_M of 10 by the cylinder's measure
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """The baseline by `name`: physics whose parameters are theta = mean + F z, z ~ N(0, 1), as `prior` says.
+
+    `simulated` is another model whose torque is compared; `column` says that the recordings hold the simulation themselves. `calibrated`:
+    the coefficients of the water are fitted; else they stay.
+    """
+
+    name: str
+    physics: StripTheory
+    prior: Prior
+    simulated: TorqueModel | None = None
+    column: bool = False
+
+    @property
+    def is_physics(self) -> bool:
+        """Whether the physics itself is the baseline."""
+        return self.simulated is None and not self.column
+
+    def target(self, segment: Segment, Y: Array, c0: Array) -> Array:
+        """Return the torque (n, joints) N m less the baseline's at z = 0; `Y` (n, joints, p), `c0` (n, joints): columns and fixed torque.
+
+        Raises RecordingError where the recording holds no simulated torque and should.
+        """
+        assert segment.tau is not None
+        if self.column:
+            if segment.tau_sim is None:
+                raise RecordingError(f"{segment.recording}: has no column tau1_sim_Nm: --baseline column compares with the simulation that "
+                                     "the recordings hold; add it to every one, or name another baseline")
+            return segment.tau - segment.tau_sim
+        if self.simulated is not None:
+            return segment.tau - self.simulated.torque(Motion.of(segment)).numpy()
+        return segment.tau - c0 - Y @ self.prior.mean
+
+    def with_held(self, direction: Array) -> "Baseline":
+        """Return the baseline whose parameters z (r,) move only across `direction` (r,); what it does not touch keeps its bounds."""
+        F, touching = self.prior.F, np.flatnonzero(direction)
+        if not len(touching):
+            return self
+        others = np.flatnonzero(direction == 0)
+        rest = np.linalg.svd(direction[touching][None, :])[2][1:].T
+        free = np.full(rest.shape[1], np.inf)
+        return replace(self, prior=Prior(self.prior.mean, np.concatenate([F[:, touching] @ rest, F[:, others]], axis=1),
+                                         np.concatenate([-free, self.prior.lowest[others]]),
+                                         np.concatenate([free, self.prior.highest[others]])))
+
+    def at(self, z: Array) -> StripTheory:
+        """Return the physics with the parameters of `z` (r,)."""
+        return replace(self.physics, loads=with_parameters(self.physics.loads, self.prior.mean + self.prior.F @ z))
+
+    def as_model(self, z: Array) -> TorqueModel:
+        """Return the calibrated baseline as a model to be saved."""
+        record = {"kind": "calibrated baseline of a diagnosis", "versions": versions()}
+        if self.simulated is not None:
+            return self.simulated
+        if self.column:
+            return Amended(self.physics.arm, self.physics.preparation, record, None, self.physics, self.physics)
+        return replace(self.at(z), fit=record)
+
+
+def baseline_of(named: str | None, arm: Arm, units: tuple[Unit, ...], how: Preparation) -> Baseline:
+    """Return what `named` asks for: a baseline by name, a model folder, or "column"; by default constant, rigid where the arm is dry.
+
+    Raises ConfigError for a name that is none of these, ModelError for a folder that cannot be read or was made for another arm.
+    """
+    usual = "rigid" if arm.dry else "constant"
+    if named is None or named in BASELINES:
+        return _physics(baseline_called(named or usual), arm, units, how)
+    beside = _physics(baseline_called(usual), arm, units, how)
+    if named == COLUMN:
+        return replace(beside, name=COLUMN, column=True)
+    if not (Path(named) / MODEL).is_file():
+        raise ConfigError(f"--baseline {named}: neither a baseline ({', '.join(BASELINES)}), nor {COLUMN}, nor a model folder "
+                          f"(no {MODEL}): nnhydro identify and train write one")
+    model = load_model(Path(named))
+    if model.arm.n_links != arm.n_links:
+        raise ConfigError(f"--baseline {named}: is a model of {model.arm.n_links} joints, the campaign's arm has {arm.n_links}")
+    if isinstance(model, StripTheory) and not model.instruments and model.loads.linear():
+        return _physics(NamedBaseline(model.name, "a model file", lambda _: model.loads, calibrated=True), arm, units, how)
+    return replace(beside, name=named, simulated=model)
+
+
+def _physics(chosen: NamedBaseline, arm: Arm, units: tuple[Unit, ...], how: Preparation) -> Baseline:
+    loads = started(chosen, units, arm)
+    return Baseline(chosen.name, StripTheory(arm, how, {}, chosen.name, loads), _widened(prior(loads, arm), loads))
+
+
+def _widened(known: Prior, loads: Loads) -> Prior:
+    """Return `known` with the coefficients of the water `WIDER` times as free: hulls and frames are no cylinders."""
+    free = np.concatenate([np.full(len(term.linear_values()), not isinstance(term, RigidBody)) for term in loads.linear().values()] or [[]])
+    wide = np.array([bool(np.any(column[free.astype(bool)])) for column in known.F.T], dtype=bool)
+    factor = np.where(wide, WIDER, 1.0)
+    return Prior(known.mean, known.F * factor, known.lowest / factor, known.highest / factor)

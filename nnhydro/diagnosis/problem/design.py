@@ -1,0 +1,177 @@
+"""The rows of a diagnosis in the cosine domain: baseline columns, the torque to be explained, and the columns of hypotheses.
+
+    y = Y z + sum_k X_k beta_k + ...         rows (n,) of all blocks, joints (j,), columns last
+
+Load columns pass belt and gears like the baseline's own; instrument columns are taken at the reading of the working model.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.diagnosis.problem.baseline import Baseline
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.problem import Problem, Stretch
+from nnhydro.effects.effect import LoadEffect
+from nnhydro.effects.sensor_view import SensorView
+from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.transmission import gear_factor, sensed, to_drives
+
+Array = NDArray[np.float64]
+
+
+def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: Stretch, predicted: bool = False) -> Array:
+    """Return the columns (n, joints, K) of `hypotheses` on one stretch, instruments at the reading of `model`.
+
+    `predicted`: without a look at the measured torque.
+    """
+    segment, arm = stretch.segment, model.arm
+    flow = Flow(arm, Motion.of(segment))
+    measured = None if predicted else segment.tau
+    factor = gear_factor(tensor(measured if measured is not None else 0 * segment.q), flow.motion.qd, arm)[..., None]
+    place = None if stretch.place is None else tensor(stretch.place)
+    views: dict[int, SensorView] = {}
+
+    def view_of(working: StripTheory) -> SensorView:
+        if id(working) not in views:
+            views[id(working)] = SensorView(flow, lambda f: sensed(working.loads.torque(f), f.motion.qd, arm), place,
+                                            None if measured is None else tensor(measured))
+        return views[id(working)]
+
+    def columns(one: Hypothesis) -> Tensor:
+        effect = one.effect
+        if isinstance(effect, LoadEffect):
+            made = to_drives(effect.columns(flow), arm) * factor
+        else:
+            view = view_of(one.working_model or model)
+            made = effect.columns(view) if one.working_model is None else effect.secant(view)
+        return made if one.activity is None else made * tensor(one.activity.mask(segment))[:, None, None]
+
+    if not hypotheses:
+        return np.zeros((*segment.q.shape, 0))
+    return np.nan_to_num(torch.cat([columns(one) for one in hypotheses], dim=2).numpy())
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Rows of all blocks: `Y` (n, joints, p) baseline columns for z ~ N(0, 1), `y` (n, joints) the torque to be explained, `tau` as measured."""
+
+    problem: Problem
+    baseline: Baseline
+    Y: Array
+    y: Array
+    tau: Array
+
+    def rows(self, on_stretch: Callable[[Stretch], Array]) -> Array:
+        """Return the transformed rows (n, joints, ...) of what `on_stretch` gives on the rows of each stretch."""
+        made: dict[int, Array] = {}
+        parts = []
+        for block in self.problem.blocks:
+            if block.stretch not in made:
+                made = {block.stretch: on_stretch(self.problem.stretches[block.stretch])}
+            parts.append(self.problem.transform(block, made[block.stretch]))
+        return np.concatenate(parts)
+
+    def columns(self, hypotheses: Sequence[Hypothesis], model: StripTheory, predicted: bool = False) -> Array:
+        """Return the columns (n, joints, K) of `hypotheses`, instruments at the reading of `model`."""
+        return self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
+
+    @cached_property
+    def scale(self) -> Array:
+        """The torque's rms (joints,) that sets the scale of effects: measured, or of what the baseline leaves where nothing is driven."""
+        measured = np.sqrt(((self.excess if self.undriven else self.tau) ** 2).sum(axis=0) / self.time)
+        return np.maximum(measured, 1e-3 * max(float(measured.max()), 1e-12))
+
+    @cached_property
+    def excess(self) -> Array:
+        """What the recalibrated baseline alone leaves, (n, joints): a ridge fit in which no joint outweighs the other."""
+        n, joints, p = self.Y.shape
+        size = np.maximum(np.sqrt((self.y**2).mean(axis=0)), 1e-300)
+        flat, y = (self.Y / size[:, None]).reshape(n * joints, p), (self.y / size).ravel()
+        z = np.linalg.solve(flat.T @ flat + np.eye(p), flat.T @ y) if p else np.zeros(0)
+        left: Array = self.y - self.Y @ z
+        return left
+
+    @cached_property
+    def time(self) -> float:
+        """Duration of all rows, s, steady rows counted as 1: sums of squares over it are mean squares."""
+        p = self.problem
+        return float(sum((b.stop - b.start) * (1.0 if b.steady else p.stretches[b.stretch].segment.dt) for b in p.blocks))
+
+    @cached_property
+    def parts(self) -> Array:
+        """The rms of the model's weight and of all else it holds, (joints, 2)."""
+        def parts(stretch: Stretch) -> Array:
+            flow = Flow(self.problem.arm, Motion.of(stretch.segment))
+            still = replace(flow, motion=replace(flow.motion, qd=0 * flow.motion.qd, qdd=0 * flow.motion.qdd))
+            loads = self.baseline.physics.loads
+            weight, whole = loads.torque(still).numpy(), loads.torque(flow).numpy()
+            return np.stack([weight, whole - weight], axis=2)
+
+        made: Array = np.sqrt((self.rows(parts) ** 2).sum(axis=0) / self.time)
+        return made
+
+    @property
+    def heavy(self) -> bool:
+        """Whether weight is the model's largest part."""
+        return bool(self.parts[:, 0].max() >= 0.5 * self.parts[:, 1].max())
+
+    @property
+    def part_scale(self) -> Array:
+        """The rms (joints,) of the largest part of the model."""
+        made: Array = self.parts.max(axis=1)
+        return made
+
+    @cached_property
+    def undriven(self) -> bool:
+        """Whether the measured torque is nothing beside the model's parts: a free pendulum, a rolling ship."""
+        measured = np.sqrt((self.tau**2).sum(axis=0) / self.time)
+        return bool((measured < 1e-3 * self.part_scale).all())
+
+
+def design_of(problem: Problem, baseline: Baseline) -> Design:
+    """Return the rows of `problem` against `baseline`; where nothing is driven, the common scale of the inertial parameters is held."""
+    def build(base: Baseline) -> Design:
+        def on(stretch: Stretch) -> Array:
+            segment = stretch.segment
+            Y, c0 = columns_and_offset(base.physics.loads, segment, problem.arm)
+            assert segment.tau is not None
+            y = base.target(segment, Y, c0)
+            return np.nan_to_num(np.concatenate([Y @ base.prior.F, y[..., None], segment.tau[..., None]], axis=2))
+
+        empty = Design(problem, base, *(np.zeros(0),) * 3)
+        stacked = empty.rows(on)
+        return Design(problem, base, stacked[..., :-2], stacked[..., -2], stacked[..., -1])
+
+    first = build(baseline)
+    return build(baseline.with_held(_scale_direction(first))) if first.undriven else first
+
+
+def _scale_direction(design: Design) -> Array:
+    """Return how z (r,) changes the energy of the model's largest part, weight or inertia: where nothing is driven no torque tells it.
+
+        a = sum_n Y_n' tau_n,   Y, tau the part's columns and torque
+    """
+    base, arm = design.baseline, design.problem.arm
+
+    def part(stretch: Stretch) -> Array:
+        s = stretch.segment
+        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0)
+        Y, c0 = columns_and_offset(base.physics.loads, still if design.heavy else s, arm)
+        return np.concatenate([Y @ base.prior.F, (c0 + Y @ base.prior.mean)[..., None]], axis=2)
+
+    rows = design.rows(part)
+    r = rows.shape[2] - 1
+    a: Array = rows[..., :r].reshape(-1, r).T @ rows[..., r].ravel()
+    rigid = np.array([bool(np.any(column[: 3 * arm.n_links])) for column in base.prior.F.T], dtype=bool)
+    return np.where(rigid, a, 0.0)

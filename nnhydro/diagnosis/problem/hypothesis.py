@@ -1,0 +1,150 @@
+"""Hypotheses: one effect at one joint (0: the whole arm) at one value of its nonlinear parameters, and finer ones later."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import product
+from math import sqrt
+from typing import Any, final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.diagnosis.problem.activity import ActivityWindow
+from nnhydro.effects.catalogue import candidates, catalogue
+from nnhydro.effects.effect import Effect, InstrumentEffect, LoadEffect
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.recordings.arm import Arm
+
+AnyEffect = LoadEffect | InstrumentEffect
+Span = tuple[float, float]
+Key = tuple[str, int]
+LONG_GRID, COUNTED_GRID = 8, 50  # values from which every second one is tried at first; longer grids count something (teeth)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """An effect with its nonlinear parameters; `spans` are their neighbouring values, `grid` how many were tried at first.
+
+    An instrument effect with a `working_model` has its columns about its own values, on the reading of that model. With an `activity` it
+    acts only there.
+    """
+
+    effect: AnyEffect
+    grid: int = 1
+    spans: Mapping[str, Span] = field(default_factory=dict)
+    working_model: StripTheory | None = None
+    activity: ActivityWindow | None = None
+
+    @property
+    def key(self) -> Key:
+        """What is claimed: effect and joint."""
+        return self.effect.id, self.effect.joint
+
+    @property
+    def law(self) -> tuple[str, int, int]:
+        """The law of the effect: with how many linear parameters."""
+        return *self.key, self.width
+
+    @cached_property
+    def width(self) -> int:
+        """Number of linear parameters."""
+        return len(self.effect.linear_names())
+
+    @property
+    def per_recording(self) -> bool:
+        """Whether the linear parameters have values of their own in every recording (a phase)."""
+        return self.effect.own_in_every_recording
+
+    def bounds(self) -> tuple[Span, ...]:
+        """Return the physical bounds of each linear parameter."""
+        return self.effect.linear_bounds()
+
+    def plausible(self, values: NDArray[np.float64]) -> bool:
+        """Return whether the effect with linear `values` (p,) makes physical sense."""
+        if type(self.effect).plausible is Effect.plausible:
+            return True
+        return self.with_values(torch.from_numpy(np.array(values, dtype=float))).plausible()
+
+    def with_values(self, values: Tensor) -> AnyEffect:
+        """Return the effect with linear `values` (p,) in the order of its columns."""
+        return self.effect.with_linear(values[: self.width])
+
+    def linearised_at(self, values: Tensor, model: StripTheory) -> "Hypothesis":
+        """Return an instrument hypothesis with its columns about `values` on the reading of `model`; loads are linear as they are."""
+        if not isinstance(self.effect, InstrumentEffect) or self.per_recording:
+            return self
+        return replace(self, effect=self.with_values(values.to(torch.float64)), working_model=model)
+
+
+def grid_neighbours(values: Sequence[float], value: float) -> Span:
+    """Return the grid points beside `value`; beyond an end as far as the other neighbour, in ratio where all are positive."""
+    listed = sorted(set(values))
+    k = listed.index(value)
+    if len(listed) == 1:
+        return value, value
+    low, high = (listed[k + step] if 0 <= k + step < len(listed) else None for step in (-1, 1))
+    if listed[0] > 0:
+        return low or value**2 / (high or value), high or value**2 / (low or value)
+    return (2 * value - high if low is None and high is not None else low or 0.0,
+            2 * value - low if high is None and low is not None else high or 0.0)
+
+
+def _shapes(effect: AnyEffect) -> Iterator[AnyEffect]:
+    """The effect, and with each value of the parameters that refine its shape."""
+    yield effect
+    details = effect.details()
+    for point in product(*details.values()):
+        if details:
+            yield replace(effect, **{name: (value,) for name, value in zip(details, point, strict=True)})
+
+
+def _thinned(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> list[AnyEffect]:
+    """Return the points with every second value of a long grid: refinement finds the values between."""
+    coarse = {name: set(grid[::2]) for name, grid in grids.items() if LONG_GRID <= len(grid) < COUNTED_GRID}
+    return [one for one in points if all(getattr(one, name)[0] in values for name, values in coarse.items() if getattr(one, name))]
+
+
+def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True) -> tuple[Hypothesis, ...]:
+    """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
+
+    Where the arm is not `driven`, no effect that acts on a drive or its sensor can show: these are left out.
+    """
+    made: list[Hypothesis] = []
+    for cls in catalogue().values():
+        if cls.id in without or (not driven and issubclass(cls, InstrumentEffect) and cls.stage > 0):
+            continue
+        scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid for name, grid in cls.grids().items()}
+        points = [one for one in candidates(cls, arm, peaks) if isinstance(one, LoadEffect | InstrumentEffect)]
+        points = points if cls.torque_scaled else _thinned(points, scaled)
+        grids = cls.grids() | {name: (0.0, *values) for name, values in cls.details().items()}
+        for effect in (shape for point in points for shape in _shapes(point)):
+            same = [other for other in points if other.joint == effect.joint]
+            values = {name: sorted({getattr(other, name)[0] for other in same} | set(grids[name] if name in cls.details() else ()))
+                      for name in grids if getattr(effect, name)}
+            spans = {name: grid_neighbours(values[name], getattr(effect, name)[0]) for name in values}
+            made.append(Hypothesis(effect, len(same), spans))
+    return tuple(made)
+
+
+def _half_way(low: float, high: float) -> float:
+    return sqrt(low * high) if low > 0 else (low + high) / 2
+
+
+def refine_grid(hypothesis: Hypothesis) -> tuple[Hypothesis, ...]:
+    """Return hypotheses half-way to the neighbouring values of each nonlinear parameter, within its bounds, and this one between them."""
+    effect, spans, made = hypothesis.effect, dict(hypothesis.spans), []
+    limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
+    for name, (low, high) in hypothesis.spans.items():
+        value = getattr(effect, name)[0]
+        below, above = _half_way(low, value), _half_way(value, high)
+        spans[name] = (below, above)
+        for point, (near, far) in ((below, (low, value)), (above, (value, high))):
+            if point != value and limits[name][0] <= point <= limits[name][1]:
+                changes: dict[str, Any] = {name: (point,) * len(getattr(effect, name))}
+                narrower = (_half_way(near, point), _half_way(point, far))
+                made.append(replace(hypothesis, effect=replace(effect, **changes), spans={**hypothesis.spans, name: narrower}))
+    return (replace(hypothesis, spans=spans), *made)

@@ -1,0 +1,198 @@
+"""The data of a diagnosis: stretches of recordings on band-limited grids, cut into blocks, and the cosine transform in which they are compared.
+
+    x_k = sqrt(2 dt / n) sum_m x(t_m) cos(pi k (m + 1/2) / n),   f_k = k / (2 n dt) <= edge        [unit of x times s^(1/2)]
+
+The orthonormal discrete cosine transform nearly diagonalises stationary noise and keeps sums of squares; scaled with sqrt(dt) its rows do
+not depend on the sampling rate. Rows above the band's edge are left out on both sides: model and measurement pass the same band.
+Source: Ahmed, Natarajan & Rao (1974), IEEE Trans. Computers C-23.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.errors import CampaignError
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.preprocessing import resampled, steady_segment, stretches
+from nnhydro.recordings.recording import Recording
+from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.splitting import Unit
+from nnhydro.recordings.trajectory import ROWS_PER_PERIOD, trajectory, trusted_edge
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+FEWEST_BLOCKS = 16  # in all: noise, left-out scores and sign tests need so many independent stretches
+FEWEST_ROWS = 48  # of a block
+MARGIN = 0.5  # periods of the band's edge at either end of a stretch: there a spline's second derivative is known worst
+PAUSE = 1.0  # s between recordings whose times of the day are not known
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A gap-free run of rows of one recording (number `group`), or one steady table; `place` (n,) -1 to 1 over the campaign, None: unknown."""
+
+    group: int
+    name: str
+    segment: Segment
+    place: Array | None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Rows `start` to `stop` of a stretch that are transformed together; `modes` cosines lie within the band."""
+
+    stretch: int
+    start: int
+    stop: int
+    modes: int
+    steady: bool
+
+
+def _band_limited(x: Array | None, rows: int) -> Array | None:
+    """Return `x` (n, c) on a coarser even grid (rows, c) over the same span, its cosines beyond that grid left out."""
+    from scipy.fft import dct, idct
+
+    if x is None or rows == len(x):
+        return x
+    c = dct(x, axis=0, norm="ortho")[:rows] * np.sqrt(rows / len(x))
+    result: Array = idct(c, axis=0, norm="ortho")
+    return result
+
+
+def segments_of(r: Recording, edge: float) -> Iterator[tuple[Segment, Recording]]:
+    """Yield the stretches of `r` as band-limited segments, each with the evenly sampled rows from which it was made."""
+    for start, stop in stretches(r):
+        part = resampled(r, start, stop)
+        n, dt = len(part), float(part.t[1] - part.t[0])
+        rows = min(n, max(int(np.ceil(n * dt * edge * ROWS_PER_PERIOD)), 16))
+        at = part.t[0] + ((np.arange(rows) + 0.5) * n / rows - 0.5) * dt
+        motion = trajectory(part, edge, np.clip(at, part.t[0], part.t[-1]))
+        keep = np.ones(rows, dtype=bool)
+        trim = min(round(MARGIN / edge / (dt * n / rows)), rows // 8)
+        keep[:trim] = keep[rows - trim:] = False
+        tau, tau_sim = _band_limited(part.tau, rows), _band_limited(part.tau_sim, rows)
+        yield Segment(r.name, at, motion.q, motion.qd, motion.qdd, motion.u0, motion.du0, tau, keep, None, tau_sim, tau, False, start, stop), part
+
+
+def _clock_origin(campaign: Campaign, names: tuple[str, ...]) -> tuple[float, float] | None:
+    """Return (first, last) time of day of the campaign, s; None where a recording has none."""
+    clocks = [campaign.load(name).clock for name in names]
+    if not clocks or any(clock is None or not np.isfinite(clock).any() for clock in clocks):
+        return None
+    return min(float(np.nanmin(c)) for c in clocks if c is not None), max(float(np.nanmax(c)) for c in clocks if c is not None)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Stretches of the recordings `names` in the band up to `edge` Hz, cut into blocks."""
+
+    arm: Arm
+    edge: float
+    names: tuple[str, ...]
+    stretches: tuple[Stretch, ...]
+
+    @cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """Blocks of at least `FEWEST_ROWS` kept rows, at least `FEWEST_BLOCKS` in all where the recordings are long enough."""
+        spans = [(np.flatnonzero(s.segment.keep), s.segment.steady) for s in self.stretches]
+        moving = sum(len(rows) for rows, steady in spans if not steady)
+        longest = max(moving / FEWEST_BLOCKS, FEWEST_ROWS)
+        made = []
+        for number, (rows, steady) in enumerate(spans):
+            if steady:
+                made.append(Block(number, 0, len(rows), len(rows), True))
+                continue
+            if len(rows) < 8:
+                continue
+            count = max(1, min(round(len(rows) / longest), len(rows) // FEWEST_ROWS))
+            edges = np.linspace(rows[0], rows[-1] + 1, count + 1).astype(int)
+            dt = self.stretches[number].segment.dt
+            for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+                modes = min(b - a, int(np.floor(2 * (b - a) * dt * self.edge)) + 1)
+                made.append(Block(number, a, b, modes, False))
+        if not made:
+            raise CampaignError("no recording holds enough rows to diagnose: record longer runs (nnhydro check says what is there)")
+        return tuple(made)
+
+    def transform(self, block: Block, x: Array) -> Array:
+        """Return the rows (modes, ...) of `x` (n, ...), given on the rows of the block's stretch; steady rows as they are."""
+        from scipy.fft import dct
+
+        part = x[block.start:block.stop]
+        if block.steady:
+            return part
+        dt = self.stretches[block.stretch].segment.dt
+        result: Array = dct(part, axis=0, norm="ortho")[: block.modes] * np.sqrt(dt)
+        return result
+
+    def inverse(self, block: Block, c: Array) -> Array:
+        """Return the band-limited rows (block rows, ...) of the coefficients `c` (modes, ...)."""
+        from scipy.fft import idct
+
+        if block.steady:
+            return c
+        dt, n = self.stretches[block.stretch].segment.dt, block.stop - block.start
+        full = np.zeros((n, *c.shape[1:]))
+        full[: block.modes] = c
+        result: Array = idct(full, axis=0, norm="ortho") / np.sqrt(dt)
+        return result
+
+    @cached_property
+    def frequency(self) -> Array:
+        """Frequency of every row, Hz; -1 in steady rows, (n,)."""
+        parts = []
+        for b in self.blocks:
+            dt = self.stretches[b.stretch].segment.dt
+            parts.append(np.full(b.modes, -1.0) if b.steady else np.arange(b.modes) / (2 * (b.stop - b.start) * dt))
+        return np.concatenate(parts)
+
+    @cached_property
+    def block_of(self) -> Index:
+        """Number of the block of every row, (n,)."""
+        return np.concatenate([np.full(b.modes, i) for i, b in enumerate(self.blocks)])
+
+    @cached_property
+    def group_of(self) -> Index:
+        """Number of the recording of every row, (n,)."""
+        return np.array([self.stretches[b.stretch].group for b in self.blocks])[self.block_of]
+
+    @property
+    def groups(self) -> int:
+        """Number of recordings and steady tables."""
+        return 1 + max(s.group for s in self.stretches)
+
+    def units(self) -> tuple[Unit, ...]:
+        """Return the stretches as units for fits of the baseline."""
+        return tuple(Unit(s.name, s.name, s.segment.steady, partial(tuple, [s.segment])) for s in self.stretches)
+
+
+def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: float | None = None) -> Problem:
+    """Return the recordings `names` of `campaign` (all by default) ready for diagnosis; the band's edge in Hz from the data where not given.
+
+    Raises CampaignError or RecordingError where the data cannot be used.
+    """
+    names = campaign.names if names is None else names
+    upper = trusted_edge(campaign.load(name) for name in names) if edge is None else edge
+    clock = _clock_origin(campaign, names)
+    made: list[Stretch] = []
+    for group, name in enumerate(names):
+        recording = campaign.load(name)
+        for segment, part in segments_of(recording, upper):
+            place = None
+            if clock is not None and recording.clock is not None:
+                time = recording.clock[segment.start_row] + segment.t - recording.t[segment.start_row]
+                place = 2 * (time - clock[0]) / max(clock[1] - clock[0], 1e-9) - 1
+            made.append(Stretch(group, name, segment, place))
+    for number, table in enumerate(campaign.steady):
+        made.append(Stretch(len(names) + number, table.name, steady_segment(table), None))
+    if not made:
+        raise CampaignError("no recording holds a stretch of finite rows long enough to diagnose: see nnhydro check")
+    return Problem(campaign.arm, upper, names, tuple(made))

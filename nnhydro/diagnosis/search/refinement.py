@@ -1,0 +1,73 @@
+"""Finer values of what was found: half-way grid values of nonlinear parameters, instruments linearised about their values."""
+
+from collections.abc import Sequence
+from typing import final
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
+from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.models.strip_theory import StripTheory
+
+ROUNDS = 3
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """The search in the grown library and the best set there."""
+
+    search: Search
+    best: Scored
+
+
+def scaled_values(view: View, found: Scored, k: int) -> torch.Tensor:
+    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds; the rms over recordings where each has its own."""
+    library = view.library
+    at, h = found.places(view)[k], library.hypotheses[k]
+    beta = found.fit.mean[at].reshape(-1, h.width)
+    value = beta[0] if len(beta) == 1 else np.sqrt((beta**2).mean(axis=0))
+    low, high = library.bounds(k)
+    return torch.from_numpy(np.clip(value, low, high) * library.scale[library.at(k)])
+
+
+def _finer(view: View, found: Scored, k: int, model: StripTheory) -> list[Hypothesis]:
+    h = view.library.hypotheses[k]
+    made = list(refine_grid(h)[1:])
+    if isinstance(h.effect, InstrumentEffect) and not h.per_recording:
+        made.append(h.linearised_at(scaled_values(view, found, k), model))
+    return made
+
+
+def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUNDS) -> Refined:
+    """Return the best set with finer values of its members, each round half-way between the values around the best."""
+    for _ in range(rounds):
+        view = search.view
+        finer = {k: _finer(view, best, k, model) for k in best.chosen}
+        if not any(finer.values()):
+            break
+        first = len(view.library.hypotheses)
+        more = Library.of(view.library.design, [h for hs in finer.values() for h in hs], model)
+        counts = view.library.key_counts
+        grown = view.library.with_more(more, counts)
+        following = Search(View(view.whitened, grown, before=view), best.sizes, search.report)
+        now = following.score(best.chosen)
+        start = first
+        for k, hs in finer.items():
+            options = [tuple(sorted((set(now.chosen) - {k}) | {start + i})) for i in range(len(hs))]
+            now = max([now, *map(following.score, options)], key=lambda s: s.score)
+            start += len(hs)
+        improved = now.chosen != best.chosen
+        search, best = following, now
+        if not improved:
+            break
+    return Refined(search, best)
+
+
+def selected(search: Search, chosen: Sequence[int]) -> list[Hypothesis]:
+    """Return the hypotheses `chosen`."""
+    return [search.view.library.hypotheses[k] for k in chosen]

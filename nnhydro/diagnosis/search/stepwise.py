@@ -1,0 +1,175 @@
+"""Search for the set of effects with the highest posterior: add, drop and swap from the best single and pair.
+
+    score(S) = max_tau log p(y | S, tau) + sum_k log [posterior mass within bounds / prior mass within bounds] + sum_k log prior(k)
+
+Screening scores every law beside the current set at three scales of the unknown by Schur complements; only the best are fitted exactly.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import FEW_NATS, LEAVES, MOST_EFFECTS
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
+from nnhydro.diagnosis.problem.hypothesis import Key
+from nnhydro.diagnosis.search.library import View, bound_bonus
+
+Array = NDArray[np.float64]
+SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
+KEPT = 5  # keys a scale that are fitted exactly
+SMALL_START = 0.004
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A set of hypotheses (numbers in the library) with its score, fit, sizes, and the nats that the unknown gains beside it."""
+
+    chosen: tuple[int, ...]
+    score: float
+    fit: Posterior
+    sizes: Sizes
+    unknown_nats: float
+
+    def places(self, view: View) -> dict[int, slice]:
+        """Return where the coefficients of each hypothesis lie in the fit."""
+        start, found = len(view.whitened.b), {}
+        for k in self.chosen:
+            width = view.columns(k).Xw.shape[2]
+            found[k] = slice(start, start + width)
+            start += width
+        return found
+
+
+@final
+@dataclass(eq=False)
+class Search:
+    """Scores of sets, each computed once, and moves between them."""
+
+    view: View
+    start: Sizes
+    report: Callable[[str], None] = lambda line: None
+    _scored: dict[tuple[int, ...], Scored] = field(default_factory=dict)
+
+    @property
+    def whitened(self) -> Whitened:
+        """The rows and their noise."""
+        return self.view.whitened
+
+    def key(self, k: int) -> Key:
+        """Return effect and joint of hypothesis `k`."""
+        return self.view.library.hypotheses[k].key
+
+    def score(self, chosen: Sequence[int]) -> Scored:
+        """Return the set `chosen`, fitted with the unknown's best sizes."""
+        key = tuple(sorted(chosen))
+        if key not in self._scored:
+            columns = self.view.joined(key)
+            starts = [self.start, Sizes(np.minimum(self.start.tau, SMALL_START))]
+            fit, sizes = max((fitted(self.whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
+            off = posterior(self.whitened, columns, none(self.whitened).vector(self.whitened))
+            if off.log_evidence > fit.log_evidence:
+                fit, sizes = off, none(self.whitened)
+            self._scored[key] = Scored(key, fit.log_evidence + self._bonus(key, fit), fit, sizes,
+                                       max(fit.log_evidence - off.log_evidence, 0.0))
+        return self._scored[key]
+
+    def _bonus(self, chosen: tuple[int, ...], fit: Posterior) -> float:
+        if not chosen:
+            return 0.0
+        start, total, variances = len(self.whitened.b), 0.0, fit.variances()
+        library = self.view.library
+        for k in chosen:
+            width = self.view.columns(k).Xw.shape[2]
+            total += library.log_prior(k)
+            if not library.hypotheses[k].per_recording:
+                low, high = library.bounds(k)
+                at = slice(start, start + width)
+                total += bound_bonus(low, high, fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
+            start += width
+        return total
+
+    def taken(self, chosen: Sequence[int]) -> set[tuple[str, int]]:
+        """Return the places (family, joint) that `chosen` hold: one law of a family at a place."""
+        return {self.place(k) for k in chosen}
+
+    def place(self, k: int) -> tuple[str, int]:
+        """Return family and joint of hypothesis `k`."""
+        effect = self.view.library.hypotheses[k].effect
+        return effect.family, effect.joint
+
+    def screen(self, chosen: Sequence[int], most: int = KEPT) -> list[int]:
+        """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the best scale of the unknown."""
+        now, columns = self.score(chosen), self.view.joined(sorted(chosen))
+        library, taken = self.view.library, self.taken(chosen)
+        prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
+        best: dict[Key, tuple[float, int]] = {}
+        for scale in SCREENED:
+            sizes = none(self.whitened) if scale == 0 else now.sizes.scaled(scale)
+            fit = posterior(self.whitened, columns, sizes.vector(self.whitened))
+            total = self.view.gains(columns, fit) + prior + fit.log_evidence
+            seen: set[Key] = set()
+            for k in np.argsort(-total).tolist():
+                if self.key(k) in seen or self.place(k) in taken:
+                    continue
+                seen.add(self.key(k))
+                bonus = 0.0 if len(seen) > 1 else 1e9  # the best of every scale is fitted
+                if total[k] + bonus > best.get(self.key(k), (-np.inf, 0))[0]:
+                    best[self.key(k)] = float(total[k]) + bonus, k
+                if len(seen) >= most:
+                    break
+        return [k for _, k in sorted(best.values(), reverse=True)[:most]]
+
+    def admits(self, now: Scored, then: Scored) -> bool:
+        """Return whether `then` takes from the unknown what a law that is one would, and is more probable than `now`."""
+        return then.score > now.score + 1e-6 and then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS)
+
+    def _better(self, now: Scored, sets: Sequence[Sequence[int]], base: Scored | None = None) -> Scored:
+        base = now if base is None else base
+        found = [s for s in map(self.score, sets) if self.admits(base, s)]
+        return max([now, *found], key=lambda s: s.score)
+
+    def run(self) -> Scored:
+        """Return the best set found."""
+        empty = self.score(())
+        singles = sorted((self.score((k,)) for k in self.screen((), 2 * KEPT)), key=lambda s: -s.score)
+        best = self._better(empty, [s.chosen for s in singles])
+        for first in singles[:4]:
+            best = self._better(best, [(*first.chosen, k) for k in self.screen(first.chosen)], empty)
+        return self.climb(best)
+
+    def climb(self, best: Scored) -> Scored:
+        """Return the best set reached from `best` by adding, dropping and swapping."""
+        empty, visited = self.score(()), {best.chosen}
+        while True:
+            following = self._move(best)
+            if following.chosen in visited:
+                return best if self._stands(best) else following
+            visited.add(following.chosen)
+            best = following
+            self.report(f"{len(best.chosen)} effects: score {best.score - empty.score:.1f}")
+
+    def _stands(self, now: Scored) -> bool:
+        """Return whether every member of `now` is admitted beside the others."""
+        return all(self.admits(self.score(tuple(x for x in now.chosen if x != k)), now) for k in now.chosen)
+
+    def _move(self, now: Scored) -> Scored:
+        """Return the set after one add, else one drop, else one swap; the set itself where none is better."""
+        if len(now.chosen) < MOST_EFFECTS:
+            more = self._better(now, [(*now.chosen, k) for k in self.screen(now.chosen)])
+            if more is not now:
+                return more
+        for k in now.chosen:
+            rest = self.score(tuple(x for x in now.chosen if x != k))
+            if rest.score > now.score or not self.admits(rest, now):
+                return rest
+        for k in now.chosen:
+            rest = self.score(tuple(x for x in now.chosen if x != k))
+            better = self._better(now, [(*rest.chosen, other) for other in self.screen(rest.chosen)], rest)
+            if better is not now:
+                return better
+        return now

@@ -1,0 +1,87 @@
+"""A hum: a line in the spectrum of what remains, at one frequency in all recordings whatever the motion.
+
+    S_k = sum_r I_rk / background_rk,     p = K Q(R, S_max),     Q the upper regularised gamma function
+
+I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
+recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out. A state of the arm cannot
+make such a line: recordings move at frequencies of their own. Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.unexplained.where import Residual
+
+Array = NDArray[np.float64]
+LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
+AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
+P_LINE = 0.01  # p of a line that is told
+HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
+TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
+MATERIAL = 0.1  # of the residual's energy: a fainter line is not worth telling
+MOST = 0.5  # share of S that one recording may hold: a line is in all of them
+FEWEST_ROWS, FEWEST = 64, 4  # rows of a recording, recordings
+
+
+@final
+@dataclass(frozen=True)
+class Line:
+    """The strongest line in one joint's residual: p of "there is none", Hz, its amplitude N m, its share."""
+
+    joint: int
+    p_value: float
+    frequency_hz: float
+    amplitude: float
+    share: float  # of the residual's energy
+
+    @property
+    def material(self) -> bool:
+        """Whether it is there beyond chance and worth telling."""
+        return TESTS * self.p_value <= P_LINE and self.share >= MATERIAL
+
+    def sentence(self) -> str:
+        """Return it in words."""
+        return f"a hum of {self.amplitude:.2g} N m at {self.frequency_hz:.2f} Hz in the torque of joint {self.joint}, whatever the motion"
+
+
+def _ratios(x: Array, dt: float) -> tuple[Array, Array, Array]:
+    """Frequencies (k,) Hz, ordinates over their background, and amplitudes N m of lines that would make them."""
+    window = np.hanning(len(x) + 2)[1:-1]
+    power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
+    f = np.fft.rfftfreq(len(x), dt)
+    offsets = [k for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH]
+    padded = np.pad(power, AROUND, mode="reflect")
+    around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in offsets])
+    background = np.median(around, axis=0) / np.log(2)
+    ratios: Array = power / np.maximum(background, 1e-300)
+    return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
+
+
+def strongest(parts: Sequence[Residual], joint: int) -> Line | None:
+    """Return the strongest line in the residual of `joint` (from 0); None where recordings are too few or too short."""
+    from scipy.special import gammaincc
+
+    used = [p for p in parts if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
+    if len(used) < FEWEST:
+        return None
+    spectra = [_ratios(p.r[:, joint], p.dt) for p in used]
+    highest = min(float(f[-1]) for f, _, _ in spectra) * 0.95
+    if highest <= LOWEST:
+        return None
+    longest = max(len(p.r) * p.dt for p in used)
+    grid = np.arange(LOWEST, highest, 1 / longest)
+    at = [np.interp(grid, f, ratio) for f, ratio, _ in spectra]
+    S, K = np.sum(at, axis=0), len(grid)
+    shared = np.max(at, axis=0) <= MOST * S
+    if not shared.any():
+        return None
+    best = int(np.argmax(np.where(shared, S, 0.0)))
+    amplitude = float(np.median([np.interp(grid[best], f, a) for f, _, a in spectra]))
+    energy = float(np.mean(np.concatenate([p.r[:, joint] for p in used]) ** 2))
+    p_value = float(min(1.0, K * gammaincc(len(used), S[best] / HEAVY)))
+    return Line(joint + 1, p_value, float(grid[best]), amplitude, amplitude**2 / 2 / max(energy, 1e-300))
+

@@ -1,0 +1,94 @@
+"""What no finding explains: how much of it there is, on what it depends, a hum, and the candidates that came near."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import DETECTED, MATERIAL
+from nnhydro.diagnosis.decision.decide import Decision
+from nnhydro.diagnosis.decision.proof import Proof
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
+
+Array = NDArray[np.float64]
+TOLD = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
+SHOWN = 4  # near misses
+
+
+@final
+@dataclass(frozen=True)
+class Dependence:
+    """What the unknown at one joint (from 1) depends on: its share of the torque, and variables by the energy that they hold."""
+
+    joint: int
+    share: float
+    depends_on: tuple[str, ...]
+
+    @property
+    def real(self) -> bool:
+        """Whether it is worth telling."""
+        return self.share >= MATERIAL and bool(self.depends_on)
+
+
+@final
+@dataclass(frozen=True)
+class Unexplained:
+    """What is left beside the findings; `weight` is the posterior weight of "a cause in no card"."""
+
+    detected: bool
+    share: float  # error that remains
+    weight: float
+    p_value: float
+    learned: tuple[Dependence, ...] = ()
+    lines: tuple[Line, ...] = ()
+    nearest: tuple[Decision, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """Return what diagnosis.json holds as unexplained."""
+        on = {x for one in self.learned if one.real for x in one.depends_on} | {"frequency" for _ in self.lines}
+        near = [{"effect": d.effect, "joint": d.joint or None, "gain": round(d.statistic, 2), "why": d.reason} for d in self.nearest]
+        return {"detected": self.detected, "share": self.share, "weight": self.weight, "depends_on": sorted(on) if self.detected else [],
+                "lines": [line.sentence() for line in self.lines], "predictable": [round(one.share, 4) for one in self.learned],
+                "nearest": near, "suggestions": []}
+
+
+def unknown_parts(search: Search, found: Scored) -> tuple[Dependence, ...]:
+    """Return on what the unknown of a set depends at every joint, what the baseline can take left out."""
+    whitened, design = search.view.whitened, search.view.library.design
+    made = []
+    for j in range(whitened.joints):
+        at = slice(whitened.p + j * whitened.m, whitened.p + (j + 1) * whitened.m)
+        eta, names = found.fit.mean[at], whitened.unknown.names
+        energy = np.zeros(len(names))
+        for g in range(len(names)):
+            energy[g] = _energy(whitened.unknown.Phi @ np.where(whitened.unknown.group == g, eta, 0.0), design.Y[:, j], design.time)
+        total = _energy(whitened.unknown.Phi @ eta, design.Y[:, j], design.time)
+        order = [g for g in np.argsort(-energy).tolist() if energy[g] > TOLD * energy.sum()] if energy.sum() > 0 else []
+        made.append(Dependence(j + 1, float(np.sqrt(total)) / max(float(design.scale[j]), 1e-300), tuple(names[g] for g in order[:3])))
+    return tuple(made)
+
+
+def _energy(u: Array, Y: Array, time: float) -> float:
+    if Y.shape[1]:
+        u = u - Y @ np.linalg.lstsq(Y, u, rcond=None)[0]
+    return float((u**2).sum() / time)
+
+
+def p_of(search: Search, found: Scored) -> float:
+    """Return a bound on the p of "no unknown beside this set": odds halved in nats for noise that is only nearly white, over all sizes."""
+    sizes = found.sizes.tau.size
+    return float(np.clip(sizes * np.exp(-found.unknown_nats / 2), 1e-12, 1.0))
+
+
+def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision]) -> Unexplained:
+    """Return what the claimed set `found` leaves."""
+    parts = unknown_parts(search, found)
+    lines = tuple(line for joint in range(search.view.whitened.joints) if (line := strongest(proof.remains, joint)) and line.material)
+    real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
+    p = min([p_of(search, found) if real else 1.0, *(TESTS * line.p_value for line in lines)])
+    weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
+    near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
+    return Unexplained(real or bool(lines), proof.after, weight, p, parts if real else (), lines, near if real else ())
