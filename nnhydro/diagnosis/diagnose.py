@@ -25,6 +25,7 @@ from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Problem, problem_of
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.rig import Limits
+from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.refinement import refined
 from nnhydro.diagnosis.search.stepwise import Scored, Search
@@ -86,7 +87,8 @@ def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[s
     progress("noise and baseline")
     noise, whitened, sizes, model = _calibrated_noise(design, unknown)
     peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches if s.segment.tau is not None], axis=0).tolist())
-    hypotheses = enumerate_hypotheses(problem.arm, peaks, without, not design.undriven)
+    angles = np.concatenate([s.segment.q[s.segment.keep] for s in problem.stretches])
+    hypotheses = enumerate_hypotheses(problem.arm, peaks, without, not design.undriven, tuple(np.ptp(angles, axis=0).tolist()))
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
     search = Search(View(whitened, library), sizes, progress)
@@ -102,6 +104,8 @@ def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[s
     finer = refined(search, best, model)
     search = finer.search
     best = simplest(search, plain(search, search.climb(finer.best)))
+    parts = in_parts(search, best, model)
+    search, best = parts.search, parts.best
     decided = decide(search, best, seed)
     return Studied(design, noise, search, decided, model, search.score(()))
 
@@ -150,7 +154,7 @@ def _p_value(found: Studied, rest: Unexplained) -> float:
 
     parts = unknown_parts(found.search, found.null)
     real = found.null.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
-    return min([1.0, rest.p_value, p_of(found.search, found.null) if real else 1.0, *claimed])
+    return max(1e-12, min([1.0, rest.p_value, p_of(found.search, found.null) if real else 1.0, *claimed]))
 
 
 def _checks(found: Studied, before: float, after: float, recordings: int) -> dict[str, Any]:

@@ -138,7 +138,8 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
     moved = [torque(_with(model, effect, other))[:, joint - 1] - full[:, joint - 1] for other in _moved(effect, finding.covariance)]
     rest = np.concatenate([t.residual(name)[t.segment.keep, joint - 1] for t in traces]) + law[:, joint - 1]
     label, x = driver(effect, joint, traces, model)
-    return _binned(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])
+    found = _binned(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])
+    return found if len(found.x) else None  # nothing that drives it ever changed
 
 
 def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> Law:

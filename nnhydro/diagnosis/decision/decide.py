@@ -19,6 +19,7 @@ from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.values import values_of
 
 Array = NDArray[np.float64]
 
@@ -64,10 +65,9 @@ def torque_shares(search: Search, found: Scored) -> dict[int, float]:
 
 
 def _precision(search: Search, found: Scored, k: int) -> float:
-    """The largest of a member's values over its standard deviation."""
-    at = found.places(search.view)[k]
-    sd = np.sqrt(np.maximum(np.diag(found.fit.covariance(np.arange(at.start, at.stop))), 1e-300))
-    return float(np.abs(found.fit.mean[at] / sd).max())
+    """The largest of a member's values over its standard deviation, the change beside the unknown included."""
+    values = values_of(search, found, k)
+    return float(np.abs(values.mean / np.sqrt(np.maximum(np.diag(values.covariance), 1e-300))).max())
 
 
 def decide(search: Search, best: Scored, seed: int) -> Decided:

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import NEAR
 from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
-from nnhydro.diagnosis.model.evidence import posterior
-from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.values import Values, values_of
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
@@ -56,40 +55,6 @@ class Finding:
         return {"effect": self.effect.id, "family": self.family, "class": list(self.members), "level": self.level,
                 "joint": self.effect.joint or None, "confidence": self.confidence, "statement": self.statement,
                 "parameters": self.parameters, "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | acts
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Values:
-    """Linear values (p,) of a member in its units and their covariance (p, p)."""
-
-    mean: Array
-    covariance: Array
-
-
-def values_of(search: Search, found: Scored, k: int) -> Values:
-    """Return the values of member `k`: without the unknown, the spread widened by what changes beside it."""
-    view, library = search.view, search.view.library
-    columns = view.joined(found.chosen)
-    fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
-    at, h = found.places(view)[k], library.hypotheses[k]
-    index = np.arange(at.start, at.stop)
-    covariance = fit.covariance(index) + np.diag((found.fit.mean[at] - fit.mean[at]) ** 2)
-    mean = fit.mean[at]
-    if h.per_recording:
-        mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)
-    low, high = library.bounds(k)
-    scale = library.scale[library.at(k)]
-    return Values(np.clip(mean, low, high) * scale, covariance * scale[:, None] * scale)
-
-
-def _pooled(beta: Array, covariance: Array, width: int) -> tuple[Array, Array]:
-    """The rms (width,) over recordings of values of each recording's own, and its covariance."""
-    rms = np.sqrt((beta**2).mean(axis=0))
-    variances = np.diag(covariance).reshape(-1, width)
-    count = len(beta)
-    spread = (beta**2 * variances).sum(axis=0) / np.maximum(count**2 * rms**2, 1e-300)
-    return rms, np.diag(spread)
 
 
 def _shape_variance(search: Search, found: Scored, h: Hypothesis, k: int) -> dict[str, float]:

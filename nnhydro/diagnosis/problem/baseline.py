@@ -22,7 +22,7 @@ from nnhydro.models.storage import MODEL, load_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.preprocessing import Preparation
@@ -123,8 +123,8 @@ def _physics(chosen: NamedBaseline, arm: Arm, units: tuple[Unit, ...], how: Prep
 
 
 def _widened(known: Prior, loads: Loads) -> Prior:
-    """Return `known` with the coefficients of the water `WIDER` times as free: hulls and frames are no cylinders."""
-    free = np.concatenate([np.full(len(term.linear_values()), not isinstance(term, RigidBody)) for term in loads.linear().values()] or [[]])
+    """Return `known` with the coefficients of added mass `WIDER` times as free: a hull's is no cylinder's."""
+    free = np.concatenate([np.full(len(term.linear_values()), isinstance(term, AddedMass)) for term in loads.linear().values()] or [[]])
     wide = np.array([bool(np.any(column[free.astype(bool)])) for column in known.F.T], dtype=bool)
     factor = np.where(wide, WIDER, 1.0)
     return Prior(known.mean, known.F * factor, known.lowest / factor, known.highest / factor)

@@ -108,10 +108,11 @@ def _thinned(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) 
     return [one for one in points if all(getattr(one, name)[0] in values for name, values in coarse.items() if getattr(one, name))]
 
 
-def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True) -> tuple[Hypothesis, ...]:
+def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True,
+                         ranges: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
-    Where the arm is not `driven`, no effect that acts on a drive or its sensor can show: these are left out.
+    `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. Where the arm is not `driven`, no effect that acts on a drive or its sensor can show: these are left out.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():
@@ -120,6 +121,7 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
         scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid for name, grid in cls.grids().items()}
         points = [one for one in candidates(cls, arm, peaks) if isinstance(one, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thinned(points, scaled)
+        points = [one for one in points if not (ranges and one.joint) or one.narrowest() <= ranges[one.joint - 1]]
         grids = cls.grids() | {name: (0.0, *values) for name, values in cls.details().items()}
         for effect in (shape for point in points for shape in _shapes(point)):
             same = [other for other in points if other.joint == effect.joint]
