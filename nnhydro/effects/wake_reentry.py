@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import final
 
 import torch
@@ -10,7 +11,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.wake_memory import overtaking
+from nnhydro.physics.wake_memory import overtaking, overtaking_by_law
 
 STRIPS = 10  # a link
 
@@ -54,13 +55,27 @@ class WakeReentry(LoadEffect):
         w = strips.w
         if flow.motion.steady:
             return torch.zeros(len(w), flow.arm.n_links, 3, dtype=torch.float64)
-        m = overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0], self.second[0] if self.second else 0.0)
+        m = self._behind(flow, w)
         o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
         first = -2 * w.abs() * o
         rest = (w - o).abs() * (w - o) - w.abs() * w - first
         back = m * w < 0
         parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest)
         return torch.stack([strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f).sum(-1) for f in parts], dim=-1)
+
+    def _behind(self, flow: Flow, w: Tensor) -> Tensor:
+        """The water behind the strips; of all grid values at once where this is one of them."""
+        second, own = self.second[0] if self.second else 0.0, (self.length[0], self.fading[0])
+        grids = self.grids()
+        laws = list(product(grids["length"], grids["fading"]))
+        if second or own not in laws:
+            return overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0], second)
+
+        def compute() -> Tensor:
+            lengths = torch.tensor([length for length, _ in laws], dtype=torch.float64)[:, None, None] * flow.D[:, None]
+            return overtaking_by_law(flow.motion.t, w, lengths, torch.tensor([fading for _, fading in laws], dtype=torch.float64))
+
+        return flow.kept.of((type(self), "behind"), compute)[laws.index(own)]
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

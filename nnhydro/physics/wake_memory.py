@@ -39,3 +39,18 @@ def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0, second
         rates[k] = (np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fading) * steps[k]
         v = result[k] = goal[k] + (v - goal[k]) * np.exp(-rates[k])
     return relaxed(out, torch.from_numpy(rates / second), out[0]) if second > 0 and len(goal) else out
+
+
+def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> Tensor:
+    """Return m (laws, n, links, s) m/s of `overtaking` without a second lag, for `lengths` (laws, links, 1) m and `fading` (laws,) 1/s at once."""
+    steps, goal = torch.diff(t, prepend=t[:1]).numpy(), w.numpy()
+    reach, fade = lengths.numpy(), fading.numpy()[:, None, None]
+    result = np.empty((len(reach), *goal.shape))
+    if len(goal):
+        v = np.broadcast_to(goal[0], (len(reach), *goal.shape[1:])).copy()
+        result[:, 0] = v
+    for k in range(1, len(goal)):
+        decay = np.exp(-(np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fade) * steps[k])
+        v = goal[k] + (v - goal[k]) * decay
+        result[:, k] = v
+    return torch.from_numpy(result)

@@ -15,6 +15,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
+OWN_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
 
 
 @final
@@ -103,6 +104,8 @@ class View:
     library: Library
     before: "View | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
     _columns: dict[int, Columns] = field(default_factory=dict)
+    _bounds: dict[int, tuple[Array, Array, NDArray[np.bool_], Array]] = field(default_factory=dict)
+    _own_best: dict[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shared = [k for k, h in enumerate(self.library.hypotheses) if not h.per_recording]
@@ -181,11 +184,19 @@ class View:
             half = np.linalg.solve(M, ck[..., None])[..., 0]
             logdet = np.linalg.slogdet(M)[1]
             mean, spread = RHO**2 * half, RHO**2 * np.linalg.inv(M)
-            sd = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-30))
-            base = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - logdet)
-            for i, k in enumerate(self.shared[which]):
-                low, high = self.library.bounds(k)
-                gained[k] = base[i] + bound_bonus(low, high, mean[i], sd[i])
+            sd = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
+            low, high, free, before = self._limits(int(width))
+            within = np.maximum(log_mass(low, high, mean, sd) - before, -1e6)
+            gained[self.shared[which]] = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - logdet) + np.where(free, 0.0, within).sum(axis=1)
+
+    def _limits(self, width: int) -> tuple[Array, Array, NDArray[np.bool_], Array]:
+        """Bounds (laws, width) of all laws with so many values, which of them are free, and the log mass of the prior within them."""
+        if width not in self._bounds:
+            pairs = [self.library.bounds(int(k)) for k in self.shared[np.flatnonzero(self.widths == width)]]
+            low, high = np.array([a for a, _ in pairs]), np.array([b for _, b in pairs])
+            before = log_mass(low, high, np.zeros_like(low), np.full_like(low, RHO))
+            self._bounds[width] = low, high, np.isinf(low) & np.isinf(high), before
+        return self._bounds[width]
 
     @cached_property
     def _own_parts(self) -> tuple[Array, Array, dict[int, slice], dict[int, tuple[Array, Array]]]:
@@ -217,7 +228,7 @@ class View:
         return cross, Xy, places, grams
 
     def _own_gains(self, columns: Columns | None, fit: Posterior, gained: Array) -> None:
-        from scipy.linalg import block_diag, solve_triangular
+        from scipy.linalg import solve_triangular
 
         cross, Xy, places, grams = self._own_parts
         blocks, Xw = grams[0]
@@ -230,15 +241,24 @@ class View:
                 rows = np.flatnonzero(self.whitened.group == g)
                 more[:, g] = columns.Xw[rows].reshape(-1, k).T @ Xw[rows].reshape(-1, K)
             stacked = np.concatenate([stacked, more.reshape(k, groups * K)])
-        C = solve_triangular(fit.chol, stacked * fit.scale[:, None], lower=True, check_finite=False).reshape(-1, groups, K)
-        c = Xy - np.einsum("pgk,p->gk", C, fit.half)
-        for number, s in places.items():
-            w = s.stop - s.start
+        numbers = list(places)
+        if len(self._own_best) == len(places) and len(places) > OWN_SCREENED:  # those that never gained much are not asked again
+            numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
+        kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
+        stacked = stacked.reshape(-1, groups, K)[:, :, kept].reshape(-1, groups * len(kept))
+        C = solve_triangular(fit.chol, stacked * fit.scale[:, None], lower=True, check_finite=False).reshape(-1, groups, len(kept))
+        c = Xy[:, kept] - np.einsum("pgk,p->gk", C, fit.half)
+        start = 0
+        for number in numbers:
+            s, w = places[number], places[number].stop - places[number].start
             live = [g for g in range(groups) if blocks[g, s, :w].any()]
-            if not live:
-                continue
-            Ck = C[:, live, s].reshape(C.shape[0], -1)
-            R = block_diag(*[blocks[g, s, :w] for g in live]) - Ck.T @ Ck
-            M = RHO**2 * R + np.eye(len(R))
-            ck = c[live][:, s].ravel()
-            gained[number] = 0.5 * (RHO**2 * ck @ np.linalg.solve(M, ck) - np.linalg.slogdet(M)[1])
+            if live:
+                Ck = C[:, live, start:start + w].reshape(C.shape[0], -1)
+                M = -RHO**2 * (Ck.T @ Ck)
+                for i, g in enumerate(live):
+                    M[i * w:(i + 1) * w, i * w:(i + 1) * w] += RHO**2 * blocks[g, s, :w]
+                M[np.diag_indices_from(M)] += 1.0
+                ck = c[live, start:start + w].ravel()
+                gained[number] = 0.5 * (RHO**2 * ck @ np.linalg.solve(M, ck) - np.linalg.slogdet(M)[1])
+            self._own_best[number] = max(self._own_best.get(number, -np.inf), float(gained[number]))
+            start += w
