@@ -1,12 +1,13 @@
 """The one place where a claim is decided: every candidate that came near gets a decision with its reason.
 
 A member k of the best set S is claimed if
-    1. it gains more than LEAST_GAIN and than chance does in this campaign,           score(S) - score(S less k) > max(LEAST_GAIN, q99)
+    1. it gains more than LEAST_GAIN, than chance does in this campaign, and than FORM^2 of what the largest claim gains: that much may be
+       the form of the largest,                       score(S) - score(S less k) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are foretold better, also without the one that gains most
     4. one of its values differs from 0 by PRECISE standard deviations
-    5. it moves the torque by RELEVANT of its rms, and by FORM of the largest other claim: less may be that one's form.
-Members that fail leave the set, the worst first, and the others are judged again.
+    5. it moves the torque by RELEVANT of its rms, and by FORM of the largest other claim.
+Members that fail leave the set, the one that gains least first, and the others are judged again.
 """
 
 from dataclasses import dataclass
@@ -80,8 +81,10 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
         held = gains[:, :1] - gains[:, 1:]  # (folds, members)
         shares = torque_shares(search, now)
         threshold = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests))
-        judged = [_judged(search, now, rest, k, held[:, i], shares, threshold) for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
-        failed = [(d.statistic / max(d.threshold, 1e-9), k, d) for k, d in zip(now.chosen, judged, strict=True) if not d.claimed]
+        largest = FORM**2 * max((now.score - rest.score for rest in rests), default=0.0)
+        judged = [_judged(search, now, rest, k, held[:, i], shares, max(threshold, largest))
+                  for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
+        failed = [(now.score - rest.score, k, d) for k, rest, d in zip(now.chosen, rests, judged, strict=True) if not d.claimed]
         if not failed:
             return Decided(now, (*decisions, *judged), shares)
         _, worst, decision = min(failed, key=lambda one: one[0])

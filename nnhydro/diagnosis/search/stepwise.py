@@ -21,7 +21,7 @@ from nnhydro.diagnosis.search.library import View, bound_bonus
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
 KEPT = 5  # keys a scale that are fitted exactly
-SMALL_START = 0.004
+LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown from which its evidence is climbed, too
 
 
 @final
@@ -69,7 +69,7 @@ class Search:
         key = tuple(sorted(chosen))
         if key not in self._scored:
             columns = self.view.joined(key)
-            starts = [self.start, Sizes(np.minimum(self.start.tau, SMALL_START))]
+            starts = [self.start, Sizes.even(self.whitened, LARGE_START), Sizes(np.minimum(self.start.tau, SMALL_START))]
             fit, sizes = max((fitted(self.whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
             off = posterior(self.whitened, columns, none(self.whitened).vector(self.whitened))
             if off.log_evidence > fit.log_evidence:
