@@ -29,22 +29,22 @@ def _show_onnx(told: dict[str, Any], out: Path, precision: str) -> None:
 
 def _mujoco(model: Path, out: Path) -> tuple[dict[str, Any], str]:
     from nnhydro.exchange.mujoco import mujoco_xml
-    from nnhydro.exchange.written import write_file
+    from nnhydro.files import write_own
     from nnhydro.models.storage import load_model
 
     made = mujoco_xml(load_model(model))
-    write_file(out, made.xml)
+    write_own(out, made.xml)
     said = f"{out} holds {len(made.holds)} parts of the model; MuJoCo cannot hold {len(made.lacks)}, listed in it."
     return {"holds": list(made.holds), "lacks": list(made.lacks)}, said
 
 
 def _curves(model: Path, out: Path) -> tuple[dict[str, Any], str]:
     from nnhydro.exchange.curves import curves_csv
-    from nnhydro.exchange.written import write_file
+    from nnhydro.files import write_own
     from nnhydro.models.storage import load_model
 
     text = curves_csv(load_model(model))
-    write_file(out, text)
+    write_own(out, text)
     return {"rows": text.count("\n") - 1}, f"C_D and C_M over the distance travelled, {text.count(chr(10)) - 1} rows, in {out}."
 
 

@@ -18,11 +18,13 @@ def identify(
     json: bool = JSON,
 ) -> None:
     """Fit Cd and Cm a link, and masses within what is known of them, with 95 % intervals over recordings."""
+    from nnhydro.files import check_folder
     from nnhydro.identification.identify import identify as fit
-    from nnhydro.models.storage import save_model
+    from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
     from nnhydro.report.parameter_sheet import parameter_sheet, told
 
+    check_folder(out, DIGEST)
     fitted = fit(verified(campaign, column_map), model, cutoff, seed)
     save_model(fitted, out)
     if json:

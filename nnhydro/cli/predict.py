@@ -21,15 +21,19 @@ def predict(
     from nnhydro.models.prediction_file import write_prediction
     from nnhydro.models.storage import load_model
     from nnhydro.recordings.readers.files import read_recording
+    from nnhydro.stamp import refuse_foreign
 
     loaded = load_model(model)
     stems = [file.stem for file in files]
     require(len(set(stems)) == len(stems), f"two motions are called {max(stems, key=stems.count)!r}: rename one, both would be written to "
             f"{out / (max(stems, key=stems.count) + '.csv')}")
+    targets = [out / f"{stem}.csv" for stem in stems]
+    for target in targets:
+        refuse_foreign(target, files)
     motions = [read_recording(file, loaded.arm, torque=False) for file in files]
     loaded = quickest(loaded, sum(len(motion) for motion in motions))
     predictions = [torques(loaded, motion) for motion in motions]
-    written = [write_prediction(prediction, out / f"{prediction.name}.csv") for prediction in predictions]
+    written = [write_prediction(prediction, target, files) for prediction, target in zip(predictions, targets, strict=True)]
     if json:
         emit({"written": [str(path) for path in written], "rows": [len(p.t) for p in predictions]})
         return

@@ -21,6 +21,17 @@ def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorqu
         raise
 
 
+def _is_identity(beside: Path) -> bool:
+    """Whether the file says which training a checkpoint beside it belongs to."""
+    from nnhydro.errors import ConfigError
+    from nnhydro.files import read_json
+
+    try:
+        return {"config", "campaign_sha256"} <= set(read_json(beside, ConfigError))
+    except ConfigError:
+        return False
+
+
 def train(
     campaign: Path = typer.Argument(help="Folder of the campaign."),
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
@@ -54,6 +65,9 @@ def train(
         require(beside.is_file() and beside.read_bytes() == text_of(identity).encode(), f"--resume: {beside} belongs to another "
                 "configuration or to other recordings: start anew without --resume", ConfigError)
     else:
+        for path in (checkpoint, beside) if not _is_identity(beside) else ():
+            require(not path.exists(), f"--out {out}: {path} lies where the training keeps its state, and no training wrote it: move it "
+                    "away, or name another place", ConfigError)
         checkpoint.unlink(missing_ok=True)
         write_json(beside, identity)
     with ExitStack() as open_:

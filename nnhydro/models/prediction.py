@@ -1,7 +1,7 @@
 """Torques for new motions: one finite row for every row of the input, ends included."""
 
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,8 @@ def _bridged(motion: Recording) -> Recording:
 
     q = onto(motion.q)
     assert q is not None
-    return replace(motion, t=grid, q=q, clock=None, **{name: onto(getattr(motion, name)) for name in MOTION[1:]})
+    others: dict[str, Any] = {name: onto(getattr(motion, name)) for name in MOTION[1:]}
+    return replace(motion, t=grid, q=q, clock=None, **others)
 
 
 def _complete(motion: Recording) -> bool:

@@ -11,7 +11,7 @@ Source: McLain & Rock (1998), section 2 (zero-phase low-pass, half-sample shift)
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,7 +133,7 @@ def resampled(r: Recording, start: int, stop: int) -> Recording:
     if _is_even(t):
         return replace(part, t=np.linspace(t[0], t[-1], len(t)))
     grid = even_grid(t, r.name)
-    motion = {name: _onto(grid, t, getattr(part, name), 3) for name in MOTION[1:]}
+    motion: dict[str, Any] = {name: _onto(grid, t, getattr(part, name), 3) for name in MOTION[1:]}
     return replace(part, t=grid, q=_interpolated(grid, t, part.q, 3), **motion, tau=_onto(grid, t, part.tau, 1),
                    tau_sim=_onto(grid, t, part.tau_sim, 1), clock=None,
                    steps=(*part.steps, f"resampled to {1 / (grid[1] - grid[0]):.6g} Hz"))
@@ -167,7 +167,7 @@ def _rate_and_slope(rate: Array | None, slope: Array | None, dt: float, how: Pre
     return smooth, slope if state is None else state.apply(slope, dt)
 
 
-def surroundings(r: Recording, how: Preparation) -> dict[str, Array | None]:
+def surroundings(r: Recording, how: Preparation) -> dict[str, Any]:
     """Return what a segment holds of base and water of the evenly sampled recording `r`, its accelerations included."""
     dt, zero = float(r.t[1] - r.t[0]), np.zeros(len(r))
     u0, du0 = _rate_and_slope(r.u0, r.du0, dt, how)
@@ -200,7 +200,7 @@ def prepare(r: Recording, how: Preparation, with_torque: bool = True) -> Iterato
 
         yield Segment(r.name, np.asarray(part.t), q, qd, qdd, tau=seen(part.tau) if with_torque else None,
                       keep=_compared_rows(len(part), dt, how), low_pass=how.low_pass, tau_sim=seen(part.tau_sim) if with_torque else None,
-                      tau_raw=part.tau if with_torque else None, start_row=start, stop_row=stop, **around)  # type: ignore[arg-type]
+                      tau_raw=part.tau if with_torque else None, start_row=start, stop_row=stop, **around)
 
 
 def steady_segment(table: SteadyTable) -> Segment:

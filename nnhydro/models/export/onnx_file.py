@@ -13,13 +13,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.errors import ConfigError, ModelError, missing_extra, require
-from nnhydro.files import json_text, write_bytes, write_json
+from nnhydro.errors import ModelError, missing_extra, require
+from nnhydro.files import json_text, write_own
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.step import NAMES, Step
 from nnhydro.models.export.tracing import Objects, traced
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
+from nnhydro.stamp import refuse_foreign
 
 SCHEMA = "nnhydro/onnx/1"
 OPSET = 18
@@ -140,14 +141,6 @@ def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str
         "versions": {"torch": torch.__version__, "onnx": onnx.__version__}}
 
 
-def _write(path: Path, content: bytes) -> None:
-    """Write `content` to `path`, whole or not at all."""
-    try:
-        write_bytes(path, content)
-    except OSError as cause:
-        raise ConfigError(f"--out {path}: cannot be written ({cause.strerror or cause}): name a file where you may write") from cause
-
-
 def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "") -> dict[str, Any]:
     """Write `model` to `out` and what it needs to be told to `out`.json; returns the latter.
 
@@ -161,10 +154,13 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
 
     require(precision in PRECISIONS, f"--precision {precision!r}: one of {', '.join(PRECISIONS)}")
     require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'model.onnx'}")
+    beside = out.with_name(f"{out.name}.json")
+    for path in (out, beside):
+        refuse_foreign(path)
     recorded = record(model)
     made = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
     told = sidecar(recorded, [x.name for x in made.graph.input], precision, digest)
     made.metadata_props.add(key="nnhydro", value=json_text(told))
-    _write(out, made.SerializeToString())
-    write_json(out.with_name(f"{out.name}.json"), told)
+    write_own(out, made.SerializeToString())
+    write_own(beside, json_text(told))
     return told
