@@ -51,4 +51,4 @@ def benchmark(
         emit(result.document())
         return
     print_benchmark(result, [path for path in paths if path.suffix in SHOWN],
-                    f"nnhydro train {campaign} --out my_model   (the hybrid on all recordings, for nnhydro predict)")
+                    result.following(str(campaign)))

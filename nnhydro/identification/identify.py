@@ -16,6 +16,7 @@ from nnhydro.identification.prior import Prior, prior
 from nnhydro.identification.statistics import Statistics, columns_and_offset, of_segment, total
 from nnhydro.identification.travel_scale import has_travel_scale, with_best_travel_scale
 from nnhydro.models.baselines import Baseline, baseline
+from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.water_pressure import WaterPressure
@@ -103,7 +104,7 @@ def calibrated(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how:
     loads = started(chosen_baseline, chosen, arm)
     if chosen_baseline.calibrated:
         loads = with_parameters(loads, fit_units(loads, chosen, arm)[0].theta)
-    return StripTheory(arm, how, {}, chosen_baseline.name, loads)
+    return StripTheory(arm, how, {SEEN: seen_record(chosen if chosen_baseline.calibrated else ())}, chosen_baseline.name, loads)
 
 
 def _notes(loads: Loads, solution: Solution, before: Prior) -> list[str]:
@@ -152,7 +153,8 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
     how = campaign.plan(cutoff_hz)
     all_units = units(campaign, how, seed)
     loads = started(chosen, all_units, campaign.arm)
-    record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions()}
+    record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
+                              SEEN: seen_record(all_units if chosen.calibrated else ())}
     if chosen.calibrated:
         solution, blocks, before = fit_units(loads, all_units, campaign.arm)
         loads = with_parameters(loads, solution.theta)

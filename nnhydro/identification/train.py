@@ -21,6 +21,7 @@ from nnhydro.identification.training_rows import CHUNK, Rows, law_of, rows_and_l
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
+from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.storage import load_model
 from nnhydro.models.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
@@ -82,7 +83,8 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         save = None if checkpoint is None else lambda state: state.save(checkpoint)
         ensemble = gradient_fit(layout, rows, watched, config, state, save, progress)
         record: dict[str, Any] = {"config": config.model_dump(mode="json"), "epochs": state.epoch, "best_epoch": state.best_epoch.tolist(),
-                                  "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen]}
+                                  "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen],
+                                  SEEN: seen_record(chosen, base)}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)))
         return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
