@@ -9,11 +9,14 @@ Water    at rest far away, or moving as `current` says, everywhere alike; veloci
 LOAD     a torque is what the drive must supply, positive along +q_j: rigid body + minus the water's torque + friction.
          Drag loads therefore carry the sign of the velocity, inertia loads the sign of the acceleration.
 C_M      is the added-mass coefficient (ideal value 1), never Morison's inertia coefficient 1 + C_M.
-Units    SI everywhere; a column or key name ends in its unit.
+Units    SI everywhere; a column or key name ends in its unit. A joint that slides (a linear axis) reads m and N where others read rad and
+         N m: `SLIDING` and `joint_text` are the one place that says so.
+Slide    the link of a prismatic joint stands across its travel, e_1 = d turned by -90 degrees, and moves along d = (cos a, sin a) at qd_1.
 
 Source: Rivera (1995), section 3.1; McLain & Rock (1998), eq. (1) with the opposite sign (they report the water's torque on the arm).
 """
 
+import re
 from dataclasses import dataclass
 from typing import Final
 
@@ -26,6 +29,23 @@ TIME: Final = "t_s"
 CLOCK: Final = "clock_s"
 
 
+SLIDING: Final = {"rad": "m", "rad_s": "m_s", "rad_s2": "m_s2", "Nm": "N"}  # unit in column names of a joint that slides
+_SLIDING_TEXT: Final = (  # units and words in sentences, longest first
+    (r"_Nm\b", "_N"), (r"_rad_s2\b", "_m_s2"), (r"_rad_s\b", "_m_s"), (r"_rad\b", "_m"),
+    (r"\bN m s\^2/rad\b", "kg"), (r"\bN m s/rad\b", "N s/m"), (r"\bN m/rad\b", "N/m"), (r"\bN m/s\b", "N/s"), (r"\bN m s\b", "N s"),
+    (r"\bN m\b", "N"), (r"\bkg m(\^2|²|2)", "kg"), (r"\brad\b", "m"),
+    (r"\btorque", "force"), (r"\bTorque", "Force"), (r"\bangle\b", "position"), (r"\bangles\b", "positions"), (r"\bAngle\b", "Position"),
+    (r"\bAngles\b", "Positions"))
+
+
+def joint_text(text: str, sliding: bool) -> str:
+    """Return `text` (a unit, a sentence) about a joint in the units and words of one that slides; as it is where it turns."""
+    if sliding:
+        for turning, straight in _SLIDING_TEXT:
+            text = re.sub(turning, straight, text)
+    return text
+
+
 @dataclass(frozen=True)
 class Channel:
     """One kind of column of a recording: its stem, its unit suffix and whether there is one a joint."""
@@ -35,13 +55,13 @@ class Channel:
     per_joint: bool
     meaning: str
 
-    def column(self, joint: int | None = None) -> str:
-        """Name of the column, `joint` counted from 1."""
+    def column(self, joint: int | None = None, sliding: bool = False) -> str:
+        """Name of the column, `joint` counted from 1; of a joint that slides where `sliding`."""
         if self.per_joint != (joint is not None):
             raise ValueError(f"channel {self.stem} is {'' if self.per_joint else 'not '}one a joint")
         head, _, tail = self.stem.partition("_")
         number = "" if joint is None else str(joint)
-        return f"{head}{number}{'_' + tail if tail else ''}_{self.unit}"
+        return f"{head}{number}{'_' + tail if tail else ''}_{SLIDING[self.unit] if sliding and self.per_joint else self.unit}"
 
 
 CHANNELS: dict[str, Channel] = {
@@ -67,6 +87,9 @@ CHANNELS: dict[str, Channel] = {
 }
 
 
-def column(channel: str, joint: int | None = None) -> str:
-    """Name of the column of `channel` (a key of `CHANNELS`), `joint` counted from 1; e.g. column("qd", 2) = "dq2_rad_s"."""
-    return CHANNELS[channel].column(joint)
+def column(channel: str, joint: int | None = None, sliding: bool = False) -> str:
+    """Name of the column of `channel` (a key of `CHANNELS`), `joint` counted from 1; e.g. column("qd", 2) = "dq2_rad_s".
+
+    Of a joint that slides (`sliding`) it ends in m or N: column("tau", 1, True) = "tau1_N". Where an arm is at hand: `Arm.column`.
+    """
+    return CHANNELS[channel].column(joint, sliding)

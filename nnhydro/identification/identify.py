@@ -73,12 +73,15 @@ def correlation_times(loads: Loads, theta: Array, chosen: Sequence[Unit], arm: A
     return np.median(found, axis=0) if found else np.ones(arm.n_links)
 
 
-def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> tuple[Solution, list[Statistics], Prior]:
-    """Fit the linear parameters of `loads` to the units `chosen`; returns solution, statistics a unit, prior."""
+def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm, before: Prior | None = None) -> tuple[Solution, list[Statistics], Prior]:
+    """Fit the linear parameters of `loads` to the units `chosen`; returns solution, statistics a unit, prior.
+
+    `before` is what is known of the parameters; by default what arm.yaml says.
+    """
     blocks = [total([of_segment(loads, segment, arm) for segment in unit.segments()]) for unit in chosen if unit.segments()]
     if not blocks:
         raise CampaignError("no recording holds a stretch of finite rows long enough to fit: see nnhydro check")
-    before = prior(loads, arm)
+    before = prior(loads, arm) if before is None else before
     summed = total(blocks)
     first = fit(summed, before, np.ones(arm.n_links))
     correlation = correlation_times(loads, first.theta, chosen, arm)
@@ -158,7 +161,8 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
     if chosen.calibrated:
         solution, blocks, before = fit_units(loads, all_units, campaign.arm)
         loads = with_parameters(loads, solution.theta)
-        record["parameters"] = {e.name: e.document() for e in estimates(loads, solution, blocks, before, seed)}
+        found = estimates(loads, solution, blocks, before, seed)
+        record["parameters"] = {e.name: replace(e, unit=campaign.arm.text(e.unit)).document() for e in found}
         record["rms_residual_Nm"] = solution.rms.tolist()
         record["condition_number"] = solution.condition
         record["last_change"] = solution.last_change  # of the residuals in the last round: a few per cent at the most

@@ -27,6 +27,7 @@ class Prediction:
     t: Array
     tau: Array
     std: Array | None
+    sliding: bool = False  # of a linear axis: N
 
 
 def _finite_motion(recording: Recording) -> Recording:
@@ -118,4 +119,4 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
         tau[rows] = _at(motion.t[rows], segment.t, on_grid)
         if scatter is not None:
             knows, std[rows] = True, _at(motion.t[rows], segment.t, scatter)
-    return Prediction(recording.name, np.asarray(motion.t), tau, std if knows else None)
+    return Prediction(recording.name, np.asarray(motion.t), tau, std if knows else None, model.arm.sliding)

@@ -16,10 +16,10 @@ def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] 
     Raises ConfigError where `path` is one of the `inputs` or another file that nnhydro did not write.
     """
     joints = range(1, prediction.tau.shape[1] + 1)
-    names = [TIME, *(column("tau", j) for j in joints)]
+    names = [TIME, *(column("tau", j, prediction.sliding) for j in joints)]
     values = [prediction.t, *prediction.tau.T]
     if prediction.std is not None:
-        names += [column("tau_std", j) for j in joints]
+        names += [column("tau_std", j, prediction.sliding) for j in joints]
         values += [*prediction.std.T]
     rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
     return write_own(path, "\n".join([",".join(names), *rows]) + "\n", inputs)

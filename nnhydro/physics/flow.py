@@ -21,6 +21,7 @@ Source: Rivera (1995), eqs. 3-1-9 to 3-1-14, 3-1-31, 3-1-32 (formulas lost in pr
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import pi
 from typing import final
 
 import numpy as np
@@ -73,19 +74,25 @@ class Flow:
 
     @cached_property
     def phi(self) -> Tensor:  # (n, links) rad
-        """Absolute angles."""
+        """Absolute angles; the link of a linear axis stands across its travel."""
+        if self.arm.sliding:
+            return torch.full_like(self.motion.q, self.arm.direction_rad - pi / 2)
         phi, base = self.motion.q.cumsum(dim=1), self.motion.base
         return phi if base is None else phi + base.heading[:, None]
 
     @cached_property
     def A(self) -> Tensor:  # (n, links) rad/s
         """Absolute angular rates: the slope of the normal velocity."""
+        if self.arm.sliding:
+            return torch.zeros_like(self.motion.qd)
         A, base = self.motion.qd.cumsum(dim=1), self.motion.base
         return A if base is None else A + base.rate[:, None]
 
     @cached_property
     def M(self) -> Tensor:  # (n, links) rad/s^2
         """Absolute angular accelerations: the slope of the normal acceleration."""
+        if self.arm.sliding:
+            return torch.zeros_like(self.motion.qdd)
         M, base = self.motion.qdd.cumsum(dim=1), self.motion.base
         return M if base is None else M + base.acceleration[:, None]
 
@@ -132,6 +139,8 @@ class Flow:
     @cached_property
     def B(self) -> Tensor:  # (n, links) m/s
         """Normal velocity of the inboard joint of each link."""
+        if self.arm.sliding:
+            return self.motion.qd + self._met[0]
         return torch.einsum("nij,nj->ni", self.along, self.A) + self._met[0]
 
     @cached_property
@@ -147,6 +156,8 @@ class Flow:
     @cached_property
     def N(self) -> Tensor:  # (n, links) m/s^2
         """Normal acceleration (link frame) of the inboard joint of each link."""
+        if self.arm.sliding:
+            return self.motion.qdd + self._met[2]
         return (torch.einsum("nij,nj->ni", self.along, self.M) - (self.across * self._turning).sum(-1)
                 + self._met[2] - self.A * self._met[1])
 
@@ -175,8 +186,11 @@ class Flow:
     def normal_columns(self, force: Tensor, moment: Tensor) -> Tensor:
         """Return the joint torques (n, joints, links) of normal loads, one column a link.
 
-        `force` (n, links) N acts along n_i; `moment` (n, links) N m is the load's moment about the link's own joint.
+        `force` (n, links) N acts along n_i; `moment` (n, links) N m is the load's moment about the link's own joint. The joint of a linear
+        axis feels the force itself.
         """
+        if self.arm.sliding:
+            return force[:, None, :]
         return self.outboard * moment[:, None, :] + self.lever_normal * force[:, None, :]
 
     def axial_columns(self, force: Tensor) -> Tensor:
@@ -193,7 +207,8 @@ class Flow:
     def middle(self) -> Tensor:  # (n, links, 2) m
         """Where the middle of each link is, from the hub, in world axes X, Y."""
         length = self._inboard * self.L + torch.diag(self.L / 2)  # (links i, links j)
-        return torch.einsum("ij,njk->nik", length, self._frame[0])
+        middle = torch.einsum("ij,njk->nik", length, self._frame[0])
+        return middle + self.motion.q[..., None] * self._frame[1] if self.arm.sliding else middle
 
     def hub_force(self, normal: Tensor, axial: Tensor) -> Tensor:
         """Return the force (n, 2) N in world axes that the hub supplies against normal and axial loads (n, links) N."""

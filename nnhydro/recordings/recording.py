@@ -42,6 +42,7 @@ class Origin:
     sha256: str = ""
     reader: str = "memory"
     unused: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()  # columns whose unit the user stated: believed, not guessed at
 
 
 @final

@@ -86,6 +86,9 @@ def tip_speed(arm: Arm, link: int, q: Array, qd: Array, hub: Array) -> Array:
 
     `q`, `qd` (n, links) hold heading and yaw rate in the first joint, `hub` (n, 2) m/s is how joint 1 moves through the water.
     """
+    if arm.sliding:
+        across: Array = qd[:, 0] + hub @ np.array([np.cos(arm.direction_rad), np.sin(arm.direction_rad)])
+        return across
     phi = q[:, : link + 1].sum(axis=1)
     speed: Array = qd[:, : link + 1].sum(axis=1) * arm.L[link] + hub[:, 1] * np.cos(phi) - hub[:, 0] * np.sin(phi)
     for j in range(link):
@@ -164,6 +167,7 @@ def _of_arm_and_tables(arm: Arm, tables: tuple[SteadyTable, ...]) -> Iterator[Od
 
 def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:
     """Return all that can be said about a campaign; `workers` share the recordings. Raises RecordingError where one cannot be read."""
+    say = campaign.arm.text
     batches = [campaign.names[k:k + BATCH] for k in range(0, len(campaign.names), BATCH)]
     seen = [one for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for one in some]
     found = [oddity for one in seen for oddity in one.oddities]
@@ -175,6 +179,7 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
             if isinstance(check, CampaignCheck):
                 found += [replace(oddity, check=check.id) for oddity in check.find(campaign, how)]
         floor, links = noise_floor(campaign, how), _facts(campaign, seen)
+    found = [replace(oddity, where=say(oddity.where), what=say(oddity.what), remedy=say(oddity.remedy)) for oddity in found]
     ordered = sorted(found, key=lambda oddity: ORDER.index(oddity.severity))
     tables = tuple((table.name, len(table)) for table in campaign.steady)
     return Survey(tuple(one.entry for one in seen), tables, tuple(ordered), how, floor, links)

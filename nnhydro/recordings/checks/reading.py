@@ -65,7 +65,7 @@ class Reading:
             if isinstance(values, np.ndarray):
                 if values.ndim == 2:
                     for joint in range(values.shape[1]):
-                        yield column(key, joint + 1), values[:, joint]
+                        yield self.arm.column(key, joint + 1), values[:, joint]
                 else:
                     yield column(key), values
         for key, pair in PAIRS.items():

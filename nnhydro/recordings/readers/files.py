@@ -36,7 +36,7 @@ def channel_names(arm: Arm, torque: bool) -> frozenset[str]:
     names = {TIME, CLOCK}
     for key, channel in CHANNELS.items():
         if torque or key not in TORQUES:
-            names.update(channel.column(j + 1) for j in range(arm.n_links)) if channel.per_joint else names.add(channel.column())
+            names.update([arm.column(key, j + 1) for j in range(arm.n_links)] if channel.per_joint else [channel.column()])
     return frozenset(names)
 
 
@@ -72,7 +72,8 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
         before = _state(path)
         table = read(path, Request(frozenset(wanted) - text, text, arm.n_links, joints, topic))
         origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2",
-                        tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text))
+                        tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text),
+                        tuple(sorted(target for target, source in sources.items() if source.unit is not None)))
         require(_state(path) == before, f"{path}: changed while it was read, so that its rows and its sha256 may not belong together: wait "
                 "until the logger has closed it, then run again", RecordingError)
     except OSError as cause:

@@ -25,7 +25,7 @@ ABSURD = 1e9  # rad, rad/s, m/s, N m: no arm does that; loggers write such numbe
 MIN_ROWS = 4
 # units that names of foreign columns end in: to be mapped, not only renamed
 _FOREIGN = re.compile(r"[\s_(\[]+(deg|ms|us|N ?mm|N ?cm|mm|mm/s|rpm)[)\]]?$")
-_JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm)$")
+_JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm|m|m_s|m_s2|N)$")
 _OURS = re.compile(rf"{TIME}$|{CLOCK}$|d?u0_m_s2?$|d?(?:base|current)_(?:x|y)_m_s2?$|d?base_yaw_rad|{_JOINT_COLUMN.pattern}")
 SHOWN = 6  # columns of a file that a message lists
 
@@ -82,7 +82,7 @@ def _require_sane(named: Named, where: str) -> None:
 
 def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
     """The columns of one channel side by side (n, links); None where none is there; raises where only some are."""
-    names = [column(channel, joint + 1) for joint in range(arm.n_links)]
+    names = [arm.column(channel, joint + 1) for joint in range(arm.n_links)]
     found = [values for name in names if (values := named.numbers(name)) is not None]
     if not found and not required:
         return None
@@ -156,7 +156,7 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     where = origin.path or name
     _refuse_foreign_joints(named, arm, where, torque)
     channels = ("q", "tau") if torque else ("q",)
-    wanted = [TIME, *(column(channel, joint + 1) for channel in channels for joint in range(arm.n_links))]
+    wanted = [TIME, *(arm.column(channel, joint + 1) for channel in channels for joint in range(arm.n_links))]
     missing = [name for name in wanted if named.numbers(name) is None]
     t = _single(named, TIME, where)
     if missing or t is None:
@@ -166,6 +166,8 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     _require_sane(named, where)
     q = _joints(named, "q", arm, where, required=True)
     assert q is not None
+    require(not arm.sliding or named.numbers(column("base_yaw")) is None, f"{where}: column {column('base_yaw')!r}: a linear axis on a "
+            "base that turns is not understood: remove the column where the base stands still", RecordingError)
     belt = arm.drive.angle2 == "absolute"
     return Recording(name, t, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
                      qd=_relative(_joints(named, "qd", arm, where), arm), qdd=_relative(_joints(named, "qdd", arm, where), arm),
