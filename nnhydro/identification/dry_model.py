@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import ModelError, require
-from nnhydro.identification.identify import SEEN, estimates, fit_units, started, versions, with_parameters
+from nnhydro.identification.identify import estimates, fit_units, started, versions, with_parameters
 from nnhydro.identification.prior import WIDE, Prior, prior
 from nnhydro.models.baselines import baseline
-from nnhydro.models.seen import seen_record
+from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.storage import load_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
