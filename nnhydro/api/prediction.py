@@ -30,11 +30,12 @@ class Prediction(Shown):
     tau: Array
     std: Array | None
     sliding: bool = False
+    outside: Array | None = None  # (n,) 0 to 1, how far each row lies outside what the model was trained on
 
     @staticmethod
     def of(found: prediction.Prediction) -> "Prediction":
         """Return what the model computed, ready to be shown."""
-        return Prediction(found.name, found.t, found.tau, found.std, found.sliding)
+        return Prediction(found.name, found.t, found.tau, found.std, found.sliding, found.outside)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -51,6 +52,8 @@ class Prediction(Shown):
                    *(Column(column("tau", j + 1, self.sliding), self.tau[:rows, j].tolist(), "{:.5g}") for j in joints)]
         if self.std is not None:
             columns += [Column(column("tau_std", j + 1, self.sliding), self.std[:rows, j].tolist(), "{:.3g}") for j in joints]
+        if self.outside is not None:
+            columns.append(Column("outside", self.outside[:rows].tolist(), "{:.2g}"))
         return Sheet("" if rows is None else f"first {min(rows, len(self))} rows", tuple(columns))
 
     def sheets(self) -> tuple[Sheet, ...]:
@@ -63,4 +66,4 @@ class Prediction(Shown):
 
     def save(self, path: str | Path) -> Path:
         """Write the torques to the CSV file `path`, whole or not at all; returns the path."""
-        return write_prediction(prediction.Prediction(self.name, self.t, self.tau, self.std, self.sliding), Path(path))
+        return write_prediction(prediction.Prediction(self.name, self.t, self.tau, self.std, self.sliding, self.outside), Path(path))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, show
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, show, without_bulk
 
 
 def identify(
@@ -32,8 +32,10 @@ def identify(
     fitted = fit(opened, model, cutoff, seed) if dry is None else fit_in_water(opened, dry_model(dry), model, cutoff, seed)
     save_model(fitted, out)
     if json:
-        emit({"model": str(out), **fitted.fit})
+        emit({"model": str(out), **without_bulk(fitted.fit)})
         return
     if fitted.fit.get("parameters"):
         show(parameter_sheet(fitted))
+    for line in fitted.fit.get("warnings", []):
+        say(f"warning {line}")
     conclude(told(fitted), [out], f"nnhydro benchmark {campaign} --out compared   (is it any good on recordings that it has not seen?)")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, use_of
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, use_of, without_bulk
 
 if TYPE_CHECKING:
     from nnhydro.models.learned import LearnedTorque
@@ -84,7 +84,7 @@ def train(
     checkpoint.unlink(missing_ok=True)
     beside.unlink(missing_ok=True)
     if json:
-        emit({"model": str(out), **model.fit})
+        emit({"model": str(out), **without_bulk(model.fit)})
         return
     show(parameter_sheet(model))
     conclude(told(model), [out], use_of(out, campaign))

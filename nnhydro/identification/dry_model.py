@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import ModelError, require
+from nnhydro.identification.absurdities import absurdities
 from nnhydro.identification.identify import estimates, fit_units, started, versions, with_parameters
 from nnhydro.identification.prior import WIDE, Prior, prior
 from nnhydro.models.baselines import baseline
+from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.storage import load_model
 from nnhydro.models.strip_theory import StripTheory
@@ -114,4 +116,7 @@ def identify_in_water(campaign: Campaign, dry: StripTheory, model: str = "consta
                               "condition_number": solution.condition, "last_change": solution.last_change}
     found = estimates(loads, solution, blocks, before, seed)
     record["parameters"] = {one.name: replace(one, unit=campaign.arm.text(one.unit)).document() for one in found}
+    record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
+    domain = domain_of(chosen, campaign.arm)
+    record[DOMAIN] = None if domain is None else domain.document()
     return StripTheory(campaign.arm, how, record, record["model"], loads)

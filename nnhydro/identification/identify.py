@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 import nnhydro
 from nnhydro.errors import CampaignError, require
+from nnhydro.identification.absurdities import absurdities
 from nnhydro.identification.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.identification.prior import Prior, prior
 from nnhydro.identification.statistics import Statistics, columns_and_offset, of_segment, total
 from nnhydro.identification.travel_scale import has_travel_scale, with_best_travel_scale
 from nnhydro.models.baselines import Baseline, baseline
+from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
@@ -167,4 +169,7 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
         record["condition_number"] = solution.condition
         record["last_change"] = solution.last_change  # of the residuals in the last round: a few per cent at the most
         record["recordings"] = len(blocks)
+        record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
+        domain = domain_of(all_units, campaign.arm)
+        record[DOMAIN] = None if domain is None else domain.document()
     return replace(StripTheory(campaign.arm, how, {}, model, loads), fit=record)

@@ -19,6 +19,7 @@ from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import calibrated_on, on_arm
 from nnhydro.identification.training_rows import CHUNK, Rows, law_of, rows_and_linear, standardised, torque_rms, watched_units
 from nnhydro.models.baselines import BASELINES, baseline
+from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.seen import SEEN, seen_record
@@ -95,5 +96,8 @@ def train(campaign: Campaign, config: TrainingConfig | None = None, checkpoint: 
     """Return a network or hybrid trained on all recordings of `campaign` (a share of them watched for early stopping)."""
     config = config or TrainingConfig()
     how = campaign.plan(config.cutoff_hz)
-    model = train_units(units(campaign, how, config.seed, group_names(campaign)), campaign.arm, how, config, checkpoint, progress)
-    return replace(model, fit={**model.fit, "campaign_sha256": campaign.sha256(), "versions": versions()})
+    chosen = units(campaign, how, config.seed, group_names(campaign))
+    model = train_units(chosen, campaign.arm, how, config, checkpoint, progress)
+    domain = domain_of(chosen, campaign.arm)
+    return replace(model, fit={**model.fit, "campaign_sha256": campaign.sha256(), "versions": versions(),
+                               DOMAIN: None if domain is None else domain.document()})

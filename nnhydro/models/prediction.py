@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import RecordingError
+from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, slope_missing, time_steps
@@ -28,6 +29,12 @@ class Prediction:
     tau: Array
     std: Array | None
     sliding: bool = False  # of a linear axis: N
+    outside: Array | None = None  # (n,) how far each row lies outside what the model was trained on, 0 to 1; None: the model does not say
+
+    @property
+    def outside_share(self) -> float | None:
+        """Share of the rows that lie outside what the model was trained on; None where the model does not say."""
+        return None if self.outside is None else float((self.outside > 0).mean())
 
 
 def _finite_motion(recording: Recording) -> Recording:
@@ -112,11 +119,14 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
     if sum(segment.stop_row - segment.start_row for segment in segments) != len(motion):
         segments.insert(0, replace(_whole(motion, how), start_row=0, stop_row=len(motion)))
     tau, std = np.empty_like(motion.q), np.empty_like(motion.q)
-    knows = False
+    knows, domain, outside = False, Domain.parse(model.fit.get(DOMAIN)), np.zeros(len(motion))
     for segment in segments:  # what `_whole` says stands only where no stretch of its own holds the row
         rows = slice(segment.start_row, segment.stop_row)
         on_grid, scatter = _on_segment(model, segment)
         tau[rows] = _at(motion.t[rows], segment.t, on_grid)
+        if domain is not None:
+            outside[rows] = _at(motion.t[rows], segment.t, domain.outside(Motion.of(segment), model.arm)[:, None])[:, 0]
         if scatter is not None:
             knows, std[rows] = True, _at(motion.t[rows], segment.t, scatter)
-    return Prediction(recording.name, np.asarray(motion.t), tau, std if knows else None, model.arm.sliding)
+    return Prediction(recording.name, np.asarray(motion.t), tau, std if knows else None, model.arm.sliding,
+                      None if domain is None else outside)

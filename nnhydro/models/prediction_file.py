@@ -11,7 +11,7 @@ from nnhydro.models.prediction import Prediction
 
 
 def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] = ()) -> Path:
-    """Write t_s, tau1_Nm, ... (and tau1_std_Nm, ... where known) to `path`, whole or not at all; times keep every digit.
+    """Write t_s, tau1_Nm, ... (tau1_std_Nm, ... and outside where known) to `path`, whole or not at all; times keep every digit.
 
     Raises ConfigError where `path` is one of the `inputs` or another file that nnhydro did not write.
     """
@@ -21,5 +21,8 @@ def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] 
     if prediction.std is not None:
         names += [column("tau_std", j, prediction.sliding) for j in joints]
         values += [*prediction.std.T]
+    if prediction.outside is not None:
+        names.append("outside")
+        values.append(prediction.outside)
     rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
     return write_own(path, "\n".join([",".join(names), *rows]) + "\n", inputs)

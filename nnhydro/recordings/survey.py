@@ -15,7 +15,7 @@ from nnhydro.recordings.checks.jitter import jitter
 from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.recordings.recording import SteadyTable
+from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.repeats import NoiseFloor, noise_floor
 from nnhydro.recordings.surroundings import absolute_angles, absolute_rates, through_water
 
@@ -163,6 +163,13 @@ def _of_arm_and_tables(arm: Arm, tables: tuple[SteadyTable, ...]) -> Iterator[Od
         elif isinstance(check, TableCheck):
             for table in tables:
                 yield from (replace(oddity, check=check.id) for oddity in check.find(table, arm))
+
+
+def oddities_of(recording: Recording, arm: Arm) -> list[str]:
+    """Return what looks wrong with one motion, a line each: errors and warnings of the checks that need no other recording."""
+    reading = Reading.of(recording, arm)
+    found = [oddity for check in CHECKS.values() if isinstance(check, RecordingCheck) for oddity in check.find(reading)]
+    return [arm.text(oddity.message) for oddity in found if oddity.severity in ("error", "warning")]
 
 
 def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:
