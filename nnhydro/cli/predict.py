@@ -28,6 +28,7 @@ def predict(
     from nnhydro.models.prediction import predict as torques
     from nnhydro.models.prediction_file import write_prediction
     from nnhydro.models.storage import load_model
+    from nnhydro.recordings.campaign import every_one
     from nnhydro.recordings.readers.column_map import read_column_map
     from nnhydro.recordings.readers.files import read_recording
     from nnhydro.recordings.survey import oddities_of
@@ -40,7 +41,7 @@ def predict(
     targets = [out / f"{stem}.csv" for stem in stems]
     for target in targets:
         refuse_foreign(target, files)
-    motions = [read_recording(file, loaded.arm, torque=False, column_map=mapping) for file in files]
+    motions = every_one(files, lambda file: read_recording(file, loaded.arm, torque=False, column_map=mapping))
     loaded = quickest(loaded, sum(len(motion) for motion in motions))
     odd = [line for motion in motions for line in oddities_of(motion, loaded.arm)]
     predictions = [torques(loaded, motion) for motion in motions]

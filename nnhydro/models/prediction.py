@@ -128,5 +128,5 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
             outside[rows] = _at(motion.t[rows], segment.t, domain.outside(Motion.of(segment), model.arm)[:, None])[:, 0]
         if scatter is not None:
             knows, std[rows] = True, _at(motion.t[rows], segment.t, scatter)
-    return Prediction(recording.name, np.asarray(motion.t), tau, std if knows else None, model.arm.sliding,
-                      None if domain is None else outside)
+    times = np.asarray(motion.t if motion.stamps is None else motion.stamps)
+    return Prediction(recording.name, times, tau, std if knows else None, model.arm.sliding, None if domain is None else outside)

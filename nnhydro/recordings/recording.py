@@ -70,12 +70,13 @@ class Recording:
     dcurrent: Array | None = None  # (n, 2) m/s^2
     origin: Origin = Origin()
     steps: tuple[str, ...] = ()  # what has been done to it since it was read, in order
+    stamps: Array | None = None  # (n,) s, the times as they stand in the file, where some of them repeat there
 
     def __post_init__(self) -> None:
         _freeze(self)
         require(self.q.ndim == 2, f"{self.name}: q has shape {self.q.shape}, expected (n, links)", RecordingError)
         _require_shapes(self.name, (len(self.t), self.q.shape[1]), t=self.t, q=self.q, tau=self.tau, qd=self.qd, qdd=self.qdd,
-                        u0=self.u0, du0=self.du0, tau_sim=self.tau_sim, clock=self.clock, heading=self.heading)
+                        u0=self.u0, du0=self.du0, tau_sim=self.tau_sim, clock=self.clock, heading=self.heading, stamps=self.stamps)
         _require_shapes(self.name, (len(self.t), 2), base=self.base, dbase=self.dbase, current=self.current, dcurrent=self.dcurrent)
 
     def __len__(self) -> int:
@@ -93,7 +94,7 @@ class Recording:
 
     def rows(self, keep: NDArray[np.bool_] | slice, step: str) -> "Recording":
         """Return the recording with the rows `keep`, `step` noted in its history."""
-        changes = {name: getattr(self, name)[keep] for name in ("t", "tau", "tau_sim", "clock", *MOTION)
+        changes = {name: getattr(self, name)[keep] for name in ("t", "tau", "tau_sim", "clock", "stamps", *MOTION)
                    if getattr(self, name) is not None}
         return replace(self, **changes, steps=(*self.steps, step))
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nnhydro.parallel import HERE, Workers, spread
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.campaign import Campaign, every_one
 from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.jitter import jitter
 from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck
@@ -175,6 +175,7 @@ def oddities_of(recording: Recording, arm: Arm) -> list[str]:
 def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:
     """Return all that can be said about a campaign; `workers` share the recordings. Raises RecordingError where one cannot be read."""
     say = campaign.arm.text
+    every_one(campaign.names, campaign.load)
     batches = [campaign.names[k:k + BATCH] for k in range(0, len(campaign.names), BATCH)]
     seen = [one for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for one in some]
     found = [oddity for one in seen for oddity in one.oddities]

@@ -57,6 +57,8 @@ def _print_recordings(found: Survey) -> None:
         show(recordings_sheet(found, SHOWN))
     if len(found.entries) > SHOWN:
         say(f"... and {len(found.entries) - SHOWN} more recordings.")
+    for step, count in Counter(step for entry in found.entries for step in dict.fromkeys(entry.steps)).items():
+        say(f"Read: {step}{'' if len(found.entries) == 1 else f' (in {count} of {len(found.entries)})'}.")
     for name, runs in found.tables:
         say(f"Steady table {name}: {_plural(runs, 'run')}{f', {odd[name]} oddities' if odd[name] else ''}.")
 

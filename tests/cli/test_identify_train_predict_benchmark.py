@@ -183,7 +183,7 @@ def test_one_bad_motion_leaves_no_prediction_at_all(place, model, said, tmp_path
 def test_a_trained_model_predicts_its_uncertainty(place, said, tmp_path):
     assert said("train", place / "campaign", "--config", place / "tiny.toml", "--out", tmp_path / "m", "--json")[0] == 0
     assert said("predict", tmp_path / "m", place / "campaign" / "unseen" / "motion.csv", "--out", tmp_path / "t")[0] == 0
-    assert (tmp_path / "t" / "motion.csv").read_text().startswith("t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm\n")
+    assert (tmp_path / "t" / "motion.csv").read_text().startswith("t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm,outside\n")
 
 
 @pytest.fixture

@@ -23,6 +23,8 @@ from nnhydro.recordings.recording import PAIRS, Origin, Recording, SteadyTable
 Array = NDArray[np.float64]
 ABSURD = 1e9  # rad, rad/s, m/s, N m: no arm does that; loggers write such numbers where a sensor gave nothing
 MIN_ROWS = 4
+REPEATED, IN_A_ROW = 0.02, 3  # share of the stamps, and so many in a row, that may repeat: a clock in milliseconds at about 1 kHz
+COARSE = 0.005  # s, median step beyond which a repeated stamp is no matter of a coarse clock
 # units that names of foreign columns end in: to be mapped, not only renamed
 _FOREIGN = re.compile(r"[\s_(\[]+(deg|ms|us|N ?mm|N ?cm|mm|mm/s|rpm)[)\]]?$")
 _JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm|m|m_s|m_s2|N)$")
@@ -151,6 +153,24 @@ def _relative(angles: Array | None, arm: Arm) -> Array | None:
     return np.column_stack([angles[:, 0], arm.drive.pulley_ratio * (angles[:, 1] - angles[:, 0])])
 
 
+def spread_stamps(t: Array) -> tuple[Array, int]:
+    """Return the times with stamps that repeat spread evenly until the next one, and how many repeat.
+
+    As they are where they run backward, or where so many repeat, or so many in a row, that no clock's coarse step explains it.
+    """
+    steps = np.diff(t)
+    repeated = int((steps == 0).sum())
+    slow = float(np.median(steps)) > COARSE if repeated else True
+    if slow or not np.isfinite(t).all() or (steps < 0).any() or repeated > REPEATED * len(t):
+        return t, 0
+    first = np.flatnonzero(np.concatenate([[True], steps > 0]))
+    count = np.diff(np.append(first, len(t)))
+    if count.max() > IN_A_ROW or count[-1] > 1:
+        return t, 0
+    width = np.append(np.diff(t[first]), 0.0) / count
+    return np.repeat(t[first], count) + np.concatenate([np.arange(k) for k in count]) * np.repeat(width, count), repeated
+
+
 def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, torque: bool = True) -> Recording:
     """Return the recording that `named` holds; with `torque`, torque columns are required; raises RecordingError naming the column."""
     where = origin.path or name
@@ -169,11 +189,14 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     require(not arm.sliding or named.numbers(column("base_yaw")) is None, f"{where}: column {column('base_yaw')!r}: a linear axis on a "
             "base that turns is not understood: remove the column where the base stands still", RecordingError)
     belt = arm.drive.angle2 == "absolute"
-    return Recording(name, t, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
+    spread, repeated = spread_stamps(t)
+    told = (f"{counted(repeated, 'time stamp')} that repeat ({repeated / len(t):.1%}) spread until the next",) if repeated else ()
+    steps = (*named.steps, *told, *(("second angle: motor's to joint's",) if belt else ()))
+    return Recording(name, spread, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
                      qd=_relative(_joints(named, "qd", arm, where), arm), qdd=_relative(_joints(named, "qdd", arm, where), arm),
                      **_surroundings(named, where),
                      tau_sim=_joints(named, "tau_sim", arm, where) if torque else None, clock=_single(named, CLOCK, where), origin=origin,
-                     steps=(*named.steps, "second angle: motor's to joint's") if belt else named.steps)
+                     steps=steps, stamps=t if repeated else None)
 
 
 def steady_from_columns(named: Named, arm: Arm, name: str, origin: Origin) -> SteadyTable:
