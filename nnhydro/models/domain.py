@@ -41,8 +41,7 @@ def _nearest(x: Array, points: Array) -> Array:
     """Distance (n,) of each row to the nearest point."""
     from scipy.spatial import cKDTree
 
-    found: Array = cKDTree(points).query(x)[0]
-    return found
+    return np.asarray(cKDTree(points).query(x)[0], dtype=float)
 
 
 def _spread_out(x: Array, count: int) -> Array:
@@ -91,7 +90,7 @@ def _rows(unit: Unit, arm: Arm) -> Array:
     """Inputs of some rows of a unit, evenly spread over it."""
     own = arm if unit.arm is None else unit.arm
     parts = [inputs(Motion.of(segment), own)[segment.keep] for segment in unit.segments() if segment.keep.any()]
-    x = np.concatenate(parts) if parts else np.zeros((0, 1))
+    x: Array = np.concatenate(parts) if parts else np.zeros((0, 1))
     return x[np.linspace(0, len(x) - 1, min(ROWS, len(x))).astype(int)]
 
 
@@ -102,7 +101,8 @@ def _held_out(groups: Sequence[Array]) -> Array:
     for group in chosen:
         others = np.concatenate([other for other in groups if other is not group])
         found.append(_nearest(group, _spread_out(others, POINTS)))
-    return np.concatenate(found)
+    distances: Array = np.concatenate(found)
+    return distances
 
 
 def domain_of(chosen: Iterable[Unit], arm: Arm) -> Domain | None:

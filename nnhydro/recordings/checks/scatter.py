@@ -7,7 +7,7 @@ import numpy as np
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, check
 from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.recordings.repeats import expected_noise, repeated_recordings, scatter
+from nnhydro.recordings.repeats import expected_noise, independent, repeated_recordings, scatter
 
 TIMES = 4.0  # times what the noise within the recordings explains
 SHARE = 0.15  # of the torque's rms
@@ -24,7 +24,7 @@ class Scatter(CampaignCheck):
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield one finding a group of repeats and joint."""
-        for group in repeated_recordings(campaign):
+        for group in independent(campaign, repeated_recordings(campaign)):
             found = scatter(campaign, group, how)
             if found is None:
                 continue
