@@ -91,7 +91,8 @@ def _rows(unit: Unit, arm: Arm) -> Array:
     own = arm if unit.arm is None else unit.arm
     parts = [inputs(Motion.of(segment), own)[segment.keep] for segment in unit.segments() if segment.keep.any()]
     x: Array = np.concatenate(parts) if parts else np.zeros((0, 1))
-    return x[np.linspace(0, len(x) - 1, min(ROWS, len(x))).astype(int)]
+    some: Array = x[np.linspace(0, len(x) - 1, min(ROWS, len(x))).astype(int)]
+    return some
 
 
 def _held_out(groups: Sequence[Array]) -> Array:

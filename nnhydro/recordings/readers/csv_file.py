@@ -115,6 +115,18 @@ def _no_text(path: Path, cause: Exception) -> RecordingError:
     return RecordingError(f"{path}: is not UTF-8 text{place}, nor what its beginning looks like: save it as UTF-8 CSV or as Parquet")
 
 
+def _moments(text: "pd.Series", iso: bool) -> "pd.Series":
+    """Dates with times; those that are not ISO by the format of the first one, which is quick, else one by one."""
+    import pandas as pd
+
+    if iso:
+        return pd.to_datetime(text, format="ISO8601", utc=True)
+    try:
+        return pd.to_datetime(text, dayfirst=True, utc=True)
+    except ValueError:
+        return pd.to_datetime(text, format="mixed", dayfirst=True, utc=True)
+
+
 def _seconds(series: "pd.Series", since_start: bool) -> Array | None:
     """Dates and times of day in seconds, empty cells as NaN; None where the column holds something else.
 
@@ -131,7 +143,7 @@ def _seconds(series: "pd.Series", since_start: bool) -> Array | None:
         return None
     try:
         if filled.str.match(_DATE.pattern).all():
-            when = pd.to_datetime(text, format="mixed", dayfirst=not bool(filled.str.match(r"\d{4}-").all()), utc=True)
+            when = _moments(text, bool(filled.str.match(r"\d{4}-").all()))
             start = when.dropna().iloc[0] if since_start else pd.Timestamp(0, tz="UTC")
             t = ((when - start) / pd.Timedelta(seconds=1)).to_numpy(dtype=float)
         else:
