@@ -38,4 +38,8 @@ def identify(
         show(parameter_sheet(fitted))
     for line in fitted.fit.get("warnings", []):
         say(f"warning {line}")
+    if fitted.fit.get("warnings"):
+        conclude(told(fitted), [out], f"nnhydro check {campaign}, then nnhydro diagnose {campaign} --out diagnosis   (what is wrong, and "
+                 "what is missing?)")
+        return
     conclude(told(fitted), [out], f"nnhydro benchmark {campaign} --out compared   (is it any good on recordings that it has not seen?)")

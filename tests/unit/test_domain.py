@@ -153,7 +153,9 @@ def test_identify_warns_where_most_of_the_torque_is_left(tmp_path, capsys):
     nonsense = Campaign.of(A, [replace(r, tau=rng.standard_normal(r.tau.shape)) for r in runs(range(1, 5))])
     folder = write_folder(nonsense, tmp_path / "c")
     assert run(["identify", str(folder), "--out", str(tmp_path / "m")]) == 0
-    assert "of the torque is left" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "of the torque is left" in out
+    assert f"Next: nnhydro check {folder}, then nnhydro diagnose" in out
 
 
 def test_a_good_fit_raises_no_warning():

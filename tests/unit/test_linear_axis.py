@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, write_csv
+from campaigns import GIVEN, TINY, write_csv
 from rigs import assert_close
 
 from nnhydro.cli.main import run
 from nnhydro.conventions import column, joint_text
 from nnhydro.errors import ArmError, RecordingError
 from nnhydro.identification.identify import identify
+from nnhydro.identification.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
@@ -154,7 +155,7 @@ def test_a_linear_axis_goes_from_folder_to_prediction_by_commands(folder, tmp_pa
     assert "rad" not in out.replace("tau", "")
     assert run(["predict", str(tmp_path / "m"), str(folder / "recordings" / "run0.csv"), "--out", str(tmp_path / "t"), "--json"]) == 0
     capsys.readouterr()
-    assert (tmp_path / "t" / "run0.csv").read_text().startswith("t_s,tau1_N\n")
+    assert (tmp_path / "t" / "run0.csv").read_text().startswith("t_s,tau1_N,outside\n")
     assert run(["benchmark", str(folder), "--models", "rigid", "--folds", "2", "--out", str(tmp_path / "b"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["models"]["rigid"]["error"] < 0.1
 
@@ -186,6 +187,19 @@ def test_a_prediction_for_a_linear_axis_is_the_force():
     runs = recorded(arm)
     model = StripTheory(arm, GIVEN, {}, "truth", loads_of(arm))
     assert np.abs(predict(model, runs[0]).tau - runs[0].tau).mean() < 0.3
+
+
+@pytest.mark.parametrize("wet", [False, True])
+def test_a_hybrid_learns_a_linear_axis(wet):
+    shape = {"fluid": {"density_kg_m3": 1000.0}, "links": [{"mass_kg": 12.0, "length_m": 0.8, "diameter_m": 0.05}]} if wet else {}
+    arm = axis(**shape)
+    whole = Campaign.of(arm, recorded(arm))
+    model = train(whole, TINY.model_copy(update={"model": "hybrid"}))
+    at = motion(9)
+    truth = StripTheory(arm, GIVEN, {}, "truth", loads_of(arm)).torque(at)
+    base = model.baseline.torque(at)
+    assert bool(model.torque(at).isfinite().all())
+    assert float((model.torque(at) - truth).abs().mean()) < 1.1 * float((base - truth).abs().mean())
 
 
 @pytest.mark.parametrize(("changes", "words"), [

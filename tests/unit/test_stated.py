@@ -14,10 +14,12 @@ from nnhydro.effects.rotor_inertia import RotorInertia
 from nnhydro.errors import ArmError, ModelError
 from nnhydro.identification.dry_model import calibrated_in_water, identify_in_water, in_water
 from nnhydro.identification.identify import identify
+from nnhydro.identification.prior import prior
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.seen import seen_by
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.coulomb_friction import CoulombFriction
 from nnhydro.physics.loads.drive_inertia import DriveInertia
 from nnhydro.physics.loads.viscous_friction import ViscousFriction
@@ -60,6 +62,16 @@ def test_a_stated_friction_is_calibrated_within_what_is_known_of_it():
     exact = stated().model_copy(update={"friction": tuple(f.model_copy(update={"known_to": 0.0}) for f in a.friction)})
     held = identify(Campaign.of(exact, list(whole.recordings())), "constant").fit["parameters"]
     assert held["stated_coulomb_friction.level[1]"]["value"] == 0.3
+
+
+@pytest.mark.parametrize("keys", [{"friction": [{"coulomb_Nm": 0.4, "viscous_Nm_s": 0.3, "known_to": 0.25}]},
+                                  {"drive": {"kind": "direct", "rotor_inertia_kg_m2": [0.08], "known_to": 0.25}}])
+def test_the_prior_of_a_stated_value_is_as_wide_as_it_is_known(keys):
+    a = arm(1, **keys)
+    loads = Loads({name: term for name, term in BASELINES["rigid"].start(a).terms.items() if name.startswith("stated_")})
+    before = prior(loads, a)
+    np.testing.assert_allclose(np.diag(before.F), 0.25 * before.mean)
+    assert (before.mean + before.F @ before.lowest >= -1e-12).all()
 
 
 def test_recordings_that_say_nothing_of_friction_leave_it_as_stated():

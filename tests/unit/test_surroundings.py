@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from campaigns import GIVEN, columns_of, planted, recording, sensor_torque, write_csv
+from campaigns import GIVEN, TINY, columns_of, planted, recording, sensor_torque, write_csv
 from rigs import arm
 
 from nnhydro.errors import RecordingError
 from nnhydro.identification.identify import identify
+from nnhydro.identification.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign, open_campaign
@@ -110,6 +111,16 @@ def test_coefficients_are_found_on_a_base_that_moves_in_water_that_flows(tmp_pat
         for fit in (exact, found):
             assert fit[f"normal_drag.C_D[{link}]"]["value"] == pytest.approx(C_D, abs=0.02)
             assert fit[f"added_mass.C_M[{link}]"]["value"] == pytest.approx(C_M, abs=0.05)
+
+
+@pytest.mark.parametrize("kind", ["network", "hybrid"])
+def test_networks_see_base_and_water(kind):
+    a = arm(2)
+    runs = [surrounded(a, f"run{i}", i + 1) for i in range(4)]
+    model = train(Campaign.of(a, runs), TINY.model_copy(update={"model": kind}))
+    seen, blind = (predict(model, r.without_torque()).tau for r in (runs[0], replace(runs[0], current=None, dcurrent=None)))
+    assert np.isfinite(seen).all()
+    assert float(np.abs(seen - blind).max()) > 0.1 * float(np.abs(seen).max())
 
 
 def test_a_prediction_uses_base_and_water(tmp_path):
