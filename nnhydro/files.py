@@ -9,12 +9,13 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from nnhydro.errors import ConfigError, NnhydroError, require
+from nnhydro.stamp import REMEDY, foreign_file, is_system_file, refuse_foreign, stamp_file, stamp_folder
 
 if sys.platform != "win32":
     import fcntl
@@ -154,8 +155,28 @@ def write_json(path: Path, document: Any) -> None:
     write_text(path, json_text(document))
 
 
-def _ours(out: Path, marker: str) -> bool:
-    return not any(out.iterdir()) or (out / marker).exists()
+def write_own(path: Path, content: str | bytes, inputs: Iterable[Path] = ()) -> Path:
+    """Write a file of results to `path`, whole or not at all, and list it as nnhydro's (stamp.py); returns `path`.
+
+    Raises ConfigError where `path` is one of the command's `inputs`, or holds what nnhydro did not write, or cannot be written to.
+    """
+    refuse_foreign(path, inputs)
+    try:
+        write_bytes(path, content if isinstance(content, bytes) else content.encode())
+        stamp_file(path)
+    except OSError as cause:
+        raise ConfigError(f"--out: {path} cannot be written ({cause.strerror or cause}): name a place where you may write") from cause
+    return path
+
+
+def _require_ours(out: Path, marker: str) -> None:
+    """Raise ConfigError where the folder `out` holds anything but results that may be replaced."""
+    if all(is_system_file(path.name) for path in out.iterdir()):
+        return
+    require((out / marker).exists(), f"--out {out}: holds other files (no {marker}): name a new or empty folder")
+    foreign = foreign_file(out)
+    require(foreign is None, f"--out {out}: would be replaced whole, but nnhydro did not write {foreign} (or it was changed since): "
+            f"{REMEDY}")
 
 
 def check_folder(out: Path, marker: str) -> None:
@@ -166,7 +187,8 @@ def check_folder(out: Path, marker: str) -> None:
     writable = there if there != out else out.absolute().parent  # a folder is replaced beside itself
     require(os.access(writable, os.W_OK | os.X_OK) and os.access(there, os.R_OK | os.X_OK),
             f"--out {out}: {writable} may not be written to: name a folder where you may write")
-    require(not out.exists() or _ours(out, marker), f"--out {out}: holds other files (no {marker}): name a new or empty folder")
+    if out.exists():
+        _require_ours(out, marker)
 
 
 def _exchange(one: Path, other: Path) -> bool:
@@ -205,8 +227,8 @@ def _durable(folder: Path) -> None:
 def whole_folder(out: Path, marker: str) -> Iterator[Path]:
     """Yield an empty folder that becomes `out` when the block ends well and vanishes when it does not.
 
-    An existing `out` is replaced whole, but only if it is empty or holds `marker`, the file by which such folders are known: a folder
-    of somebody's own files is refused (ConfigError).
+    An existing `out` is replaced whole, but only if it is empty, or holds `marker`, the file by which such folders are known, and nothing
+    that nnhydro did not write (stamp.py): a folder with somebody's own files is refused (ConfigError).
     """
     remove_leftovers(out.parent)
     check_folder(out, marker)
@@ -219,7 +241,9 @@ def whole_folder(out: Path, marker: str) -> Iterator[Path]:
         work.chmod(0o755)
         yield work
         (work / marker).touch()
+        stamp_folder(work)
         _durable(work)
+        check_folder(out, marker)  # again: the work may have taken hours
         _replace(out, work)
     finally:
         shutil.rmtree(work, ignore_errors=True)

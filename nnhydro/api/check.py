@@ -5,9 +5,10 @@ from typing import final
 
 from nnhydro.api.shown import Shown
 from nnhydro.errors import ConfigError, require
+from nnhydro.identification.channel_order import survey_with_physics
 from nnhydro.parallel import HERE, Workers
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.survey import Survey, survey
+from nnhydro.recordings.survey import Survey
 from nnhydro.report.sheet import Sheet
 from nnhydro.report.survey_table import oddities_sheet, recordings_sheet, tips_sheet, verdict
 
@@ -45,4 +46,4 @@ def check(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers =
     RecordingError where a file cannot be read at all.
     """
     require(cutoff_hz is None or 0 < cutoff_hz < 1e6, f"cutoff_hz {cutoff_hz}: give a positive frequency in Hz", ConfigError)
-    return Check(survey(campaign, cutoff_hz, workers))
+    return Check(survey_with_physics(campaign, cutoff_hz, workers))

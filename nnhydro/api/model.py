@@ -10,7 +10,7 @@ from nnhydro.api.shown import Shown
 from nnhydro.errors import ConfigError, require
 from nnhydro.exchange.curves import curves_csv
 from nnhydro.exchange.mujoco import mujoco_xml
-from nnhydro.exchange.written import write_file
+from nnhydro.files import write_own
 from nnhydro.identification.config import TrainingConfig, read_config
 from nnhydro.identification.gradient_fit import Progress
 from nnhydro.identification.identify import identify as fit
@@ -84,7 +84,7 @@ class Model(Shown):
             return ()
         require(out.suffix in (".xml", ".csv"), f"{out}: give a file that ends in .onnx, .xml or .csv", ConfigError)
         made = mujoco_xml(self.torque_model) if out.suffix == ".xml" else None
-        write_file(out, curves_csv(self.torque_model) if made is None else made.xml)
+        write_own(out, curves_csv(self.torque_model) if made is None else made.xml)
         return () if made is None else made.lacks
 
     def compiled(self, engine: str | None = None) -> Compiled:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.api.shown import Shown
-from nnhydro.conventions import TIME, column
+from nnhydro.conventions import TIME, column, joint_text
 from nnhydro.models import prediction
 from nnhydro.models.prediction_file import write_prediction
 from nnhydro.report.sheet import Column, Sheet
@@ -29,11 +29,13 @@ class Prediction(Shown):
     t: Array
     tau: Array
     std: Array | None
+    sliding: bool = False
+    outside: Array | None = None  # (n,) 0 to 1, how far each row lies outside what the model was trained on
 
     @staticmethod
     def of(found: prediction.Prediction) -> "Prediction":
         """Return what the model computed, ready to be shown."""
-        return Prediction(found.name, found.t, found.tau, found.std)
+        return Prediction(found.name, found.t, found.tau, found.std, found.sliding, found.outside)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -42,14 +44,16 @@ class Prediction(Shown):
         """Return the range of each torque in one sentence."""
         ranges = ", ".join(f"joint {j} {low:.3g} to {high:.3g} N m" for j, (low, high) in
                            enumerate(zip(self.tau.min(axis=0), self.tau.max(axis=0), strict=True), 1))
-        return f"{self.name}, {len(self)} rows: {ranges}."
+        return joint_text(f"{self.name}, {len(self)} rows: {ranges}.", self.sliding)
 
     def _sheet(self, rows: int | None) -> Sheet:
         joints = range(self.tau.shape[1])
         columns = [Column(TIME, self.t[:rows].tolist(), "{:.6g}"),
-                   *(Column(column("tau", j + 1), self.tau[:rows, j].tolist(), "{:.5g}") for j in joints)]
+                   *(Column(column("tau", j + 1, self.sliding), self.tau[:rows, j].tolist(), "{:.5g}") for j in joints)]
         if self.std is not None:
-            columns += [Column(column("tau_std", j + 1), self.std[:rows, j].tolist(), "{:.3g}") for j in joints]
+            columns += [Column(column("tau_std", j + 1, self.sliding), self.std[:rows, j].tolist(), "{:.3g}") for j in joints]
+        if self.outside is not None:
+            columns.append(Column("outside", self.outside[:rows].tolist(), "{:.2g}"))
         return Sheet("" if rows is None else f"first {min(rows, len(self))} rows", tuple(columns))
 
     def sheets(self) -> tuple[Sheet, ...]:
@@ -62,4 +66,4 @@ class Prediction(Shown):
 
     def save(self, path: str | Path) -> Path:
         """Write the torques to the CSV file `path`, whole or not at all; returns the path."""
-        return write_prediction(prediction.Prediction(self.name, self.t, self.tau, self.std), Path(path))
+        return write_prediction(prediction.Prediction(self.name, self.t, self.tau, self.std, self.sliding, self.outside), Path(path))

@@ -18,16 +18,17 @@ def arm(
     """Make arm.yaml from a URDF, and say what it does not hold: offsets of angles, friction, the water."""
     from nnhydro.errors import ConfigError, require
     from nnhydro.exchange.urdf import read_urdf
-    from nnhydro.exchange.written import arm_yaml, write_file
+    from nnhydro.exchange.written import arm_yaml
+    from nnhydro.files import write_own
 
     try:
         diameters = tuple(float(x) for x in diameter.split(",") if x.strip())
     except ValueError as cause:
         raise ConfigError(f"--diameter {diameter!r}: give numbers in metres, as in --diameter 0.07,0.06") from cause
     require(out.suffix in (".yaml", ".yml"), f"--out {out}: give a file that ends in .yaml, such as my_campaign/arm.yaml")
-    require(not out.exists(), f"--out {out}: is there already: name another file, or remove it")
+    require(not (out.exists() or out.is_symlink()), f"--out {out}: is there already: name another file, or remove it")
     found = read_urdf(urdf, diameters, density)
-    write_file(out, arm_yaml(found.arm, [f"from {urdf.name}", *found.notes]))
+    write_own(out, arm_yaml(found.arm, [f"from {urdf.name}", *found.notes]), [urdf])
     if json:
         emit({"arm": found.arm.document(), "notes": list(found.notes), "file": str(out)})
         return

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, emit
+from nnhydro.report.screen import JSON, MAP, QUIET, emit
 from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 
@@ -18,6 +18,7 @@ def benchmark(
     config: Path | None = typer.Option(None, "--config", help="TOML file with the network's choices."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; that of --config, else 0, by default."),
+    column_map: Path | None = MAP,
     jobs: int = JOBS,
     backend: str = BACKEND,
     scheduler: str = SCHEDULER,
@@ -42,7 +43,9 @@ def benchmark(
     chosen = read_config(config) if config is not None else TrainingConfig()
     chosen = chosen.model_copy(update={key: value for key, value in given.items() if value is not None})
     names = [name.strip() for name in models.split(",") if name.strip()]
-    campaigns = open_campaigns(campaign)
+    campaigns = open_campaigns(campaign, column_map)
+    for one in campaigns:
+        one.verify()
     total = folds * len(names or default_names(campaigns[0].arm)) if protocol == DEFAULT and names != ["all"] else None
     with steps_on_screen(total) as report:
         result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol, workers)
@@ -51,4 +54,4 @@ def benchmark(
         emit(result.document())
         return
     print_benchmark(result, [path for path in paths if path.suffix in SHOWN],
-                    f"nnhydro train {campaign} --out my_model   (the hybrid on all recordings, for nnhydro predict)")
+                    result.following(str(campaign)))

@@ -20,9 +20,9 @@ def check(
 ) -> None:
     """Read every file of a campaign, print what was given, derived and looks wrong, and what to do about it."""
     from nnhydro.errors import ConfigError, RecordingError, require
+    from nnhydro.identification.channel_order import survey_with_physics
     from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import open_campaigns
-    from nnhydro.recordings.survey import survey
     from nnhydro.report.survey_table import document, print_survey
 
     require(cutoff is None or 0 < cutoff < 1e6, f"--cutoff {cutoff}: give a positive frequency in Hz", ConfigError)
@@ -30,7 +30,7 @@ def check(
     documents, failed = [], []
     campaigns = open_campaigns(campaign, column_map)
     for one in campaigns:
-        found, name = survey(one, cutoff, workers), str(one.root)
+        found, name = survey_with_physics(one, cutoff, workers), str(one.root)
         failed += [f"{name}: {oddity.message}" for oddity in found.errors]
         if json:
             documents.append(document(found, name))

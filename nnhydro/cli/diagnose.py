@@ -16,9 +16,11 @@ if TYPE_CHECKING:
 def _links(one: "Told") -> list[str]:
     """Slenderness of the links and the coefficients of the calibrated baseline, link by link: how drag follows L/D from arm to arm."""
     from nnhydro.recordings.arm import read_arm
+    from nnhydro.recordings.campaign import arm_file
 
     found = {} if one.document is None else one.document["recalibrated"]
-    slender = [] if one.document is None else [link.length_m / link.diameter_m for link in read_arm(one.asked.campaign / "arm.yaml").links]
+    described = arm_file(one.asked.campaign) or one.asked.campaign / "arm.yaml"
+    slender = [] if one.document is None else [link.length_m / link.diameter_m for link in read_arm(described).links]
     return [", ".join(f"{x:.3g}" for x in values) for values in (slender, found.get("cd", []), found.get("cm", []))]
 
 

@@ -33,8 +33,14 @@ def effects(
     one = effect_of_id(name)
     if out is not None:
         from nnhydro.report.effect_figure import draw
+        from nnhydro.report.figure_file import paths_of
+        from nnhydro.stamp import refuse_foreign, stamp_file
 
+        for path in paths_of(out.with_suffix("")):
+            refuse_foreign(path)
         draw(one, out)
+        for path in paths_of(out.with_suffix("")):
+            stamp_file(path)
     if json:
         emit(card(one))
         return

@@ -18,7 +18,7 @@ def gains(
 ) -> None:
     """Derivatives of a model's torques by its inputs, in physical units, beside those of its baseline and of the textbook."""
     from nnhydro.errors import require
-    from nnhydro.files import json_text, whole_folder
+    from nnhydro.files import check_folder, json_text, whole_folder
     from nnhydro.models.gain_sweeps import Around, document, sweeps
     from nnhydro.models.storage import load_model
     from nnhydro.report.gain_figure import gain_figure
@@ -31,6 +31,7 @@ def gains(
     finite = all(abs(x) < 1e3 for x in (*angles, tow))
     require(finite, f"--posture {posture!r}, --tow {tow}: give finite numbers, angles as in --posture 0.3,-0.5 (rad)")
     require(0 < speed < 1e3, f"--speed {speed}: give the greatest joint speed in rad/s, above 0")
+    check_folder(out, "gains.json")
     loaded, around = load_model(model), Around(speed, tow, angles)
     made = sweeps(loaded, around)
     result = document(loaded, around, made)

@@ -4,13 +4,14 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, show
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, show, without_bulk
 
 
 def identify(
     campaign: Path = typer.Argument(help="Folder of the campaign (arm.yaml, recordings/, steady/)."),
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
     model: str = typer.Option("constant", "--model", help="rigid, textbook, drag-only, constant or state."),
+    dry: Path | None = typer.Option(None, "--dry", help="Model folder of the same arm in air: what it found is held within its fit."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstrap."),
     column_map: Path | None = MAP,
@@ -18,16 +19,27 @@ def identify(
     json: bool = JSON,
 ) -> None:
     """Fit Cd and Cm a link, and masses within what is known of them, with 95 % intervals over recordings."""
+    from nnhydro.files import check_folder
+    from nnhydro.identification.dry_model import dry_model
+    from nnhydro.identification.dry_model import identify_in_water as fit_in_water
     from nnhydro.identification.identify import identify as fit
-    from nnhydro.models.storage import save_model
+    from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
     from nnhydro.report.parameter_sheet import parameter_sheet, told
 
-    fitted = fit(verified(campaign, column_map), model, cutoff, seed)
+    check_folder(out, DIGEST)
+    opened = verified(campaign, column_map)
+    fitted = fit(opened, model, cutoff, seed) if dry is None else fit_in_water(opened, dry_model(dry), model, cutoff, seed)
     save_model(fitted, out)
     if json:
-        emit({"model": str(out), **fitted.fit})
+        emit({"model": str(out), **without_bulk(fitted.fit)})
         return
     if fitted.fit.get("parameters"):
         show(parameter_sheet(fitted))
+    for line in fitted.fit.get("warnings", []):
+        say(f"warning {line}")
+    if fitted.fit.get("warnings"):
+        conclude(told(fitted), [out], f"nnhydro check {campaign}, then nnhydro diagnose {campaign} --out diagnosis   (what is wrong, and "
+                 "what is missing?)")
+        return
     conclude(told(fitted), [out], f"nnhydro benchmark {campaign} --out compared   (is it any good on recordings that it has not seen?)")

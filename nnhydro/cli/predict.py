@@ -1,16 +1,24 @@
 """`nnhydro predict`: torques for motions."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, say
+
+if TYPE_CHECKING:
+    from nnhydro.models.prediction import Prediction
+
+STRICT = 0.05  # share of the rows that may lie outside where --strict is given
 
 
 def predict(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     files: list[Path] = typer.Argument(help="Motions: CSV or Parquet with t_s, q1_rad, ...; torque columns are ignored."),
     out: Path = typer.Option(..., "--out", help="Folder for the torques, one CSV a motion."),
+    strict: bool = typer.Option(False, "--strict", help="Refuse motions that look wrong or lie outside what the model was trained on."),
+    column_map: Path | None = MAP,
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
@@ -20,21 +28,50 @@ def predict(
     from nnhydro.models.prediction import predict as torques
     from nnhydro.models.prediction_file import write_prediction
     from nnhydro.models.storage import load_model
+    from nnhydro.recordings.campaign import every_one
+    from nnhydro.recordings.readers.column_map import read_column_map
     from nnhydro.recordings.readers.files import read_recording
+    from nnhydro.recordings.survey import oddities_of
+    from nnhydro.stamp import refuse_foreign
 
-    loaded = load_model(model)
+    loaded, mapping = load_model(model), None if column_map is None else read_column_map(column_map)
     stems = [file.stem for file in files]
     require(len(set(stems)) == len(stems), f"two motions are called {max(stems, key=stems.count)!r}: rename one, both would be written to "
             f"{out / (max(stems, key=stems.count) + '.csv')}")
-    motions = [read_recording(file, loaded.arm, torque=False) for file in files]
+    targets = [out / f"{stem}.csv" for stem in stems]
+    for target in targets:
+        refuse_foreign(target, files)
+    motions = every_one(files, lambda file: read_recording(file, loaded.arm, torque=False, column_map=mapping))
     loaded = quickest(loaded, sum(len(motion) for motion in motions))
+    odd = [line for motion in motions for line in oddities_of(motion, loaded.arm)]
     predictions = [torques(loaded, motion) for motion in motions]
-    written = [write_prediction(prediction, out / f"{prediction.name}.csv") for prediction in predictions]
+    shares = {prediction.name: prediction.outside_share for prediction in predictions}
+    if strict:
+        require(not odd, f"--strict: {odd[0]}{f' (and {len(odd) - 1} more)' if len(odd) > 1 else ''}" if odd else "")
+        for name, share in shares.items():
+            require(share is not None, f"--strict: {model} does not say what it was trained on: make it again with this version")
+            require((share or 0.0) <= STRICT, f"--strict: {name}: {share or 0.0:.0%} of the rows lie outside what the model was trained "
+                    "on: record such motions, or leave --strict out")
+    written = [write_prediction(prediction, target, files) for prediction, target in zip(predictions, targets, strict=True)]
     if json:
-        emit({"written": [str(path) for path in written], "rows": [len(p.t) for p in predictions]})
+        emit({"written": [str(path) for path in written], "rows": [len(p.t) for p in predictions],
+              "outside_share": list(shares.values()), "warnings": odd})
         return
+    for line in odd:
+        note(f"warning {line}")
     for path, prediction in zip(written, predictions, strict=True):
-        say(f"{path}: {len(prediction.t)} rows")
+        share = prediction.outside_share
+        far = "" if not share else f", {share:.0%} of them outside what the model was trained on (column outside)"
+        say(f"{path}: {len(prediction.t)} rows{far}")
+    conclude(_verdict(predictions, out), following=f"nnhydro gains {model}   (effective damping and inertia)")
+
+
+def _verdict(predictions: "list[Prediction]", out: Path) -> str:
+    """What was predicted, and how much of it lies outside what the model was trained on."""
     total = sum(len(prediction.t) for prediction in predictions)
-    conclude(f"Torques of {len(predictions)} motion{'s' if len(predictions) > 1 else ''}, {total} rows, in {out}.",
-             following=f"nnhydro gains {model}   (effective damping and inertia)")
+    text = f"Torques of {len(predictions)} motion{'s' if len(predictions) > 1 else ''}, {total} rows, in {out}"
+    known = [prediction.outside for prediction in predictions if prediction.outside is not None]
+    if len(known) < len(predictions):
+        return f"{text}; the model does not say what it was trained on."
+    share = sum(float((outside > 0).sum()) for outside in known) / max(total, 1)
+    return f"{text}; {share:.0%} of the rows lie outside what the model was trained on." if share > 0 else f"{text}."

@@ -17,10 +17,11 @@ def reproduce(
     """Reproduce McLain & Rock (1998): curves, slews, errors, segments, slenderness; says what the text does not allow."""
     from nnhydro.errors import require
     from nnhydro.evaluation import reproduce_mclain
-    from nnhydro.files import whole_folder, write_json
+    from nnhydro.files import check_folder, whole_folder, write_json
     from nnhydro.report.mclain_figures import write_figures
 
     require(name == "mclain", f"unknown paper {name!r}: the one that can be reproduced is mclain")
+    check_folder(out, "reproduction.json")
     result = reproduce_mclain.reproduce(seed)
     with whole_folder(out, "reproduction.json") as folder:
         write_json(folder / "reproduction.json", result.document())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, use_of
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, use_of, without_bulk
 
 if TYPE_CHECKING:
     from nnhydro.models.learned import LearnedTorque
@@ -19,6 +19,17 @@ def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorqu
     except KeyboardInterrupt:
         note(f"stopped; go on with: {again}")
         raise
+
+
+def _is_identity(beside: Path) -> bool:
+    """Whether the file says which training a checkpoint beside it belongs to."""
+    from nnhydro.errors import ConfigError
+    from nnhydro.files import read_json
+
+    try:
+        return {"config", "campaign_sha256"} <= set(read_json(beside, ConfigError))
+    except ConfigError:
+        return False
 
 
 def train(
@@ -54,6 +65,9 @@ def train(
         require(beside.is_file() and beside.read_bytes() == text_of(identity).encode(), f"--resume: {beside} belongs to another "
                 "configuration or to other recordings: start anew without --resume", ConfigError)
     else:
+        for path in (checkpoint, beside) if not _is_identity(beside) else ():
+            require(not path.exists(), f"--out {out}: {path} lies where the training keeps its state, and no training wrote it: move it "
+                    "away, or name another place", ConfigError)
         checkpoint.unlink(missing_ok=True)
         write_json(beside, identity)
     with ExitStack() as open_:
@@ -70,7 +84,7 @@ def train(
     checkpoint.unlink(missing_ok=True)
     beside.unlink(missing_ok=True)
     if json:
-        emit({"model": str(out), **model.fit})
+        emit({"model": str(out), **without_bulk(model.fit)})
         return
     show(parameter_sheet(model))
     conclude(told(model), [out], use_of(out, campaign))

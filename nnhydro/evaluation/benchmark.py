@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, final
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import SCHEMA_BENCHMARK
-from nnhydro.errors import require
+from nnhydro.errors import CampaignError, counted, require
 from nnhydro.evaluation.contenders import Contender, contenders, default_names
 from nnhydro.evaluation.coverage import Coverage, coverage_document
 from nnhydro.evaluation.metrics import Misfit, error_interval
@@ -20,6 +20,7 @@ from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.gradient_fit import Progress
 from nnhydro.identification.identify import versions
 from nnhydro.identification.several_arms import arm_of, on_arm
+from nnhydro.models.baselines import BASELINES
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.parallel import HERE, Workers, spread
 from nnhydro.physics.motion import Motion
@@ -34,6 +35,9 @@ from nnhydro.recordings.splitting import Unit
 Array = NDArray[np.float64]
 PROTOCOL = DEFAULT
 Report = Callable[[str], None]
+UNEXPLAINED = 0.5  # of the torque: a model that leaves more explains nothing
+MUCH = 1.05  # times better: below it two models are alike
+MANY_FLOORS, LITTLE = 2.0, 0.05  # noise floors, share of the torque: what may be left without a cause to look for
 LOOKED_BACK = 12  # fitted recordings on which the width of the intervals is looked up for comparison
 
 
@@ -92,6 +96,7 @@ class Benchmark:
     seed: int
     config: TrainingConfig
     left_out: tuple[str, ...] = ()  # recordings without a stretch of finite rows
+    seen: dict[str, tuple[str, ...]] = field(default_factory=dict)  # by model: units that it had seen before, on which nobody is judged
 
     @property
     def campaign(self) -> Campaign:
@@ -134,20 +139,51 @@ class Benchmark:
         low_pass = self.how.low_pass
         digests = [campaign.sha256() for campaign in self.campaigns]
         return {"schema": SCHEMA_BENCHMARK, "protocol": self.protocol, "noise_floor": self.noise_floor, "models": models, "folds": parts,
-                "left_out": list(self.left_out), "cutoff_hz": None if low_pass is None else low_pass.cutoff_hz, "seed": self.seed,
+                "left_out": list(self.left_out),
+                "seen_before": {name: list(units) for name, units in self.seen.items()},
+                "cutoff_hz": None if low_pass is None else low_pass.cutoff_hz, "seed": self.seed,
                 "config": self.config.model_dump(mode="json"),
                 "versions": versions() | {"campaign_sha256": digests[0] if len(digests) == 1 else digests}}
 
     def verdict(self) -> str:
-        """Return who won, in a sentence with numbers."""
+        """Return who won, in a sentence with numbers; where nobody explains the torques, it says that."""
         ranking = self.ranking()
         best = self.standings[ranking[0]].pooled.error
-        text = f"On recordings that no fit has seen, {ranking[0]} predicts the torques best: {100 * best:.1f} % error"
-        rival = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != ranking[0]), None)
-        if rival is not None:
-            other = self.standings[rival].pooled.error
-            text += f", {other / max(best, 1e-12):.1f} times better than {rival} ({100 * other:.1f} %)"
-        return text + (f"; a perfect model would leave {100 * self.noise_floor:.1f} %." if self.noise_floor is not None else ".")
+        if best > UNEXPLAINED:
+            text = (f"No model explains these torques: the best, {ranking[0]}, leaves {100 * best:.1f} % of them on recordings that no fit "
+                    "has seen")
+        else:
+            text = f"On recordings that no fit has seen, {ranking[0]} predicts the torques best: {100 * best:.1f} % error"
+            text += self._beside_rival(ranking[0], best)
+        text += f"; a perfect model would leave {100 * self.noise_floor:.1f} %" if self.noise_floor is not None else ""
+        left = sorted({name for units in self.seen.values() for name in units})
+        if left:
+            text += (f". Not compared on {counted(len(left), 'recording')} that {' and '.join(self.seen)} had seen before: "
+                     f"{', '.join(left[:4])}{', ...' if len(left) > 4 else ''}")
+        return text + "."
+
+    def _beside_rival(self, best_name: str, best: float) -> str:
+        """How much better the best is than a baseline that everybody knows."""
+        rival = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != best_name), None)
+        if rival is None:
+            return ""
+        other = self.standings[rival].pooled.error
+        ratio = other / max(best, 1e-12)
+        if ratio < MUCH:
+            return f", no better than {rival} ({100 * other:.1f} %) to speak of"
+        return f", {ratio:.1f} times better than {rival} ({100 * other:.1f} %)"
+
+    def following(self, campaign: str) -> str:
+        """Return the command that comes next: a diagnosis where much is left, else the model that won, made of all recordings."""
+        best_name = self.ranking()[0]
+        best = self.standings[best_name].pooled.error
+        if best > max(MANY_FLOORS * self.noise_floor if self.noise_floor is not None else LITTLE, LITTLE):
+            return f"nnhydro diagnose {campaign} --out diagnosis   (what is missing?)"
+        if best_name in BASELINES:
+            return f"nnhydro identify {campaign} --model {best_name} --out my_model   (of all recordings, for nnhydro predict)"
+        if best_name in ("network", "hybrid"):
+            return f"nnhydro train {campaign} --out my_model   (the hybrid on all recordings, for nnhydro predict)"
+        return f"nnhydro diagnose {campaign} --out diagnosis   (what does {best_name} know that the physics does not?)"
 
 
 def modelled(model: TorqueModel, segment: Segment) -> Array:
@@ -217,6 +253,27 @@ def _in_turn(split: Split, entered: Sequence[Contender], arm: Arm, how: Preparat
             report(label)
 
 
+def honest(split: Split, entered: Sequence[Contender]) -> tuple[Split, dict[str, tuple[str, ...]]]:
+    """Return `split` without the held-out units that one of `entered` has seen before, and which units each has seen.
+
+    Raises CampaignError where nothing is left on which all can be compared.
+    """
+    known = {contender.name: {i for i, unit in enumerate(split.units) if contender.seen & unit.content()}
+             for contender in entered if contender.seen}
+    every = set[int]().union(*known.values())
+    if not every:
+        return split, {}
+    folds = [replace(fold, held_out=tuple(i for i in fold.held_out if i not in every)) for fold in split.folds]
+    left = tuple(fold for fold in folds if fold.held_out)
+    seen = {name: tuple(split.units[i].name for i in sorted(units)) for name, units in known.items() if units}
+    if not left:
+        who, units = max(seen.items(), key=lambda one: len(one[1]))
+        raise CampaignError(f"{who}: has seen {len(units)} of the {len(split.units)} recordings here in its own fit ({', '.join(units[:4])}"
+                            f"{', ...' if len(units) > 4 else ''}), and no other is left to compare on: name the model "
+                            f"({', '.join(BASELINES)}) instead of its folder, or benchmark it on recordings that it has not seen")
+    return replace(split, folds=left), seen
+
+
 def _material(campaigns: tuple[Campaign, ...], config: TrainingConfig, fold_count: int, seed: int) -> Material:
     return Material(campaigns, tuple(campaign.plan(config.cutoff_hz) for campaign in campaigns),
                     tuple(group_names(campaign) for campaign in campaigns), fold_count, seed)
@@ -241,11 +298,11 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
     unusable = left_out(material)
     if report is not None and unusable:
         report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(unusable)}")
-    split = chosen.split(material)
+    split, seen = honest(chosen.split(material), entered)
     standings = {contender.name: Standing(contender.name) for contender in entered}
     rounds = _in_turn(split, entered, campaigns[0].arm, material.hows[0], report or (lambda text: None), workers)
     for (_, contender), standing in zip(product(split.folds, entered), rounds, strict=True):
         standings[contender.name].add(standing)
     floors = [floor.error for one, how in zip(campaigns, material.hows, strict=True) if (floor := noise_floor(one, how)) is not None]
     mean_floor = float(np.mean(floors)) if floors else None
-    return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable)
+    return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable, seen)

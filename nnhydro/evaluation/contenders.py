@@ -12,6 +12,7 @@ from nnhydro.identification.gradient_fit import Progress
 from nnhydro.identification.several_arms import calibrated_on
 from nnhydro.identification.train import train_units
 from nnhydro.models.baselines import BASELINES
+from nnhydro.models.seen import seen_by
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
@@ -26,10 +27,11 @@ Fit = Callable[[Sequence[Unit], Arm, Preparation, Progress | None], TorqueModel]
 @final
 @dataclass(frozen=True)
 class Contender:
-    """A model by name and the way to fit it to the units of a fold."""
+    """A model by name, the way to fit it to the units of a fold, and the contents (models/seen.py) that it has seen before."""
 
     name: str
     fit: Fit
+    seen: frozenset[str] = frozenset()
 
 
 def _physics(name: str) -> Contender:
@@ -38,9 +40,9 @@ def _physics(name: str) -> Contender:
 
 def _learned(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> Contender:
     own = config.model_copy(update={"model": name})
-    if name == "hybrid" and config.baseline != "auto" and config.baseline not in BASELINES:
-        _strange_model(Path(config.baseline), campaigns)
-    return Contender(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, own, progress=progress))
+    stored = name == "hybrid" and config.baseline != "auto" and config.baseline not in BASELINES
+    seen = seen_by(_stored_model(Path(config.baseline), campaigns)) if stored else frozenset[str]()
+    return Contender(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, own, progress=progress), seen or frozenset())
 
 
 def _rival(name: str, config: TrainingConfig) -> Contender:
@@ -48,20 +50,20 @@ def _rival(name: str, config: TrainingConfig) -> Contender:
     return Contender(name, lambda chosen, arm, how, progress: rivals()[name].fit(chosen, arm, how, own))
 
 
-def _strange_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
-    """Return the stored model in `folder`; raises ConfigError where it has seen one of the campaigns or is of another arm."""
+def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
+    """Return the model in `folder`; raises ConfigError where it is of another arm or does not say which recordings it has seen."""
     model = load_model(folder)
-    if model.fit.get("campaign_sha256") in {campaign.sha256() for campaign in campaigns}:
-        raise ConfigError(f"{folder}: was fitted to this very campaign, so no recording of it is held out: name the model "
-                          f"({', '.join((*BASELINES, *LEARNED))}) instead of its folder, or benchmark it on another campaign")
+    if seen_by(model) is None:
+        raise ConfigError(f"{folder}: does not say which recordings it has seen, so none here can be called new to it: make it again with "
+                          f"this version, or name the model ({', '.join((*BASELINES, *LEARNED))}) instead of its folder")
     if model.arm.n_links != campaigns[0].arm.n_links:
         raise ConfigError(f"{folder}: is a model of {model.arm.n_links} joint(s), the campaign's arm has {campaigns[0].arm.n_links}")
     return model
 
 
 def _stored(folder: Path, campaigns: Sequence[Campaign]) -> Contender:
-    model = _strange_model(folder, campaigns)
-    return Contender(folder.name, lambda chosen, arm, how, progress: model)
+    model = _stored_model(folder, campaigns)
+    return Contender(folder.name, lambda chosen, arm, how, progress: model, seen_by(model) or frozenset())
 
 
 def default_names(arm: Arm) -> tuple[str, ...]:

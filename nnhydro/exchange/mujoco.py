@@ -151,6 +151,7 @@ def mujoco_xml(model: TorqueModel) -> Exported:
     if not isinstance(model, StripTheory):
         raise ModelError(f"a {getattr(model, 'name', model.kind)} has no parameters that MuJoCo could hold: export its baseline, or "
                          "--format onnx for the whole of it")
+    require(not model.arm.sliding, "a linear axis is not written to MuJoCo files: export it as onnx", ModelError)
     rigid = next((term for term in model.loads.terms.values() if isinstance(term, RigidBody)), None)
     require(rigid is not None, "the model has no rigid body: MuJoCo needs masses", ModelError)
     assert rigid is not None

@@ -1,21 +1,10 @@
-"""Text files of the exchange, whole or not at all; arm.yaml as a person would write it: remarks on top, a line a link."""
+"""The text of arm.yaml as a person would write it: remarks on top, a line a link."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import yaml
 
-from nnhydro.errors import ConfigError
-from nnhydro.files import write_text
 from nnhydro.recordings.arm import Arm
-
-
-def write_file(out: Path, text: str) -> None:
-    """Write `text` to `out`, whole or not at all; raises ConfigError where that place cannot be written to."""
-    try:
-        write_text(out, text)
-    except OSError as cause:
-        raise ConfigError(f"--out {out}: cannot be written ({cause.strerror or cause}): name a file where you may write") from cause
 
 
 def arm_yaml(arm: Arm, remarks: Sequence[str] = ()) -> str:

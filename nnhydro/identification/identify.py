@@ -11,13 +11,17 @@ from numpy.typing import NDArray
 
 import nnhydro
 from nnhydro.errors import CampaignError, require
+from nnhydro.identification.absurdities import absurdities
 from nnhydro.identification.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.identification.prior import Prior, prior
 from nnhydro.identification.statistics import Statistics, columns_and_offset, of_segment, total
 from nnhydro.identification.travel_scale import has_travel_scale, with_best_travel_scale
 from nnhydro.models.baselines import Baseline, baseline
+from nnhydro.models.domain import DOMAIN, domain_of
+from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.water_pressure import WaterPressure
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
@@ -71,21 +75,32 @@ def correlation_times(loads: Loads, theta: Array, chosen: Sequence[Unit], arm: A
     return np.median(found, axis=0) if found else np.ones(arm.n_links)
 
 
-def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> tuple[Solution, list[Statistics], Prior]:
-    """Fit the linear parameters of `loads` to the units `chosen`; returns solution, statistics a unit, prior."""
+def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm, before: Prior | None = None) -> tuple[Solution, list[Statistics], Prior]:
+    """Fit the linear parameters of `loads` to the units `chosen`; returns solution, statistics a unit, prior.
+
+    `before` is what is known of the parameters; by default what arm.yaml says.
+    """
     blocks = [total([of_segment(loads, segment, arm) for segment in unit.segments()]) for unit in chosen if unit.segments()]
     if not blocks:
         raise CampaignError("no recording holds a stretch of finite rows long enough to fit: see nnhydro check")
-    before = prior(loads, arm)
+    before = prior(loads, arm) if before is None else before
     summed = total(blocks)
     first = fit(summed, before, np.ones(arm.n_links))
     correlation = correlation_times(loads, first.theta, chosen, arm)
     return fit(summed, before, correlation), blocks, before
 
 
+def with_measured_water(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads:
+    """Return `loads` and, where the motion of the water was recorded in one of the units, the pressure of its own acceleration."""
+    if arm.dry or "water_pressure" in loads.terms:
+        return loads
+    moving = any(segment.current is not None for unit in chosen for segment in unit.segments())
+    return loads.plus("water_pressure", WaterPressure()) if moving else loads
+
+
 def started(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
     """Return the baseline's terms before the linear fit; a travel scale, where it has one, is chosen for the units `chosen`."""
-    loads = chosen_baseline.start(arm)
+    loads = with_measured_water(chosen_baseline.start(arm), chosen, arm)
     return with_best_travel_scale(loads, chosen, arm).loads if has_travel_scale(loads) else loads
 
 
@@ -94,7 +109,7 @@ def calibrated(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how:
     loads = started(chosen_baseline, chosen, arm)
     if chosen_baseline.calibrated:
         loads = with_parameters(loads, fit_units(loads, chosen, arm)[0].theta)
-    return StripTheory(arm, how, {}, chosen_baseline.name, loads)
+    return StripTheory(arm, how, {SEEN: seen_record(chosen if chosen_baseline.calibrated else ())}, chosen_baseline.name, loads)
 
 
 def _notes(loads: Loads, solution: Solution, before: Prior) -> list[str]:
@@ -143,13 +158,18 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
     how = campaign.plan(cutoff_hz)
     all_units = units(campaign, how, seed)
     loads = started(chosen, all_units, campaign.arm)
-    record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions()}
+    record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
+                              SEEN: seen_record(all_units if chosen.calibrated else ())}
     if chosen.calibrated:
         solution, blocks, before = fit_units(loads, all_units, campaign.arm)
         loads = with_parameters(loads, solution.theta)
-        record["parameters"] = {e.name: e.document() for e in estimates(loads, solution, blocks, before, seed)}
+        found = estimates(loads, solution, blocks, before, seed)
+        record["parameters"] = {e.name: replace(e, unit=campaign.arm.text(e.unit)).document() for e in found}
         record["rms_residual_Nm"] = solution.rms.tolist()
         record["condition_number"] = solution.condition
         record["last_change"] = solution.last_change  # of the residuals in the last round: a few per cent at the most
         record["recordings"] = len(blocks)
+        record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
+        domain = domain_of(all_units, campaign.arm)
+        record[DOMAIN] = None if domain is None else domain.document()
     return replace(StripTheory(campaign.arm, how, {}, model, loads), fit=record)

@@ -1,6 +1,7 @@
 """What is known before the recordings: Gaussian priors on the linear parameters.
 
 Inertial parameters deviate from arm.yaml along the directions of features/body_columns.py, one standard deviation each.
+Friction and rotor inertia that arm.yaml states deviate by what it says they are known to (models/stated_terms.py).
 Coefficients of the water keep a wide prior (standard deviation 1), which only speaks where the motions do not excite them.
 Fits work on theta = mean + F z with z ~ N(0, 1): what is exactly known has no direction in F.
 """
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.features.body_columns import inertial_directions
+from nnhydro.models.stated_terms import stated_values
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LinearTerm
 from nnhydro.physics.loads.rigid_body import RigidBody
@@ -32,8 +34,13 @@ class Prior:
     highest: Array  # (r,)
 
 
-def _of_term(term: LinearTerm, arm: Arm) -> Prior:
+def _of_term(term: LinearTerm, arm: Arm, sd: Array | None = None) -> Prior:
+    """The prior of one term; `sd` (p,) where its values are known to that."""
     mean = term.linear_values().numpy()
+    if sd is not None:
+        free = sd > 0
+        low, high = np.array(term.linear_bounds())[free].reshape(-1, 2).T
+        return Prior(mean, np.diag(sd)[:, free], (low - mean[free]) / sd[free], (high - mean[free]) / sd[free])
     if isinstance(term, RigidBody):
         F = inertial_directions(arm)
         return Prior(mean, F, np.full(F.shape[1], -np.inf), np.full(F.shape[1], np.inf))
@@ -45,7 +52,8 @@ def prior(loads: Loads, arm: Arm) -> Prior:
     """Return the prior of all linear parameters of `loads`, in the order of their columns."""
     from scipy.linalg import block_diag
 
-    parts = [_of_term(term, arm) for term in loads.linear().values()]
+    stated = stated_values(arm)
+    parts = [_of_term(term, arm, stated[name][1] if name in stated else None) for name, term in loads.linear().items()]
     if not parts:
         return Prior(np.zeros(0), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
     return Prior(np.concatenate([p.mean for p in parts]), block_diag(*[p.F for p in parts]),

@@ -18,6 +18,7 @@ from nnhydro.identification.prior import prior
 from nnhydro.identification.statistics import Statistics, block, columns_and_offset, total
 from nnhydro.models.baselines import Baseline
 from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
@@ -104,5 +105,5 @@ def calibrated_on(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, h
         return calibrated(chosen_baseline, chosen, arm, how)
     first = arm_of(chosen[0], arm)
     loads = started(chosen_baseline, [unit for unit in chosen if arm_of(unit, arm) == first], first)
-    return StripTheory(arm, how, {}, chosen_baseline.name,
+    return StripTheory(arm, how, {SEEN: seen_record(chosen if chosen_baseline.calibrated else ())}, chosen_baseline.name,
                        fit_shared(loads, chosen, arm) if chosen_baseline.calibrated else loads_on(loads, arm))

@@ -19,8 +19,10 @@ from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import calibrated_on, on_arm
 from nnhydro.identification.training_rows import CHUNK, Rows, law_of, rows_and_linear, standardised, torque_rms, watched_units
 from nnhydro.models.baselines import BASELINES, baseline
+from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
+from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.storage import load_model
 from nnhydro.models.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
@@ -82,7 +84,8 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         save = None if checkpoint is None else lambda state: state.save(checkpoint)
         ensemble = gradient_fit(layout, rows, watched, config, state, save, progress)
         record: dict[str, Any] = {"config": config.model_dump(mode="json"), "epochs": state.epoch, "best_epoch": state.best_epoch.tolist(),
-                                  "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen]}
+                                  "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen],
+                                  SEEN: seen_record(chosen, base)}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)))
         return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
@@ -93,5 +96,8 @@ def train(campaign: Campaign, config: TrainingConfig | None = None, checkpoint: 
     """Return a network or hybrid trained on all recordings of `campaign` (a share of them watched for early stopping)."""
     config = config or TrainingConfig()
     how = campaign.plan(config.cutoff_hz)
-    model = train_units(units(campaign, how, config.seed, group_names(campaign)), campaign.arm, how, config, checkpoint, progress)
-    return replace(model, fit={**model.fit, "campaign_sha256": campaign.sha256(), "versions": versions()})
+    chosen = units(campaign, how, config.seed, group_names(campaign))
+    model = train_units(chosen, campaign.arm, how, config, checkpoint, progress)
+    domain = domain_of(chosen, campaign.arm)
+    return replace(model, fit={**model.fit, "campaign_sha256": campaign.sha256(), "versions": versions(),
+                               DOMAIN: None if domain is None else domain.document()})

@@ -1,10 +1,11 @@
-"""The analytic baselines by name, as the contract defines them."""
+"""The analytic baselines by name, as the contract defines them; what arm.yaml states of friction and drives is part of each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
 from nnhydro.errors import ConfigError
+from nnhydro.models.stated_terms import with_stated
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
@@ -24,17 +25,22 @@ class Baseline:
     calibrated: bool
 
 
+def _dry(arm: Arm) -> Loads:
+    return with_stated(Loads({"rigid_body": RigidBody.of_arm(arm)}), arm)
+
+
 def _water(arm: Arm, C_D: float, C_M: float | None) -> Loads:
     loads = Loads({"rigid_body": RigidBody.of_arm(arm), "normal_drag": NormalDrag((C_D,) * arm.n_links)})
-    return loads if C_M is None else loads.plus("added_mass", AddedMass((C_M,) * arm.n_links))
+    return with_stated(loads if C_M is None else loads.plus("added_mass", AddedMass((C_M,) * arm.n_links)), arm)
 
 
 BASELINES = {b.name: b for b in (
-    Baseline("rigid", "the dry arm: no water", lambda arm: Loads({"rigid_body": RigidBody.of_arm(arm)}), calibrated=True),
+    Baseline("rigid", "the dry arm: no water", _dry, calibrated=True),
     Baseline("textbook", "strip theory with Cd = 1.2, Cm = 1", lambda arm: _water(arm, 1.2, 1.0), calibrated=False),
     Baseline("drag-only", "strip theory with Cd = 1.1, no added mass", lambda arm: _water(arm, 1.1, None), calibrated=False),
     Baseline("constant", "strip theory with one fitted Cd and Cm a link", lambda arm: _water(arm, 1.1, 0.8), calibrated=True),
-    Baseline("state", "strip theory with fitted Cd(s/D), Cm(s/D): McLain & Rock's state-dependent model", state_loads, calibrated=True),
+    Baseline("state", "strip theory with fitted Cd(s/D), Cm(s/D): McLain & Rock's state-dependent model",
+             lambda arm: with_stated(state_loads(arm), arm), calibrated=True),
 )}
 
 

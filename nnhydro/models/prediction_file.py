@@ -1,26 +1,28 @@
 """Write predicted torques as the contract's CSV."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from nnhydro.conventions import TIME, column
-from nnhydro.errors import ConfigError
-from nnhydro.files import write_text
+from nnhydro.files import write_own
 from nnhydro.models.prediction import Prediction
 
 
-def write_prediction(prediction: Prediction, path: Path) -> Path:
-    """Write t_s, tau1_Nm, ... (and tau1_std_Nm, ... where known) to `path`, whole or not at all; times keep every digit."""
+def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] = ()) -> Path:
+    """Write t_s, tau1_Nm, ... (tau1_std_Nm, ... and outside where known) to `path`, whole or not at all; times keep every digit.
+
+    Raises ConfigError where `path` is one of the `inputs` or another file that nnhydro did not write.
+    """
     joints = range(1, prediction.tau.shape[1] + 1)
-    names = [TIME, *(column("tau", j) for j in joints)]
+    names = [TIME, *(column("tau", j, prediction.sliding) for j in joints)]
     values = [prediction.t, *prediction.tau.T]
     if prediction.std is not None:
-        names += [column("tau_std", j) for j in joints]
+        names += [column("tau_std", j, prediction.sliding) for j in joints]
         values += [*prediction.std.T]
+    if prediction.outside is not None:
+        names.append("outside")
+        values.append(prediction.outside)
     rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
-    try:
-        write_text(path, "\n".join([",".join(names), *rows]) + "\n")
-    except OSError as cause:
-        raise ConfigError(f"{path}: cannot be written ({cause.strerror or cause}): name a folder that you may write to") from cause
-    return path
+    return write_own(path, "\n".join([",".join(names), *rows]) + "\n", inputs)

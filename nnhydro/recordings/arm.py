@@ -1,13 +1,13 @@
 """The arm: geometry, masses, fluid and drive, as arm.yaml states them beforehand."""
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from nnhydro.conventions import SCHEMA_ARM
+from nnhydro.conventions import SCHEMA_ARM, column, joint_text
 from nnhydro.errors import ArmError
 from nnhydro.recordings.validation import Settings, validated
 from nnhydro.recordings.yaml_file import read_yaml
@@ -45,12 +45,44 @@ class Drive(Settings):
     kind: Literal["direct", "remote"] = "direct"
     pulley_ratio: float = Field(default=1.0, gt=0, le=100)
     angle2: Literal["relative", "absolute"] = "relative"
+    rotor_inertia_kg_m2: tuple[Annotated[float, NonNegative], ...] | None = None  # one a joint, as felt there; None: not stated
+    known_to: float = Field(default=0.1, ge=0, le=1)  # relative standard uncertainty of the rotor inertias
 
     @model_validator(mode="after")
     def _belt_only_where_remote(self) -> "Drive":
         if self.kind == "direct" and (self.angle2 == "absolute" or self.pulley_ratio != 1.0):
             raise ValueError("pulley_ratio and angle2: absolute belong to a belt: write 'kind: remote', or remove them")
         return self
+
+
+class Friction(Settings):
+    """Friction of one joint, known beforehand: Coulomb level in N m and viscous coefficient in N m s/rad (N and N s/m where it slides).
+
+    `known_to` is their relative standard uncertainty: calibration may move them within it.
+    """
+
+    coulomb_torque: float | None = Field(default=None, alias="coulomb_Nm", ge=0, le=1e6)
+    viscous_torque: float | None = Field(default=None, alias="viscous_Nm_s", ge=0, le=1e6)
+    coulomb_force: float | None = Field(default=None, alias="coulomb_N", ge=0, le=1e6)
+    viscous_force: float | None = Field(default=None, alias="viscous_N_s_m", ge=0, le=1e6)
+    known_to: float = Field(default=0.1, ge=0, le=1)
+
+    @property
+    def coulomb(self) -> float | None:
+        """The Coulomb level, None where it is not stated."""
+        return self.coulomb_torque if self.coulomb_torque is not None else self.coulomb_force
+
+    @property
+    def viscous(self) -> float | None:
+        """The viscous coefficient, None where it is not stated."""
+        return self.viscous_torque if self.viscous_torque is not None else self.viscous_force
+
+
+class Joint(Settings):
+    """How a joint moves: it turns (`revolute`), or slides along the direction `direction_rad` from +X (`prismatic`: a linear axis)."""
+
+    type: Literal["revolute", "prismatic"] = "revolute"
+    direction_rad: float = Field(default=0.0, ge=-10, le=10)
 
 
 class Link(Settings):
@@ -68,8 +100,14 @@ class Link(Settings):
     gear: Gear | None = None
 
 
+def _slides(joints: Any) -> bool:
+    """Whether one of the joints, as they are stated or as they were read, is prismatic."""
+    stated = joints if isinstance(joints, list | tuple) else ()
+    return any((one.get("type") if isinstance(one, dict) else getattr(one, "type", "")) == "prismatic" for one in stated)
+
+
 class Arm(Settings):
-    """A planar serial arm of revolute links, the water it moves in and its drive."""
+    """A planar serial arm of revolute links (or one carriage on a linear axis), the water it moves in and its drive."""
 
     schema_: Literal["nnhydro/arm/1"] = Field(default=SCHEMA_ARM, alias="schema")
     name: str = Field(default="arm", max_length=200)
@@ -78,7 +116,21 @@ class Arm(Settings):
     drive: Drive = Drive()
     gear: Gear | None = None
     parallel_distance_m: float = Field(default=0.0, ge=0, le=100)
+    joints: tuple[Joint, ...] | None = Field(default=None, max_length=10)
+    friction: tuple[Friction, ...] | None = Field(default=None, max_length=10)
     links: tuple[Link, ...] = Field(min_length=1, max_length=10)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _carriage_needs_no_shape(cls, value: Any) -> Any:
+        """Fill in what a dry carriage on a linear axis has no use for: the shape of its link."""
+        if not (isinstance(value, dict) and _slides(value.get("joints")) and isinstance(value.get("links"), list | tuple)):
+            return value
+        fluid = value.get("fluid")
+        dry = isinstance(fluid, dict) and fluid.get("density_kg_m3") == 0
+        shape = {"length_m": 1.0, "diameter_m": 0.1} if dry else {}
+        whole = {"com_m": 0.0, "inertia_kg_m2": 0.0, **shape}
+        return {**value, "links": [{**whole, **link} if isinstance(link, dict) else link for link in value["links"]]}
 
     @field_validator("drive", mode="before")
     @classmethod
@@ -90,6 +142,49 @@ class Arm(Settings):
         if self.drive.kind == "remote" and len(self.links) != 2:
             raise ValueError(f"a remote (belt) drive is defined for two links, this arm has {len(self.links)}: use 'drive: direct'")
         return self
+
+    @model_validator(mode="after")
+    def _one_entry_a_joint(self) -> "Arm":
+        for key, given in (("joints", self.joints), ("friction", self.friction),
+                           ("drive.rotor_inertia_kg_m2", self.drive.rotor_inertia_kg_m2)):
+            if given is not None and len(given) != len(self.links):
+                raise ValueError(f"{key} has {len(given)} entries for {len(self.links)} joints: give one for each, in order")
+        return self
+
+    @model_validator(mode="after")
+    def _linear_axis_alone(self) -> "Arm":
+        if not _slides(self.joints):
+            if any(one.coulomb_force is not None or one.viscous_force is not None for one in self.friction or ()):
+                raise ValueError("friction of a joint that turns is coulomb_Nm and viscous_Nm_s: rename coulomb_N and viscous_N_s_m")
+            return self
+        if any(one.coulomb_torque is not None or one.viscous_torque is not None for one in self.friction or ()):
+            raise ValueError("friction of a linear axis is coulomb_N and viscous_N_s_m: rename coulomb_Nm and viscous_Nm_s")
+        if len(self.links) != 1:
+            raise ValueError("a prismatic joint is understood where it is the only one (a linear axis): describe each axis as an arm of "
+                             "its own")
+        if self.drive.kind == "remote":
+            raise ValueError("a linear axis has no belt to a second joint: use 'drive: direct'")
+        if self.links[0].com_m != 0 or self.links[0].inertia_kg_m2 != 0:
+            raise ValueError("on a linear axis only the moving mass counts: remove com_m and inertia_kg_m2 of the link")
+        return self
+
+    @property
+    def sliding(self) -> bool:
+        """True for a linear axis: its joint reads m and N."""
+        return _slides(self.joints)
+
+    @property
+    def direction_rad(self) -> float:
+        """Direction of travel of a linear axis, from +X."""
+        return self.joints[0].direction_rad if self.joints else 0.0
+
+    def column(self, channel: str, joint: int | None = None) -> str:
+        """Name of the column of `channel` in recordings of this arm, `joint` counted from 1."""
+        return column(channel, joint, self.sliding)
+
+    def text(self, text: str) -> str:
+        """Return `text` (a unit, a sentence) about this arm's joints in their own units."""
+        return joint_text(text, self.sliding)
 
     @property
     def n_links(self) -> int:

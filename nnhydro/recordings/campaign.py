@@ -1,20 +1,27 @@
 """A campaign: the arm and its recordings, read one at a time so that memory stays flat as recordings grow."""
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 from nnhydro.errors import CampaignError, RecordingError
 from nnhydro.recordings.arm import Arm, read_arm
+from nnhydro.recordings.content_hash import content_sha256
 from nnhydro.recordings.preprocessing import Preparation, plan, prepare, steady_segment
 from nnhydro.recordings.readers.column_map import FILE, ColumnMap, read_column_map
 from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable, read_recording, read_steady
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
+from nnhydro.stamp import is_system_file
 
+T = TypeVar("T")
+R = TypeVar("R")
+
+ARM_FILES = ("arm.yaml", "arm.yml")
+SHORT, MOST = 60, 6  # characters of a further message, messages that are listed
 CACHED_SAMPLES = 2_000_000  # about 100 MB: recordings beyond that are read again from disk when they are needed again
 
 
@@ -34,6 +41,7 @@ class Campaign:
     map_sha256: str = ""  # of the column mapping that the files were read through, "" where there is none
     _cache: dict[str, Recording] = field(default_factory=dict, repr=False)
     _seen: dict[str, str] = field(default_factory=dict, repr=False)  # sha256 of each recording when it was first read
+    _content: dict[str, str] = field(default_factory=dict, repr=False)  # sha256 of what each recording holds
 
     def __getstate__(self) -> dict[str, Any]:
         """What goes to another process: recordings that were read are read there again, from their files."""
@@ -66,15 +74,20 @@ class Campaign:
             self._cache[name] = recording
         return self._cache[name]
 
+    def content(self, name: str) -> str:
+        """Return the sha256 of what the recording called `name` holds (content_hash.py); it is read where it was not yet."""
+        if name not in self._content:
+            self._content[name] = content_sha256(self.load(name))
+        return self._content[name]
+
     def recordings(self) -> Iterator[Recording]:
         """Yield the recordings one at a time."""
         for name in self.names:
             yield self.load(name)
 
     def verify(self) -> None:
-        """Read every recording once; raises RecordingError at the first that cannot be used."""
-        for _ in self.recordings():
-            pass
+        """Read every recording once; raises one RecordingError that lists all that cannot be used."""
+        every_one(self.names, self.load)
 
     def plan(self, cutoff_hz: float | None = None) -> Preparation:
         """Return how this campaign's recordings are prepared (filter and cut-off); see `preprocessing.plan`."""
@@ -99,6 +112,36 @@ class Campaign:
         return digest.hexdigest()
 
 
+def _short(line: str) -> str:
+    """The beginning of a message, without the folders of the path that it names."""
+    where, _, what = line.partition(": ")
+    bare = f"{where.rpartition('/')[2]}: {what}"
+    return bare if len(bare) <= SHORT else f"{bare[:SHORT]} ..."
+
+
+def every_one(names: Sequence[T], load: Callable[[T], R]) -> list[R]:
+    """Return what `load` gives for every name; raises one RecordingError that lists all that cannot be used, the first with its remedy."""
+    found, wrong = list[R](), list[str]()
+    for name in names:
+        try:
+            found.append(load(name))
+        except RecordingError as cause:
+            wrong.append(str(cause))
+    if wrong:
+        more = f" (and {len(wrong) - 1} more of {len(names)} files: {'; '.join(_short(line) for line in wrong[1:MOST])}"
+        more += f"{'; ...' if len(wrong) > MOST else ''})"
+        raise RecordingError(wrong[0] + (more if len(wrong) > 1 else ""))
+    return found
+
+
+def arm_file(root: Path) -> Path | None:
+    """Return the file that describes the arm of the campaign in `root`, arm.yaml or arm.yml; None where there is none."""
+    there = [root / name for name in ARM_FILES if (root / name).is_file()]
+    if len(there) > 1:
+        raise CampaignError(f"{root}: has both {there[0].name} and {there[1].name}: remove one")
+    return there[0] if there else None
+
+
 def _files(folder: Path) -> dict[str, Path]:
     """Recordings in `folder` by name; hidden files are passed over. Raises where two share a name or a file is of another kind."""
     found: dict[str, Path] = {}
@@ -107,7 +150,7 @@ def _files(folder: Path) -> dict[str, Path]:
             raise CampaignError(f"{folder}: is a file: it must be the folder that holds the runs")
         return found
     for path in sorted(folder.iterdir()):
-        if path.name.startswith("."):
+        if path.name.startswith(".") or is_system_file(path.name):
             continue
         if path.is_dir() and not is_bag_folder(path):
             raise CampaignError(f"{path}: is a folder: move its files up into {folder.name}/, or start its name with a dot to leave it out")
@@ -136,17 +179,18 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     `column_map` is a mapping of foreign columns (YAML); by default columns.yaml in `root`, where there is one.
     """
     _require_folder(root)
-    if not (root / "arm.yaml").is_file():
-        inside = sorted(path.parent.name for path in root.glob("*/arm.yaml"))
+    described = arm_file(root)
+    if described is None:
+        inside = sorted(path.name for path in root.iterdir() if path.is_dir() and arm_file(path) is not None)
         hint = f"it holds the campaigns {', '.join(inside[:5])}: give one of them" if inside else \
             f"write one (the README shows it), or make it from a URDF: nnhydro arm FILE.urdf --out {root / 'arm.yaml'}"
         raise CampaignError(f"{root}: has no arm.yaml: {hint}")
-    arm = read_arm(root / "arm.yaml")
+    arm = read_arm(described)
     beside = root / FILE if (root / FILE).is_file() else None
     given = column_map or beside
     mapping: ColumnMap | None = None if given is None else read_column_map(given)
     files = _files(root / "recordings")
-    steady = tuple(read_steady(path, arm, mapping) for path in _files(root / "steady").values())
+    steady = tuple(every_one(tuple(_files(root / "steady").values()), lambda path: read_steady(path, arm, mapping)))
     if not files and not steady:
         raise CampaignError(f"{root}: holds neither recordings nor steady runs: put the logs into recordings/ there, one file a run "
                             f"({', '.join(FORMATS)}), or a table of steady runs, one row a run, into steady/")
@@ -162,9 +206,10 @@ def verified(root: Path, column_map: Path | None = None) -> Campaign:
 
 def inner_campaigns(root: Path) -> tuple[Path, ...]:
     """Return the folders of the campaigns inside `root`, in order; none where `root` is a campaign itself."""
-    if (root / "arm.yaml").is_file() or not root.is_dir():
+    if not root.is_dir() or arm_file(root) is not None:
         return ()
-    return tuple(sorted(path.parent for path in root.glob("*/arm.yaml") if not path.parent.name.startswith(".")))
+    folders = (path for path in root.iterdir() if path.is_dir() and not (path.name.startswith(".") or is_system_file(path.name)))
+    return tuple(sorted(path for path in folders if arm_file(path) is not None))
 
 
 def open_campaigns(root: Path, column_map: Path | None = None) -> tuple[Campaign, ...]:

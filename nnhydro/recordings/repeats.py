@@ -49,7 +49,7 @@ class Spread:
 
 
 def _motion(r: Recording) -> Array | None:
-    """Angles and carriage speed (links + 1, GRID) over the whole recording; None where it is unusable."""
+    """Angles, speeds of carriage, base and water (channels, GRID) over the whole recording; None where it is unusable."""
     usable = stretches(r)
     if not usable:
         return None
@@ -57,6 +57,7 @@ def _motion(r: Recording) -> Array | None:
     t = np.asarray(r.t[good])
     grid = np.linspace(t[0], t[-1], GRID)
     channels = [*r.q.T, np.zeros(len(r)) if r.u0 is None else r.u0]
+    channels += [x for pair in (r.base, r.current) for x in (np.zeros((2, len(r))) if pair is None else pair.T)]
     return np.array([np.interp(grid, t, x[good]) for x in channels])
 
 
@@ -82,6 +83,21 @@ def repeated_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(names) for *_, names in leaders if len(names) > 1)
 
 
+def copied_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
+    """Return groups of two or more recordings that hold the same numbers: copies of one run, which repeat nothing."""
+    groups: dict[str, list[str]] = {}
+    for name in campaign.names:
+        groups.setdefault(campaign.content(name), []).append(name)
+    return tuple(tuple(names) for names in groups.values() if len(names) > 1)
+
+
+def independent(campaign: Campaign, groups: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
+    """Return the groups of repeats with one recording of each set of copies; groups of one are left out."""
+    kept = ({campaign.content(name): name for name in reversed(group)} for group in groups)
+    return tuple(tuple(name for name in group if name in set(only.values())) for group, only in zip(groups, kept, strict=True)
+                 if len(only) > 1)
+
+
 def group_names(campaign: Campaign) -> dict[str, str]:
     """Return {recording: name of its group} for `splitting.units`: recordings that repeat a motion share a fold."""
     return {name: group[0] for group in repeated_recordings(campaign) for name in group}
@@ -89,7 +105,7 @@ def group_names(campaign: Campaign) -> dict[str, str]:
 
 def repeated_rows(table: SteadyTable) -> tuple[tuple[int, ...], ...]:
     """Return groups of two or more rows of a steady table at the same state."""
-    state = np.round(np.column_stack([table.q, table.qd, table.u0]) / SAME_STEADY).astype(np.int64)
+    state = np.round(table.state / SAME_STEADY).astype(np.int64)
     _, which = np.unique(state, axis=0, return_inverse=True)
     groups: dict[int, list[int]] = {}
     for row, key in enumerate(which.ravel()):
@@ -141,9 +157,10 @@ def expected_noise(r: Recording, how: Preparation) -> Array:
 def noise_floor(campaign: Campaign, how: Preparation) -> NoiseFloor | None:
     """Return what the repeats of a campaign say about its noise; None where nothing was repeated.
 
-    `error` is the score of a perfect model: sum |noise| / sum |tau| over rows and joints, as benchmarks pool them.
+    `error` is the score of a perfect model: sum |noise| / sum |tau| over rows and joints, as benchmarks pool them. Copies of one file are
+    no repeats: they would say that there is no noise.
     """
-    groups = repeated_recordings(campaign)
+    groups = independent(campaign, repeated_recordings(campaign))
     spreads = [found for group in groups if (found := scatter(campaign, group, how)) is not None]
     steady = 0
     for table in campaign.steady:

@@ -14,6 +14,7 @@ import numpy as np
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.content_hash import steady_sha256
 from nnhydro.recordings.preprocessing import Preparation, steady_segment
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.segment import Segment
@@ -36,20 +37,28 @@ class Unit:
     steady: bool
     segments: Callable[[], tuple[Segment, ...]]
     arm: Arm | None = None
+    content: Callable[[], frozenset[str]] = frozenset  # sha256 of the recordings and steady runs in it, content_hash.py
+
+
+def steady_unit(table: SteadyTable, name: str) -> Unit:
+    """Return one unit of all runs of `table`."""
+    return Unit(name, name, True, partial(tuple, [steady_segment(table)]), content=partial(frozenset, steady_sha256(table)))
+
+
+def _one(campaign: Campaign, name: str) -> frozenset[str]:
+    return frozenset({campaign.content(name)})
 
 
 def _steady_units(table: SteadyTable, seed: int) -> list[Unit]:
     """Groups of runs of one table; runs at the same state stay together."""
-    state = np.round(np.column_stack([table.q, table.qd, table.u0]) / SAME).astype(np.int64)
+    state = np.round(table.state / SAME).astype(np.int64)
     _, which = np.unique(state, axis=0, return_inverse=True)
     states = int(which.max()) + 1
     count = min(STEADY_UNITS, states)
     unit_of_state = np.random.default_rng(seed).permutation(states) % count
     found: list[Unit] = []
     for number in range(count):
-        segment = steady_segment(table.rows(unit_of_state[which.ravel()] == number))
-        name = f"{table.name}#{number + 1}"
-        found.append(Unit(name, name, True, partial(tuple, [segment])))
+        found.append(steady_unit(table.rows(unit_of_state[which.ravel()] == number), f"{table.name}#{number + 1}"))
     return found
 
 
@@ -75,7 +84,8 @@ class Prepared:
 def units(campaign: Campaign, how: Preparation, seed: int = 0, groups: dict[str, str] | None = None) -> tuple[Unit, ...]:
     """Return the units of a campaign; `groups` gives recordings that repeat each other a common name (each its own by default)."""
     prepared = Prepared(campaign, how)
-    found = [Unit(name, (groups or {}).get(name, name), False, partial(prepared, name)) for name in campaign.names]
+    found = [Unit(name, (groups or {}).get(name, name), False, partial(prepared, name), content=partial(_one, campaign, name))
+             for name in campaign.names]
     for table in campaign.steady:
         found += _steady_units(table, seed)
     return tuple(found)

@@ -63,6 +63,11 @@ def drawn(figure: "Figure") -> str:
     return text.getvalue()
 
 
+def paths_of(stem: Path) -> list[Path]:
+    """Return the files that `save_figure` writes, the picture first."""
+    return [stem.with_suffix(kind) for kind in (*KINDS, ".csv")]
+
+
 def save_figure(figure: "Figure", stem: Path) -> list[Path]:
     """Write the figure as `stem`.png, .svg and .csv, each whole or not at all; returns the paths, the picture first."""
     from matplotlib import rc_context

@@ -21,7 +21,7 @@ def _values(model: StripTheory) -> dict[str, dict[str, Any]]:
             values = getattr(term, field.name)
             for number, value in enumerate(values, 1):
                 label = f"{name}.{field.name}[{number}]" if len(values) > 1 else f"{name}.{field.name}"
-                found[label] = {"value": value, "unit": field.metadata["unit"]}
+                found[label] = {"value": value, "unit": model.arm.text(field.metadata["unit"])}
     return found
 
 
@@ -51,9 +51,10 @@ def told(model: TorqueModel) -> str:
     name, joints, low_pass = getattr(model, "name", model.kind), model.arm.n_links, model.preparation.low_pass
     text = f"{name}{f' on {base}' if base else ''}, {joints} joint{'s' if joints > 1 else ''}"
     text += "" if low_pass is None else f", low-passed at {low_pass.cutoff_hz:.3g} Hz"
+    say = model.arm.text
     if isinstance(model, StripTheory) and "rms_residual_Nm" in model.fit:
         left = ", ".join(f"{x:.3g}" for x in model.fit["rms_residual_Nm"])
-        return f"{text}; leaves {left} N m (rms, joint by joint) on the {model.fit['recordings']} recordings it was fitted to."
+        return f"{text}; leaves {left} {say('N m')} (rms, joint by joint) on the {model.fit['recordings']} recordings it was fitted to."
     if "best_epoch" in model.fit:
         best = ", ".join(f"{epoch:g}" for epoch in model.fit["best_epoch"])
         return f"{text}; trained for {model.fit['epochs']} epochs, best at {best} (one a member)."

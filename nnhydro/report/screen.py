@@ -83,6 +83,11 @@ def show(sheet: Sheet) -> None:
     table(sheet.title, sheet.headings(), sheet.rows(), [column.words for column in sheet.columns])
 
 
+def without_bulk(record: dict[str, Any]) -> dict[str, Any]:
+    """Return how a model came about without what fills pages: the points of its domain."""
+    return {key: value for key, value in record.items() if key != "domain"}
+
+
 def emit(document: Any) -> None:
     """Print `document` as JSON."""
     from nnhydro.files import json_text

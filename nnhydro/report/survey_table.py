@@ -57,6 +57,8 @@ def _print_recordings(found: Survey) -> None:
         show(recordings_sheet(found, SHOWN))
     if len(found.entries) > SHOWN:
         say(f"... and {len(found.entries) - SHOWN} more recordings.")
+    for step, count in Counter(step for entry in found.entries for step in dict.fromkeys(entry.steps)).items():
+        say(f"Read: {step}{'' if len(found.entries) == 1 else f' (in {count} of {len(found.entries)})'}.")
     for name, runs in found.tables:
         say(f"Steady table {name}: {_plural(runs, 'run')}{f', {odd[name]} oddities' if odd[name] else ''}.")
 
@@ -99,7 +101,16 @@ def print_survey(found: Survey, campaign: str) -> None:
     for line in merged(found.oddities):
         say(line)
     _print_arm(found)
-    conclude(verdict(found), following="" if found.errors else f"nnhydro benchmark {campaign} --out compared")
+    conclude(verdict(found), following=following(found, campaign))
+
+
+def following(found: Survey, campaign: str) -> str:
+    """Return what comes next: mending what looks wrong, else a comparison of models, else a fit where nothing can be held out."""
+    if any(oddity.severity in ("error", "warning") for oddity in found.oddities):
+        return f"mend what is named above, then nnhydro check {campaign}"
+    if len(found.entries) + len(found.tables) < 2:
+        return f"nnhydro identify {campaign} --out my_model   (one recording: nothing can be held out)"
+    return f"nnhydro benchmark {campaign} --out compared"
 
 
 def document(found: Survey, campaign: str) -> dict[str, Any]:

@@ -126,7 +126,7 @@ def _motion_columns(run: Run, arm: Arm, sensors: Sensors, t: Array) -> dict[str,
         given["qd"] = channels(np.asarray(CubicHermiteSpline(run.t, s.qd, s.qdd)(t)), arm)
     if sensors.accelerations:
         given["qdd"] = channels(np.column_stack([np.interp(t, run.t, x) for x in s.qdd.T]), arm)
-    out = {TIME: t, **{column(key, j + 1): x[:, j] for key, x in given.items() for j in range(arm.n_links)}}
+    out = {TIME: t, **{arm.column(key, j + 1): x[:, j] for key, x in given.items() for j in range(arm.n_links)}}
     if s.u0.any():
         out[column("u0")] = np.interp(t, run.t, s.u0)
         if sensors.accelerations:
@@ -142,4 +142,4 @@ def record(run: Run, arm: Arm, sensors: Sensors, substeps: int, rng: np.random.G
     noisy = clean + sensors.noise_std(clean) * rng.standard_normal(clean.shape)
     keep = _kept(t, sensors, rng)
     motion = {name: x[keep] for name, x in _motion_columns(run, arm, sensors, t).items()}
-    return Recorded(run.name, motion, {column("tau", j + 1): noisy[keep, j] for j in range(arm.n_links)}, clean[keep])
+    return Recorded(run.name, motion, {arm.column("tau", j + 1): noisy[keep, j] for j in range(arm.n_links)}, clean[keep])

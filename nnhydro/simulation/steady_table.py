@@ -35,8 +35,8 @@ def steady_table(runs: SteadyRuns, arm: Arm, loads: Loads, sensors: Sensors, sam
     mean = clean + std / np.sqrt(samples) * rng.standard_normal(clean.shape)
     scatter = std * np.sqrt(rng.chisquare(samples - 1, clean.shape) / (samples - 1))
     given = {"q": channels(state.q, arm), "qd": channels(state.qd, arm)}
-    motion = {column(key, j + 1): x[:, j] for key, x in given.items() for j in range(arm.n_links)}
-    torque = {column("tau", j + 1): mean[:, j] for j in range(arm.n_links)}
+    motion = {arm.column(key, j + 1): x[:, j] for key, x in given.items() for j in range(arm.n_links)}
+    torque = {arm.column("tau", j + 1): mean[:, j] for j in range(arm.n_links)}
     if std.any():
-        torque |= {column("tau_std", j + 1): scatter[:, j] for j in range(arm.n_links)}
+        torque |= {arm.column("tau_std", j + 1): scatter[:, j] for j in range(arm.n_links)}
     return Recorded(runs.name, {**motion, column("u0"): state.u0}, torque, clean)

@@ -8,6 +8,7 @@ import pytest
 from nnhydro.cli.main import run
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.effect import REGISTER
+from nnhydro.stamp import STAMP
 
 PLUGIN = '''
 from dataclasses import dataclass
@@ -63,7 +64,7 @@ def test_a_picture_is_drawn(id_, tmp_path: Path, capsys):
     assert run(["effects", id_, "--out", str(out)]) == 0
     assert out.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert out.stat().st_size > 10_000
-    assert sorted(p.name for p in out.parent.iterdir()) == [f"{id_}.csv", f"{id_}.png", f"{id_}.svg"]
+    assert sorted(p.name for p in out.parent.iterdir() if p.name != STAMP) == [f"{id_}.csv", f"{id_}.png", f"{id_}.svg"]
     assert str(out) in capsys.readouterr().out
 
 

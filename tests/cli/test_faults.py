@@ -17,12 +17,13 @@ from nnhydro.recordings.arm import read_arm
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.readers import files as readers
 from nnhydro.recordings.readers.files import read_recording
+from nnhydro.stamp import STAMP
 
 NNHYDRO = f"{shlex.quote(sys.executable)} -m nnhydro"
 
 
 def names(folder):
-    return sorted(p.name for p in folder.iterdir())
+    return sorted(p.name for p in folder.iterdir() if p.name != STAMP)
 
 
 def limited(arguments, largest, capfd):

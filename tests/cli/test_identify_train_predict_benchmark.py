@@ -11,6 +11,7 @@ from rigs import arm
 from nnhydro.cli.main import run
 from nnhydro.models.storage import load_model
 from nnhydro.recordings.recording import Recording
+from nnhydro.stamp import STAMP
 
 TINY = "law = []\nhidden = [8]\nmembers = 2\nepochs = 3\nbatch = 256\n"
 KEYS = {"schema", "protocol", "noise_floor", "models", "folds", "versions"}
@@ -152,7 +153,10 @@ def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
     motion = place / "campaign" / "unseen" / "motion.csv"
     code, out, _ = said("predict", model, motion, "--out", tmp_path / "torques", "--json")
     assert code == 0
-    assert strict(out) == {"written": [str(tmp_path / "torques" / "motion.csv")], "rows": [200]}
+    document = strict(out)
+    assert document["written"] == [str(tmp_path / "torques" / "motion.csv")]
+    assert document["rows"] == [200]
+    assert 0 <= document["outside_share"][0] < 0.2
     header, *rows = (tmp_path / "torques" / "motion.csv").read_text().splitlines()
     assert header == "t_s,tau1_Nm,tau2_Nm"
     source = [line.split(",") for line in motion.read_text().splitlines()[1:]]
@@ -164,7 +168,7 @@ def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
 def test_predict_takes_many_files_and_refuses_two_of_a_name(place, model, said, tmp_path):
     files = sorted((place / "campaign" / "recordings").glob("*.csv"))
     assert said("predict", model, *files, "--out", tmp_path / "torques")[0] == 0
-    assert sorted(p.name for p in (tmp_path / "torques").iterdir()) == [p.name for p in files]
+    assert sorted(p.name for p in (tmp_path / "torques").iterdir() if p.name != STAMP) == [p.name for p in files]
     other = tmp_path / "other" / files[0].name
     other.parent.mkdir()
     other.write_text(files[0].read_text())
@@ -182,7 +186,7 @@ def test_one_bad_motion_leaves_no_prediction_at_all(place, model, said, tmp_path
 def test_a_trained_model_predicts_its_uncertainty(place, said, tmp_path):
     assert said("train", place / "campaign", "--config", place / "tiny.toml", "--out", tmp_path / "m", "--json")[0] == 0
     assert said("predict", tmp_path / "m", place / "campaign" / "unseen" / "motion.csv", "--out", tmp_path / "t")[0] == 0
-    assert (tmp_path / "t" / "motion.csv").read_text().startswith("t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm\n")
+    assert (tmp_path / "t" / "motion.csv").read_text().startswith("t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm,outside\n")
 
 
 @pytest.fixture
@@ -272,7 +276,7 @@ def test_the_benchmark_on_the_screen_ends_in_a_verdict(place, said, tmp_path):
 
 def test_a_stored_model_takes_part_unless_it_was_fitted_to_the_campaign(place, model, said, tmp_path):
     command = ("benchmark", place / "campaign", "--models", f"constant,{model}", "--out", tmp_path / "b")
-    one_line(said(*command), "no recording of it is held out")
+    one_line(said(*command), "has seen 6 of the 6 recordings here", "benchmark it on recordings that it has not seen")
     a = arm(2)
     other = write_folder(campaign(a, planted(a), 2, seconds=3.0, rate=50.0), tmp_path / "other")
     code, out, _ = said("benchmark", other, "--models", f"constant,{model}", "--out", tmp_path / "b", "--json")

@@ -98,7 +98,7 @@ def test_a_model_predicts_the_same_from_a_recording_a_frame_and_a_file(fitted, h
     for other in made[1:]:
         np.testing.assert_allclose(other.tau, made[0].tau, rtol=1e-12, atol=1e-12)
     table = made[0].to_frame()
-    assert list(table) == ["t_s", "tau1_Nm", "tau2_Nm"]
+    assert list(table) == ["t_s", "tau1_Nm", "tau2_Nm", "outside"]
     assert len(table) == len(run) == len(made[0])
     written = pd.read_csv(made[0].save(tmp_path / "torque.csv"))
     np.testing.assert_allclose(written, table, rtol=1e-8)

@@ -8,7 +8,7 @@ import torch
 from campaigns import GIVEN, TINY, campaign, planted, recording, with_torque
 from rigs import arm, mirrored_about_Y, run, states
 
-from nnhydro.errors import ConfigError
+from nnhydro.errors import CampaignError
 from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.evaluation.protocols.protocol import protocols
 from nnhydro.identification.identify import identify
@@ -85,7 +85,7 @@ def corrected(whole):
     """A simulation with friction added to it, as a diagnosis writes it."""
     before = identify(whole, "constant")
     after = replace(before, loads=before.loads.plus("friction", ViscousFriction((0.4, 0.1))))
-    return Amended(before.arm, before.preparation, {}, before, before, after)
+    return Amended(before.arm, before.preparation, before.fit, before, before, after)
 
 
 MODELS = {"physics": lambda whole: identify(whole, "constant"), "diagnosed": corrected,
@@ -107,7 +107,7 @@ def test_a_baseline_that_saw_the_campaign_is_refused_in_a_benchmark(tmp_path):
     whole = frictional()
     folder = save_model(identify(whole, "constant"), tmp_path / "seen")
     config = FAST.model_validate({**FAST.model_dump(), "baseline": str(folder)})
-    with pytest.raises(ConfigError, match="fitted to this very campaign"):
+    with pytest.raises(CampaignError, match="hybrid: has seen"):
         benchmark(whole, ["hybrid"], 2, config=config)
 
 

@@ -10,6 +10,7 @@ import nnhydro.files as files
 from nnhydro.cli.main import run
 from nnhydro.files import UNDER_WAY, remove_leftovers, whole_folder, write_text
 from nnhydro.only_run import BusyError, only_run
+from nnhydro.stamp import STAMP
 
 
 def names(folder):
@@ -80,7 +81,7 @@ def test_what_a_killed_run_left_is_removed_and_what_a_running_one_holds_stays(tm
         (work / "x").write_text("x")
         remove_leftovers(tmp_path)
     assert names(tmp_path) == [".out.notes", "other"]
-    assert names(tmp_path / "other") == ["mark", "x"]
+    assert names(tmp_path / "other") == [STAMP, "mark", "x"]
 
 
 def test_a_replacement_killed_between_two_renames_loses_nothing(tmp_path, monkeypatch):
@@ -105,9 +106,9 @@ def test_a_replacement_killed_between_two_renames_loses_nothing(tmp_path, monkey
     assert not (tmp_path / "out").exists()
     remove_leftovers(tmp_path)
     assert names(tmp_path) == ["out"]
-    assert names(tmp_path / "out") == ["mark", "old"]
+    assert names(tmp_path / "out") == [STAMP, "mark", "old"]
     made("new")
-    assert names(tmp_path / "out") == ["mark", "new"]
+    assert names(tmp_path / "out") == [STAMP, "mark", "new"]
     assert names(tmp_path) == ["out"]
 
 

@@ -121,8 +121,9 @@ def test_a_model_that_knows_its_uncertainty_writes_it(tmp_path):
     model = train(campaign(a, planted(a), 3, seconds=1.0, rate=50.0), TINY.model_copy(update={"epochs": 1}))
     prediction = complete(predict(model, motion_at(T)), motion_at(T))
     header, *rows = write_prediction(prediction, tmp_path / "m.csv").read_text().splitlines()
-    assert header == "t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm"
-    np.testing.assert_allclose([float(x) for x in rows[7].split(",")[1:]], [*prediction.tau[7], *prediction.std[7]], rtol=1e-8)
+    assert header == "t_s,tau1_Nm,tau2_Nm,tau1_std_Nm,tau2_std_Nm,outside"
+    np.testing.assert_allclose([float(x) for x in rows[7].split(",")[1:]], [*prediction.tau[7], *prediction.std[7], prediction.outside[7]],
+                               rtol=1e-8)
 
 
 def test_uneven_samples_are_predicted_at_their_own_times():

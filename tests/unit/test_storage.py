@@ -15,6 +15,7 @@ from nnhydro.models.storage import DIGEST, MODEL, WEIGHTS, _digest, load_model, 
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.low_pass import LowPass
 from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.stamp import STAMP
 
 
 def whole(a=None):
@@ -64,7 +65,7 @@ def test_the_document_is_strict_json(kind, tmp_path):
     document = json.loads((folder / MODEL).read_text(), parse_constant=refuse)
     assert document["schema"] == "nnhydro/model/1"
     assert {"kind", "arm", "preparation", "model", "fit"} <= set(document)
-    assert sorted(p.name for p in folder.iterdir()) == sorted({MODEL, DIGEST} | ({WEIGHTS} if kind != "strip theory" else set()))
+    assert {p.name for p in folder.iterdir()} == {MODEL, DIGEST, STAMP} | ({WEIGHTS} if kind != "strip theory" else set())
 
 
 def test_an_existing_model_is_replaced_and_nothing_else_is_left(tmp_path):

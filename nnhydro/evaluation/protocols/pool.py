@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import steady_segment
 from nnhydro.recordings.segment import Segment
-from nnhydro.recordings.splitting import Unit, units
+from nnhydro.recordings.splitting import Unit, steady_unit, units
 
 Array = NDArray[np.float64]
 RowValue = Callable[[Segment, Arm], Array]  # one value a row, (n,)
@@ -59,8 +58,7 @@ def steady_by(campaign: Campaign, value: RowValue, edges: Array) -> list[Unit]:
     for table in campaign.steady:
         place = np.digitize(value(steady_segment(table), campaign.arm), edges)
         for number in np.unique(place):
-            name = f"{table.name}#{number + 1}"
-            found.append(Unit(name, name, True, partial(tuple, [steady_segment(table.rows(place == number))])))
+            found.append(steady_unit(table.rows(place == number), f"{table.name}#{number + 1}"))
     return found
 
 

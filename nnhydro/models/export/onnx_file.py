@@ -4,7 +4,7 @@ The graph is one step in time (step.py): belt, gears, baseline, features, every 
 is written it is held against the model: at random states, and step by step along runs from rest and under tow.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, final
 
@@ -13,17 +13,24 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.errors import ConfigError, ModelError, missing_extra, require
-from nnhydro.files import json_text, write_bytes, write_json
+from nnhydro.errors import ModelError, missing_extra, require
+from nnhydro.files import json_text, write_own
+from nnhydro.models.amended import Amended
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.step import NAMES, Step
 from nnhydro.models.export.tracing import Objects, traced
+from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.models.without_instruments import sensor_faults
+from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
+from nnhydro.stamp import refuse_foreign
 
 SCHEMA = "nnhydro/onnx/1"
 OPSET = 18
 PRECISIONS = {"double": np.float64, "single": np.float32}
+REMEMBERING = ("travel", "low-pass", "lowpass", "history")  # feature sets
 STATES, ROWS, SEED = 40, 30, 0
 CLOSE = 1e-9  # of the rms torque: between the recorded scalars and torch, both in double precision
 UNITS = {"q": ("rad", "joint angles, joint-relative"), "qd": ("rad/s", "joint rates"), "qdd": ("rad/s^2", "joint accelerations"),
@@ -89,14 +96,45 @@ def _far(got: NDArray[np.float64], want: NDArray[np.float64]) -> float:
     return far if np.isfinite(far) else float("inf")
 
 
+def _remembers(model: TorqueModel) -> bool:
+    """Whether one step after the other gives something else than the whole run."""
+    step = Step(model, False)
+    return not all(_far(stepped(step, run).numpy(), model.torque(run).numpy()) < CLOSE for run in _runs(model.arm.n_links))
+
+
+def memories_of(model: TorqueModel) -> list[str]:
+    """Return the parts of `model` that remember the motion before in a way that one step cannot carry, each tried alone."""
+    if isinstance(model, LearnedTorque):
+        found = [] if model.baseline is None else memories_of(model.baseline)
+        return found or [f"the feature set {name!r}" for name in model.feature_names if name in REMEMBERING]
+    if isinstance(model, Amended):
+        parts = [model.before, model.after, *([] if model.simulation is None else [model.simulation])]
+        return list(dict.fromkeys(name for part in parts for name in memories_of(part)))
+    if not isinstance(model, StripTheory):
+        return []
+    bare = replace(model, instruments=())
+    found = [name for name, term in model.loads.terms.items() if _remembers(replace(bare, loads=Loads({name: term})))]
+    steady = Loads({name: term for name, term in model.loads.terms.items() if name not in found})
+    return found + [one.id for one in model.instruments if _remembers(replace(bare, loads=steady, instruments=(one,)))]
+
+
+def _without(model: TorqueModel, causes: list[str]) -> str:
+    """How to get a model that can be exported."""
+    if causes and set(causes) <= set(sensor_faults(model)):
+        return "it belongs to the rig's sensors: add --without-instruments"
+    return "export a network, a hybrid or a baseline without it"
+
+
 def record(model: TorqueModel) -> Recorded:
     """Return `model` as scalars; raises ModelError where one step cannot give what the model gives for a whole run."""
     with_std = model.std(_runs(model.arm.n_links)[0]) is not None
     step = Step(model, with_std)
     along = max(_far(stepped(step, run).numpy(), model.torque(run).numpy()) for run in _runs(model.arm.n_links))
-    require(along < CLOSE, "this model remembers the motion before in a way that one step cannot carry (coefficients over the travel s/D, "
-            "features travel and low-pass, Basset's force, a contact that bends, instruments with a delay): export a network, a hybrid or "
-            "a baseline without any", ModelError)
+    if not along < CLOSE:
+        causes = memories_of(model)
+        who = " and ".join(causes) or "this model"
+        raise ModelError(f"one step cannot carry what {who} remember{'s' if len(causes) < 2 else ''} of the motion before: "
+                         f"{_without(model, causes)}")
     first, *others = _states(step, STATES)
     program, arrays = traced(step, first)
     names = ["tau", "std", "wake_next"] if with_std else ["tau", "wake_next"]
@@ -140,14 +178,6 @@ def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str
         "versions": {"torch": torch.__version__, "onnx": onnx.__version__}}
 
 
-def _write(path: Path, content: bytes) -> None:
-    """Write `content` to `path`, whole or not at all."""
-    try:
-        write_bytes(path, content)
-    except OSError as cause:
-        raise ConfigError(f"--out {path}: cannot be written ({cause.strerror or cause}): name a file where you may write") from cause
-
-
 def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "") -> dict[str, Any]:
     """Write `model` to `out` and what it needs to be told to `out`.json; returns the latter.
 
@@ -161,10 +191,13 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
 
     require(precision in PRECISIONS, f"--precision {precision!r}: one of {', '.join(PRECISIONS)}")
     require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'model.onnx'}")
+    beside = out.with_name(f"{out.name}.json")
+    for path in (out, beside):
+        refuse_foreign(path)
     recorded = record(model)
     made = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
     told = sidecar(recorded, [x.name for x in made.graph.input], precision, digest)
     made.metadata_props.add(key="nnhydro", value=json_text(told))
-    _write(out, made.SerializeToString())
-    write_json(out.with_name(f"{out.name}.json"), told)
+    write_own(out, made.SerializeToString())
+    write_own(beside, json_text(told))
     return told

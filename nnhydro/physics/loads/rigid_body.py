@@ -6,7 +6,8 @@
     P_ji  vector from joint j to joint i                                                                              [m]
     m_i   mass [kg];  h_i = m_i Lc_i first moment about joint i [kg m];  J_i = I_i + m_i Lc_i^2 second moment [kg m^2]
 
-Linear in (m, h, J). Source: Rivera (1995), eqs. 3-3-1 to 3-3-15 (two links); n links by Newton and Euler.
+Linear in (m, h, J). On a linear axis the moving mass alone counts: tau_1 = m (qdd_1 + a.d), d the direction of travel.
+Source: Rivera (1995), eqs. 3-3-1 to 3-3-15 (two links); n links by Newton and Euler.
 """
 
 from dataclasses import dataclass
@@ -48,12 +49,16 @@ class RigidBody(LinearTerm):
         e = torch.stack([torch.cos(phi), torch.sin(phi)], dim=-1)  # (n, links, 2)
         n = torch.stack([-e[..., 1], e[..., 0]], dim=-1)
         swing = acc[..., None] * n - (rate**2)[..., None] * e  # acceleration of a link's points per metre from its joint
-        hub = torch.stack([torch.zeros_like(flow.motion.du0), flow.motion.du0 + flow.arm.gravity_m_s2], dim=-1)
+        base, du0 = flow.motion.base, flow.motion.du0
+        hub = torch.stack([torch.zeros_like(du0) if base is None else base.ax, du0 + flow.arm.gravity_m_s2], dim=-1)
         step = flow.L[:, None] * swing
         joint_acc = hub[:, None, :] + torch.cumsum(step, dim=1) - step  # (n, links, 2)
         reach = flow.L[:, None] * e
         joint_pos = torch.cumsum(reach, dim=1) - reach
         columns = torch.zeros(len(flow.motion), links, 3 * links, dtype=torch.float64)
+        if flow.arm.sliding:
+            columns[:, 0, 0] = flow.motion.qdd[:, 0] + (hub * n[:, 0]).sum(dim=-1)
+            return columns
         for j in range(links):
             for i in range(j, links):
                 P = joint_pos[:, i] - joint_pos[:, j]

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.conventions import column
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, TableCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
@@ -12,7 +11,7 @@ from nnhydro.recordings.recording import SteadyTable
 
 WIDE = 4 * np.pi  # rad: two turns; hoses and cables forbid more
 FASTEST = 15.0  # m/s at the tip: no arm moves so fast in water; in degrees, 0.3 m/s read as 15
-REMEDY = "map it with its unit, '%s: {from: %s, unit: deg}' in columns.yaml or --map FILE"
+REMEDY = "map it with its unit, '%s: {from: %s, unit: deg}' in columns.yaml or --map FILE (unit: rad where the joint spins)"
 
 
 def too_wide(q: Array) -> bool:
@@ -41,8 +40,10 @@ class Degrees(RecordingCheck):
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a joint: an error where range and speed agree, a warning where one of them is odd."""
-        for joint in range(reading.arm.n_links):
-            q, name = reading.recording.q[:, joint], column("q", joint + 1)
+        for joint in range(reading.arm.n_links) if not reading.arm.sliding else ():
+            if reading.arm.column("q", joint + 1) in reading.recording.origin.stated:
+                continue
+            q, name = reading.recording.q[:, joint], reading.arm.column("q", joint + 1)
             wide, speed = too_wide(q), tip_speed(reading, joint)
             fast = speed > FASTEST and not reading.dt > 0.5
             if wide or (fast and not reading.arm.dry):
@@ -57,12 +58,14 @@ class DegreesInTable(TableCheck):
 
     id = "degrees_in_table"
     looks_for = "angles beyond two turns in steady tables"
-    remedy = "map it with its unit, 'steady: {q1_rad: {from: q1_rad, unit: deg}}' in columns.yaml or --map FILE"
+    remedy = "map it with its unit, 'steady: {q1_rad: {from: q1_rad, unit: deg}}' in columns.yaml or --map FILE (unit: rad where it spins)"
 
     def find(self, table: SteadyTable, arm: Arm) -> Iterator[Oddity]:
         """Yield one finding a joint."""
-        for joint in range(arm.n_links):
+        for joint in range(arm.n_links) if not arm.sliding else ():
+            if arm.column("q", joint + 1) in table.origin.stated:
+                continue
             if too_wide(table.q[:, joint]):
-                name = column("q", joint + 1)
+                name = arm.column("q", joint + 1)
                 yield Oddity(table.name, "error", name, f"reaches {np.abs(table.q[:, joint]).max():.4g} rad: probably degrees",
                              self.remedy.replace("q1_rad", name))

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nnhydro.conventions import column
 from nnhydro.recordings.checks.degrees import too_wide
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
@@ -86,7 +85,7 @@ class Rates(RecordingCheck):
                 yield from self._judged(reading, joint, found)
 
     def _judged(self, reading: Reading, joint: int, found: Fit) -> Iterator[Oddity]:
-        name, angle = column("qd", joint + 1), column("q", joint + 1)
+        name, angle = reading.arm.column("qd", joint + 1), reading.arm.column("q", joint + 1)
         if abs(found.correlation) < FOLLOWS:
             yield Oddity(reading.name, "warning", name, f"does not follow the derivative of {angle} (correlation {found.correlation:.2f})",
                          "is it another joint's, or delayed? Remove the column: rates are derived from the angles")

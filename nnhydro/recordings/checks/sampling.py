@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.conventions import column
 from nnhydro.recordings.checks.glitch import misfit
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading
@@ -42,4 +41,4 @@ class SlowSampling(RecordingCheck):
             rows = rows_a_period(reading, joint)
             if rows < ROWS_A_PERIOD:
                 what = f"bends between neighbouring rows as a sine with {rows:.2g} rows a period would ({1 / reading.dt:.4g} Hz)"
-                yield Oddity(reading.name, "warning", column("q", joint + 1), what, self.remedy)
+                yield Oddity(reading.name, "warning", reading.arm.column("q", joint + 1), what, self.remedy)

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.conventions import column
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, check
 from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.recordings.repeats import expected_noise, repeated_recordings, scatter
+from nnhydro.recordings.repeats import expected_noise, independent, repeated_recordings, scatter
 
 TIMES = 4.0  # times what the noise within the recordings explains
 SHARE = 0.15  # of the torque's rms
@@ -25,7 +24,7 @@ class Scatter(CampaignCheck):
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield one finding a group of repeats and joint."""
-        for group in repeated_recordings(campaign):
+        for group in independent(campaign, repeated_recordings(campaign)):
             found = scatter(campaign, group, how)
             if found is None:
                 continue
@@ -34,6 +33,6 @@ class Scatter(CampaignCheck):
                 std, rms = float(found.std[joint]), float(found.rms[joint])
                 if std > TIMES * noise[joint] and std > SHARE * rms:
                     kind = "random, even in sign" if std > RANDOM * rms else "not repeatable"
-                    yield Oddity(None, "warning", f"{column('tau', joint + 1)}, {', '.join(group[:4])}",
+                    yield Oddity(None, "warning", f"{campaign.arm.column('tau', joint + 1)}, {', '.join(group[:4])}",
                                  f"{len(group)} repeats of one motion differ by {std:.2g} N m ({std / max(rms, 1e-300):.0%} of the torque, "
                                  f"{std / max(noise[joint], 1e-300):.0f} times the sensor's noise): the load is {kind}", self.remedy)

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.conventions import column
 from nnhydro.recordings.checks.clipped import clipped
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading, quantum, rows, runs
@@ -73,7 +72,7 @@ class StuckEncoder(RecordingCheck):
             if found:
                 moved, span = max(found)
                 what = f"keeps exactly {q[span[0]]:.6g} rad while the joint moves by about {moved:.2g} rad ({len(found)} time(s))"
-                yield Oddity(reading.name, "warning", f"{column('q', joint + 1)}, {rows(*span)}", what, self.remedy)
+                yield Oddity(reading.name, "warning", f"{reading.arm.column('q', joint + 1)}, {rows(*span)}", what, self.remedy)
 
 
 @check
@@ -94,7 +93,7 @@ class StuckTorque(RecordingCheck):
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
                 what = f"keeps exactly {tau[span[0], joint]:.4g} N m while the arm moves by {self._moved(reading, span):.2g} rad"
-                yield Oddity(reading.name, "warning", f"{column('tau', joint + 1)}, {rows(*span)}", what, self.remedy)
+                yield Oddity(reading.name, "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what, self.remedy)
 
     def _moved(self, reading: Reading, span: tuple[int, int]) -> float:
         q = reading.recording.q[slice(*span)]
@@ -116,4 +115,5 @@ class NeverMoves(RecordingCheck):
             given = reading.recording.qd
             still = given is None or not np.nanmax(np.abs(given[:, joint]), initial=0.0) > 0.1
             if reading.moved[joint] == 0.0 and moving > 0.5 and still:
-                yield Oddity(reading.name, "note", column("q", joint + 1), "never changes while another joint moves", self.remedy)
+                yield Oddity(reading.name, "note", reading.arm.column("q", joint + 1), "never changes while another joint moves",
+                             self.remedy)

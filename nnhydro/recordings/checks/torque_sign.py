@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.conventions import column
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, TableCheck, check
@@ -56,7 +55,7 @@ def work(reading: Reading) -> Array | None:
     if not len(tau):
         return None
     if reading.towed:
-        if reading.moved.max() > MOVED:
+        if reading.moved.max() > MOVED or reading.surrounded:
             return None
         pieces = np.zeros((len(tau), tau.shape[1]))
         pieces[:, -1] = tau[:, -1] * np.cos(phi) * travel
@@ -94,7 +93,7 @@ class TorqueSign(CampaignCheck):
         if not guilty and pooled[links] < NEGATIVE and often[links]:
             guilty = [int(np.argmin(pooled[:links]))]
         for joint in guilty:
-            name = column("tau", joint + 1)
+            name = campaign.arm.column("tau", joint + 1)
             count = int((shares[:, joint] < NEGATIVE).sum())
             what = (f"drive {joint + 1} gains energy from the water ({pooled[joint]:+.0%} of the work done to and fro, in {count} of "
                     f"{len(found)} recordings): probably the wrong sign")
@@ -119,6 +118,6 @@ class TorqueSignInTable(TableCheck):
         pieces = table.tau[:, -1] * speed
         total = float(np.abs(pieces).sum())
         if total > 0 and pieces.sum() / total < NEGATIVE:
-            name = column("tau", arm.n_links)
+            name = arm.column("tau", arm.n_links)
             what = f"pushes with the water in {(pieces < 0).mean():.0%} of the runs: probably the wrong sign"
             yield Oddity(table.name, "warning", name, what, self.remedy.replace("tau1_Nm", name))

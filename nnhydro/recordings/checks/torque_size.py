@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.conventions import column
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, check
 from nnhydro.recordings.preprocessing import Preparation
@@ -24,5 +23,5 @@ class TinyTorque(CampaignCheck):
         """Yield one finding where every torque is tiny, though not every one is zero."""
         largest = [float(np.nanmax(np.abs(r.tau))) for r in campaign.recordings() if r.tau is not None and np.isfinite(r.tau).any()]
         if largest and 0 < max(largest) < SMALLEST:
-            name = column("tau", 1)
+            name = campaign.arm.column("tau", 1)
             yield Oddity(None, "warning", name, f"no torque of the campaign exceeds {max(largest):.2g} N m", self.remedy)

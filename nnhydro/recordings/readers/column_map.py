@@ -122,7 +122,26 @@ def mapped(table: Table, sources: dict[str, Source], where: str) -> Columns:
         if target in columns:
             raise RecordingError(f"{where}: has a column {target!r} already, but the mapping takes it from {source.from_!r}: remove one")
         values = np.asarray(table.columns[source.from_], dtype=float)
-        unit = 1.0 if source.unit is None else factor(source.unit, target)
+        written = source.unit if source.unit is not None else table.units.get(source.from_)
+        unit = 1.0 if written is None else _factor(written, target, source.from_, where)
         converted: Array = unit * source.scale * (source.sign * values + source.offset)
         columns[target] = converted
     return columns
+
+
+def _factor(unit: str, target: str, name: str, where: str) -> float:
+    """What one `unit`, as the file or the mapping states it, is in SI; raises RecordingError naming file and column."""
+    try:
+        return factor(unit, target)
+    except ConfigError as cause:
+        raise RecordingError(f"{where}: column {name!r}: {cause}") from cause
+
+
+def in_stated_units(columns: Columns, table: Table, sources: dict[str, Source], where: str) -> Columns:
+    """Return `columns` with those under our own names, for which the file states a unit in the row below its header, in SI."""
+    made = dict(columns)
+    for name, unit in table.units.items():
+        values = columns.get(name)
+        if name in TARGETS and name not in sources and isinstance(values, np.ndarray):
+            made[name] = _factor(unit, name, name, where) * values
+    return made

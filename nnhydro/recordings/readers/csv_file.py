@@ -1,10 +1,11 @@
-"""CSV: comma, semicolon or tab between the columns, one header line, `#` comments, UTF-8 with or without a byte-order mark."""
+"""Text tables: comma, semicolon, tab or blanks between the columns, one header line, a row of units or none, `#` comments, decimal points
+or commas, any encoding that can be recognised; times as seconds, or as dates and times of day."""
 
 import csv
 import re
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,44 +23,15 @@ from nnhydro.recordings.readers.table import (
     require_unique,
     wrong_kind,
 )
+from nnhydro.recordings.readers.text_layout import Layout, layout_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-MAX_HEADER = 1_000_000  # characters: a longer first line is no header
 _RAGGED = re.compile(r"Expected (\d+) fields in line (\d+), saw (\d+)")
-
-
-class _Head(NamedTuple):
-    names: tuple[str, ...]
-    delimiter: str
-    line: int  # number of the header line, counted from 1
-
-
-def _delimiter(line: str) -> str:
-    """The separator that the header uses most, quoted parts aside."""
-    bare = re.sub(r'"[^"]*"', "", line)
-    return max((",", ";", "\t"), key=bare.count)
-
-
-def _head(path: Path) -> _Head:
-    """The header: the first line that is neither blank nor a comment; Excel's `sep=;` line is understood."""
-    stated = ""
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        for number in range(1, 1000):
-            line = file.readline(MAX_HEADER)
-            if not line or len(line) == MAX_HEADER:
-                break
-            text = line.strip("\r\n")
-            if text.lower().startswith("sep=") and len(text) == 5:
-                stated = text[4]
-            elif text.strip() and not text.lstrip().startswith("#"):
-                if "\0" in text:
-                    break
-                delimiter = stated or _delimiter(text)
-                names = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True))
-                return _Head(tuple(name.strip() for name in names), delimiter, number)
-    raise RecordingError(f"{path}: has no header line: is it a CSV file? The first line names the columns, e.g. t_s,q1_rad,tau1_Nm")
+_DATE = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
+_MOMENT = re.compile(rf"(?:{_DATE.pattern}[T ]+)?\d{{1,2}}:\d\d(?::\d\d(?:\.\d*)?)?\s*(?:Z|[+-]\d\d:?\d\d)?$")
+DAY = 86_400.0  # s
 
 
 def _lines(path: Path) -> int:
@@ -68,7 +40,7 @@ def _lines(path: Path) -> int:
         return sum(piece.count(b"\n") for piece in iter(lambda: file.read(1 << 20), b"")) + 1
 
 
-def _frame(path: Path, head: _Head, text: frozenset[str]) -> "pd.DataFrame":
+def _frame(path: Path, head: Layout, text: frozenset[str]) -> "pd.DataFrame":
     import pandas as pd
 
     major, minor = (int(part) for part in pd.__version__.split(".")[:2])
@@ -77,13 +49,14 @@ def _frame(path: Path, head: _Head, text: frozenset[str]) -> "pd.DataFrame":
     with warnings.catch_warnings():
         warnings.simplefilter("error", pd.errors.ParserWarning)  # rows longer than the header would be cut
         warnings.simplefilter("ignore", pd.errors.DtypeWarning)
-        frame: pd.DataFrame = pd.read_csv(path, sep=head.delimiter, skiprows=head.line, header=None, names=range(len(head.names)),
-                                          dtype=kinds, skipinitialspace=True, comment="#", encoding="utf-8", index_col=False,
+        frame: pd.DataFrame = pd.read_csv(path, sep=head.delimiter, skiprows=head.first - 1, header=None, names=range(len(head.names)),
+                                          dtype=kinds, skipinitialspace=True, comment="#", index_col=False,
+                                          encoding="utf-8" if head.encoding == "utf-8-sig" else head.encoding, decimal=head.decimal,
                                           nrows=MAX_ROWS + 1, low_memory=False, **exact)
     return frame
 
 
-def _explained(path: Path, head: _Head, cause: Exception) -> RecordingError:
+def _explained(path: Path, head: Layout, cause: Exception) -> RecordingError:
     """The parser's complaint in our words."""
     said = " ".join(str(cause).split())
     ragged = _RAGGED.search(said)
@@ -107,9 +80,9 @@ def read_csv(path: Path, request: Request) -> Table:
 
     require_size(path)
     try:
-        head = _head(path)
-    except UnicodeDecodeError as cause:
-        raise RecordingError(f"{path}: is not UTF-8 text (byte {cause.start}): save it as UTF-8 CSV or as Parquet") from cause
+        head = layout_of(path)
+    except (UnicodeError, LookupError) as cause:
+        raise _no_text(path, cause) from cause
     except csv.Error as cause:
         raise RecordingError(f"{path}: the header cannot be read ({cause}): save the file as plain CSV") from cause
     require_unique(path, head.names, request.numbers | request.text)
@@ -117,18 +90,71 @@ def read_csv(path: Path, request: Request) -> Table:
     require_plausible(path, 8 * len(head.names) * _lines(path))
     try:
         frame = _frame(path, head, request.text)
-    except UnicodeDecodeError as cause:
-        raise RecordingError(f"{path}: is not UTF-8 text (byte {cause.start}): save it as UTF-8 CSV or as Parquet") from cause
+    except (UnicodeError, LookupError) as cause:
+        raise _no_text(path, cause) from cause
     except (ValueError, OverflowError, pd.errors.ParserError, pd.errors.EmptyDataError, pd.errors.ParserWarning) as cause:
         raise _explained(path, head, cause) from cause
     require_shape(path, len(frame), len(head.names))
     columns: Columns = {}
+    steps = list(head.said)
     for index, name in enumerate(head.names):
         if name in request.text:
             columns[name] = tuple(str(value) for value in frame[index])
         elif name in request.numbers:
-            columns[name] = _numbers(frame[index], name, path, head.line + 1)
-    return Table(columns, head.names, head.line + 1)
+            moments = name in request.times or name in request.clocks
+            seconds = _seconds(frame[index], name in request.times) if moments else None
+            columns[name] = _numbers(frame[index], name, path, head.first) if seconds is None else seconds
+            since = " since the first row" if name in request.times else ""
+            steps += [] if seconds is None else [f"{name}: dates and times of day in seconds{since}"]
+    units = {name: unit for name, unit in zip(head.names, head.units, strict=True) if unit} if head.units else {}
+    return Table(columns, head.names, head.first, tuple(steps), units)
+
+
+def _no_text(path: Path, cause: Exception) -> RecordingError:
+    place = f" (byte {cause.start})" if isinstance(cause, UnicodeDecodeError) else ""
+    return RecordingError(f"{path}: is not UTF-8 text{place}, nor what its beginning looks like: save it as UTF-8 CSV or as Parquet")
+
+
+def _moments(text: "pd.Series", iso: bool) -> "pd.Series":
+    """Dates with times; those that are not ISO by the format of the first one, which is quick, else one by one."""
+    import pandas as pd
+
+    if iso:
+        return pd.to_datetime(text, format="ISO8601", utc=True)
+    try:
+        return pd.to_datetime(text, dayfirst=True, utc=True)
+    except ValueError:
+        return pd.to_datetime(text, format="mixed", dayfirst=True, utc=True)
+
+
+def _seconds(series: "pd.Series", since_start: bool) -> Array | None:
+    """Dates and times of day in seconds, empty cells as NaN; None where the column holds something else.
+
+    Seconds count from the first row (`since_start`), else from 1970 or from midnight. Days come before months where the date is written
+    with dots or slashes. A time of day that falls by half a day has passed midnight.
+    """
+    import pandas as pd
+
+    if series.dtype.kind in "biuf":
+        return None
+    text = series.astype(str).where(series.notna()).str.strip().str.replace(",", ".", regex=False)
+    filled = text.dropna()
+    if not len(filled) or not filled.str.match(_MOMENT).all():
+        return None
+    try:
+        if filled.str.match(_DATE.pattern).all():
+            when = _moments(text, bool(filled.str.match(r"\d{4}-").all()))
+            start = when.dropna().iloc[0] if since_start else pd.Timestamp(0, tz="UTC")
+            t = ((when - start) / pd.Timedelta(seconds=1)).to_numpy(dtype=float)
+        else:
+            of_day = pd.to_timedelta(text.where(text.str.count(":") != 1, text + ":00")) / pd.Timedelta(seconds=1)
+            t = of_day.to_numpy(dtype=float)
+            steps = np.diff(t, prepend=t[:1])
+            t = t + DAY * np.cumsum(np.nan_to_num(steps) < -DAY / 2)
+            t = t - (t[np.isfinite(t)][0] if since_start else 0.0)
+    except (ValueError, OverflowError, TypeError):
+        return None
+    return np.asarray(t, dtype=float)
 
 
 def _numbers(series: "pd.Series", name: str, path: Path, first_row: int) -> Array:

@@ -6,7 +6,7 @@ from pathlib import Path
 from nnhydro.conventions import CHANNELS, CLOCK, TIME
 from nnhydro.errors import RecordingError, require
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.readers.column_map import ColumnMap, map_beside, mapped
+from nnhydro.recordings.readers.column_map import ColumnMap, in_stated_units, map_beside, mapped
 from nnhydro.recordings.readers.csv_file import read_csv
 from nnhydro.recordings.readers.from_columns import Named, recording_from_columns, steady_from_columns
 from nnhydro.recordings.readers.hdf5_file import read_hdf5
@@ -16,7 +16,8 @@ from nnhydro.recordings.readers.table import Request, Table, sha256_of
 from nnhydro.recordings.recording import Origin, Recording, SteadyTable
 
 FORMATS: dict[str, Callable[[Path, Request], Table]] = {
-    ".csv": read_csv, ".parquet": read_parquet, ".h5": read_hdf5, ".hdf5": read_hdf5, ".bag": read_bag, ".mcap": read_bag, ".db3": read_bag,
+    ".csv": read_csv, ".tsv": read_csv, ".txt": read_csv,
+    ".parquet": read_parquet, ".h5": read_hdf5, ".hdf5": read_hdf5, ".bag": read_bag, ".mcap": read_bag, ".db3": read_bag,
 }
 TORQUES = ("tau", "tau_sim", "tau_std")
 
@@ -36,7 +37,7 @@ def channel_names(arm: Arm, torque: bool) -> frozenset[str]:
     names = {TIME, CLOCK}
     for key, channel in CHANNELS.items():
         if torque or key not in TORQUES:
-            names.update(channel.column(j + 1) for j in range(arm.n_links)) if channel.per_joint else names.add(channel.column())
+            names.update([arm.column(key, j + 1) for j in range(arm.n_links)] if channel.per_joint else [channel.column()])
     return frozenset(names)
 
 
@@ -70,15 +71,19 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
     joints, topic = ((), None) if column_map is None else (column_map.settings.joints, column_map.settings.topic)
     try:
         before = _state(path)
-        table = read(path, Request(frozenset(wanted) - text, text, arm.n_links, joints, topic))
+        moments = [frozenset({sources[name].from_ if name in sources else name}) for name in (TIME, CLOCK)]
+        table = read(path, Request(frozenset(wanted) - text, text, arm.n_links, joints, topic, *moments))
+        stated = {target for target, source in sources.items() if source.unit is not None or source.from_ in table.units}
         origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2",
-                        tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text))
+                        tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text),
+                        tuple(sorted(stated | (names & table.units.keys()))))
         require(_state(path) == before, f"{path}: changed while it was read, so that its rows and its sha256 may not belong together: wait "
                 "until the logger has closed it, then run again", RecordingError)
     except OSError as cause:
         raise RecordingError(f"{path}: cannot be read ({cause.strerror or cause}): check the path and its permissions") from cause
     steps = table.steps if not sources or column_map is None else (*table.steps, f"columns mapped by {column_map.path}")
-    return Named(mapped(table, sources, str(path)), table.header, table.first_row, steps), origin
+    columns = mapped(table, sources, str(path))
+    return Named(in_stated_units(columns, table, sources, str(path)), table.header, table.first_row, steps), origin
 
 
 def read_recording(path: Path, arm: Arm, torque: bool = True, column_map: ColumnMap | None = None) -> Recording:

@@ -18,15 +18,17 @@ from nnhydro.conventions import CLOCK, TIME, column
 from nnhydro.errors import RecordingError, counted, require
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.table import FIRST_ROW, Columns
-from nnhydro.recordings.recording import Origin, Recording, SteadyTable
+from nnhydro.recordings.recording import PAIRS, Origin, Recording, SteadyTable
 
 Array = NDArray[np.float64]
 ABSURD = 1e9  # rad, rad/s, m/s, N m: no arm does that; loggers write such numbers where a sensor gave nothing
 MIN_ROWS = 4
+REPEATED, IN_A_ROW = 0.02, 3  # share of the stamps, and so many in a row, that may repeat: a clock in milliseconds at about 1 kHz
+COARSE = 0.005  # s, median step beyond which a repeated stamp is no matter of a coarse clock
 # units that names of foreign columns end in: to be mapped, not only renamed
 _FOREIGN = re.compile(r"[\s_(\[]+(deg|ms|us|N ?mm|N ?cm|mm|mm/s|rpm)[)\]]?$")
-_JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm)$")
-_OURS = re.compile(rf"{TIME}$|{CLOCK}$|d?u0_m_s2?$|{_JOINT_COLUMN.pattern}")
+_JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm|m|m_s|m_s2|N)$")
+_OURS = re.compile(rf"{TIME}$|{CLOCK}$|d?u0_m_s2?$|d?(?:base|current)_(?:x|y)_m_s2?$|d?base_yaw_rad|{_JOINT_COLUMN.pattern}")
 SHOWN = 6  # columns of a file that a message lists
 
 
@@ -82,7 +84,7 @@ def _require_sane(named: Named, where: str) -> None:
 
 def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
     """The columns of one channel side by side (n, links); None where none is there; raises where only some are."""
-    names = [column(channel, joint + 1) for joint in range(arm.n_links)]
+    names = [arm.column(channel, joint + 1) for joint in range(arm.n_links)]
     found = [values for name in names if (values := named.numbers(name)) is not None]
     if not found and not required:
         return None
@@ -102,6 +104,41 @@ def _single(named: Named, name: str, where: str) -> Array | None:
     return values
 
 
+def _pair(named: Named, key: str, where: str) -> Array | None:
+    """Two columns that belong together (n, 2), 0 where only the other one is there; None where neither is."""
+    found = [_single(named, column(channel), where) for channel in PAIRS[key]]
+    given = [x for x in found if x is not None]
+    return np.column_stack([np.zeros_like(given[0]) if x is None else x for x in found]) if given else None
+
+
+def _slopes(named: Named, key: str, where: str) -> Array | None:
+    """The accelerations of two rates (n, 2), None unless every rate that is given has its own."""
+    rates = [rate for rate in PAIRS[key] if named.numbers(column(rate)) is not None]
+    return _pair(named, f"d{key}", where) if rates and all(named.numbers(column(f"d{rate}")) is not None for rate in rates) else None
+
+
+def _along_Y(named: Named, old: str, new: str, where: str) -> Array | None:
+    """The column `old` of the carriage, or `new`, which means the same of any base; refused where both are given and differ."""
+    one, other = _single(named, column(old), where), _single(named, column(new), where)
+    if one is None or other is None:
+        return other if one is None else one
+    require(bool(np.array_equal(one, other, equal_nan=True)), f"{where}: columns {column(old)!r} and {column(new)!r} mean the same and "
+            "differ: keep the one that was measured", RecordingError)
+    return one
+
+
+def _surroundings(named: Named, where: str, steady: bool = False) -> dict[str, Array | None]:
+    """What moves besides the joints: base and water."""
+    heading, turning = _single(named, column("heading"), where), column("base_yaw")
+    alone = heading is not None and np.nanmax(heading) > np.nanmin(heading) and named.numbers(turning) is None
+    require(steady or not alone, f"{where}: column {column('heading')!r} turns but has no rate beside it: add its derivative {turning!r}, "
+            "which the loads need", RecordingError)
+    found = {"u0": _along_Y(named, "u0", "base_y", where), "base": _pair(named, "base", where), "heading": heading,
+             "current": _pair(named, "current", where)}
+    return found if steady else found | {"du0": _along_Y(named, "du0", "dbase_y", where), "dbase": _slopes(named, "base", where),
+                                         "dcurrent": _slopes(named, "current", where)}
+
+
 def _refuse_foreign_joints(named: Named, arm: Arm, where: str, torque: bool = True) -> None:
     for name in named.header:
         match = _JOINT_COLUMN.match(name)
@@ -116,12 +153,30 @@ def _relative(angles: Array | None, arm: Arm) -> Array | None:
     return np.column_stack([angles[:, 0], arm.drive.pulley_ratio * (angles[:, 1] - angles[:, 0])])
 
 
+def spread_stamps(t: Array) -> tuple[Array, int]:
+    """Return the times with stamps that repeat spread evenly until the next one, and how many repeat.
+
+    As they are where they run backward, or where so many repeat, or so many in a row, that no clock's coarse step explains it.
+    """
+    steps = np.diff(t)
+    repeated = int((steps == 0).sum())
+    slow = float(np.median(steps)) > COARSE if repeated else True
+    if slow or not np.isfinite(t).all() or (steps < 0).any() or repeated > REPEATED * len(t):
+        return t, 0
+    first = np.flatnonzero(np.concatenate([[True], steps > 0]))
+    count = np.diff(np.append(first, len(t)))
+    if count.max() > IN_A_ROW or count[-1] > 1:
+        return t, 0
+    width = np.append(np.diff(t[first]), 0.0) / count
+    return np.repeat(t[first], count) + np.concatenate([np.arange(k) for k in count]) * np.repeat(width, count), repeated
+
+
 def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, torque: bool = True) -> Recording:
     """Return the recording that `named` holds; with `torque`, torque columns are required; raises RecordingError naming the column."""
     where = origin.path or name
     _refuse_foreign_joints(named, arm, where, torque)
     channels = ("q", "tau") if torque else ("q",)
-    wanted = [TIME, *(column(channel, joint + 1) for channel in channels for joint in range(arm.n_links))]
+    wanted = [TIME, *(arm.column(channel, joint + 1) for channel in channels for joint in range(arm.n_links))]
     missing = [name for name in wanted if named.numbers(name) is None]
     t = _single(named, TIME, where)
     if missing or t is None:
@@ -131,12 +186,17 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     _require_sane(named, where)
     q = _joints(named, "q", arm, where, required=True)
     assert q is not None
+    require(not arm.sliding or named.numbers(column("base_yaw")) is None, f"{where}: column {column('base_yaw')!r}: a linear axis on a "
+            "base that turns is not understood: remove the column where the base stands still", RecordingError)
     belt = arm.drive.angle2 == "absolute"
-    return Recording(name, t, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
+    spread, repeated = spread_stamps(t)
+    told = (f"{counted(repeated, 'time stamp')} that repeat ({repeated / len(t):.1%}) spread until the next",) if repeated else ()
+    steps = (*named.steps, *told, *(("second angle: motor's to joint's",) if belt else ()))
+    return Recording(name, spread, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
                      qd=_relative(_joints(named, "qd", arm, where), arm), qdd=_relative(_joints(named, "qdd", arm, where), arm),
-                     u0=_single(named, column("u0"), where), du0=_single(named, column("du0"), where),
+                     **_surroundings(named, where),
                      tau_sim=_joints(named, "tau_sim", arm, where) if torque else None, clock=_single(named, CLOCK, where), origin=origin,
-                     steps=(*named.steps, "second angle: motor's to joint's") if belt else named.steps)
+                     steps=steps, stamps=t if repeated else None)
 
 
 def steady_from_columns(named: Named, arm: Arm, name: str, origin: Origin) -> SteadyTable:
@@ -150,13 +210,15 @@ def steady_from_columns(named: Named, arm: Arm, name: str, origin: Origin) -> St
     assert tau is not None
     zeros = np.zeros_like(q)
     qd = _joints(named, "qd", arm, where)
-    u0 = _single(named, column("u0"), where)
+    around = _surroundings(named, where, steady=True)
+    u0 = around["u0"]
     runs = named.columns.get("run")
     names = tuple(str(run) for run in runs) if runs is not None else tuple(f"{name}:{row + 1}" for row in range(len(q)))
     table = SteadyTable(name, names, _relative(q, arm), _relative(zeros if qd is None else qd, arm),  # type: ignore[arg-type]
                         np.zeros(len(q)) if u0 is None else u0, tau, _joints(named, "tau_std", arm, where),
-                        _joints(named, "tau_sim", arm, where), origin)
-    for channel in (table.q, table.qd, table.u0, table.tau):
+                        _joints(named, "tau_sim", arm, where), origin, around["base"],
+                        around["heading"], around["current"])
+    for channel in (table.state, table.tau):
         bad = np.flatnonzero(~np.isfinite(channel.reshape(len(table), -1)).all(axis=1))
         if len(bad):
             raise RecordingError(f"{where}: row {bad[0] + named.first_row} (run {names[int(bad[0])]!r}) has an empty or infinite value: "

@@ -4,7 +4,7 @@ import hashlib
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, final
 
@@ -36,17 +36,20 @@ class Request:
     links: int = 1
     joints: tuple[str, ...] = ()  # names in a JointState log, from the base outwards
     topic: str | None = None
+    times: frozenset[str] = frozenset()  # columns that may hold dates or times of day: read as seconds since the first row
+    clocks: frozenset[str] = frozenset()  # the same, as seconds since 1970 or midnight
 
 
 @final
 @dataclass(frozen=True)
 class Table:
-    """The requested columns that were there, the names of all columns, and what the reader did."""
+    """The requested columns that were there, the names of all columns, what the reader did, and the units that the file states."""
 
     columns: Columns
     header: tuple[str, ...]
     first_row: int = FIRST_ROW
     steps: tuple[str, ...] = ()
+    units: dict[str, str] = field(default_factory=dict)  # column: unit as written below its name
 
 
 Reader = Callable[[Path, Request], Table]

@@ -7,7 +7,7 @@ import re
 from difflib import get_close_matches
 from math import pi
 
-from nnhydro.conventions import CHANNELS, CLOCK, TIME
+from nnhydro.conventions import CHANNELS, CLOCK, SLIDING, TIME
 from nnhydro.errors import ConfigError
 
 _LBF, _KGF, _IN, _FT = 4.4482216152605, 9.80665, 0.0254, 0.3048
@@ -21,6 +21,8 @@ UNITS: dict[str, dict[str, float]] = {
     "rad_s2": {f"{name}/s2": value for name, value in _ANGLES.items()},
     "Nm": {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3, "N cm": 1e-2, "N mm": 1e-3, "kgf m": _KGF, "kgf cm": _KGF / 100, "gf cm": _KGF / 1e5,
            "lbf ft": _LBF * _FT, "lbf in": _LBF * _IN, "ozf in": _LBF * _IN / 16},
+    "m": _LENGTHS,
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "kgf": _KGF, "gf": _KGF / 1000, "lbf": _LBF, "ozf": _LBF / 16},
     "m_s": {**{f"{name}/s": value for name, value in _LENGTHS.items()}, "km/h": 1 / 3.6, "kn": 1852 / 3600},
     "m_s2": {**{f"{name}/s2": value for name, value in _LENGTHS.items()}, "g": 9.80665},
 }
@@ -38,6 +40,8 @@ def _targets() -> dict[str, str]:
     for channel in CHANNELS.values():
         for joint in range(1, 11) if channel.per_joint else [None]:
             names[channel.column(joint)] = channel.unit
+            if channel.per_joint:
+                names[channel.column(joint, sliding=True)] = SLIDING[channel.unit]
     return names
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from nnhydro.report.page.residual_map import shade
+from nnhydro.wording import p_text
 
 PLACE = "nnhydro.report.page"
 
@@ -15,6 +16,7 @@ PLACE = "nnhydro.report.page"
 def _environment() -> Environment:
     made = Environment(loader=PackageLoader(PLACE, ""), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     made.filters["shade"] = shade
+    made.filters["p_text"] = p_text
     return made
 
 

@@ -1,0 +1,110 @@
+"""What nnhydro wrote: a hidden file in every folder of results lists them with their sha256, and nothing else is ever written over.
+
+    {"schema": "nnhydro/written/1", "files": {"model.json": "9f3c...", "torques/run1.csv": "..."}}      paths from the folder of the list
+
+A file that is not on a list, or that was changed since, is somebody's own. Files that operating systems leave by themselves do not count.
+"""
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from nnhydro.errors import ConfigError
+
+STAMP = ".nnhydro_written.json"
+SCHEMA = "nnhydro/written/1"
+REMEDY = "move it away, or name another place"
+_SYSTEM = re.compile(r"\.DS_Store|\._.*|Thumbs\.db|ehthumbs\.db|desktop\.ini|\$RECYCLE\.BIN|__MACOSX|~\$.*|\.~lock\..*#|"
+                     r"\.nnhydro_written\.json.*|\..*\.nnhydro-.*|\..*\.lock", re.IGNORECASE)
+
+
+def is_system_file(name: str) -> bool:
+    """Return whether a file or folder called `name` was left by an operating system, an office program or nnhydro's own bookkeeping."""
+    return _SYSTEM.fullmatch(name) is not None
+
+
+def content_of(path: Path) -> str:
+    """Return the sha256 of the file `path` in hex."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _listed(folder: Path) -> dict[str, str]:
+    """What the list in `folder` says: path in the folder to sha256; empty where there is none that can be read."""
+    try:
+        document: Any = json.loads((folder / STAMP).read_text(encoding="utf-8"))
+        files = document["files"] if document["schema"] == SCHEMA else {}
+        return {str(name): str(digest) for name, digest in files.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def stamp_text(files: dict[str, str]) -> str:
+    """Return the list of what was written, as it stands in a folder."""
+    return json.dumps({"schema": SCHEMA, "files": dict(sorted(files.items()))}, indent=1) + "\n"
+
+
+def _content(folder: Path) -> Iterable[Path]:
+    """Every file and link below `folder` that is no system's; links are not followed."""
+    for place, folders, names in os.walk(folder):
+        here = Path(place)
+        yield from (here / name for name in [*names, *(name for name in folders if (here / name).is_symlink())] if not is_system_file(name))
+        folders[:] = [name for name in folders if not is_system_file(name)]
+
+
+def stamp_folder(folder: Path) -> None:
+    """List every file of `folder` as written by nnhydro."""
+    files = {path.relative_to(folder).as_posix(): content_of(path) for path in _content(folder) if path.is_file()}
+    (folder / STAMP).write_text(stamp_text(files), encoding="utf-8")
+
+
+def is_ours(path: Path, top: Path | None = None) -> bool:
+    """Return whether nnhydro wrote the file `path` as it is: it stands on the list of its folder, or of one above up to `top`."""
+    if path.is_symlink() or not path.is_file():
+        return False
+    digest, folder = "", path.parent
+    while True:
+        listed = _listed(folder).get(path.relative_to(folder).as_posix())
+        if listed is not None:
+            digest = digest or content_of(path)
+            if listed == digest:
+                return True
+        if top is None or folder == top or folder == folder.parent:
+            return False
+        folder = folder.parent
+
+
+def foreign_file(folder: Path) -> Path | None:
+    """Return a file in `folder` that nnhydro did not write, or that was changed since; None where all are its own."""
+    lists: dict[Path, dict[str, str]] = {}
+    for path in _content(folder):
+        above = [one for one in path.parents if one == folder or folder in one.parents]
+        said = {lists.setdefault(one, _listed(one)).get(path.relative_to(one).as_posix()) for one in above} - {None}
+        if path.is_symlink() or not said or content_of(path) not in said:
+            return path
+    return None
+
+
+def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
+    """Raise ConfigError where `path` exists and nnhydro may not write over it: an input of the command, or a file that it did not write."""
+    if not (path.exists() or path.is_symlink()):
+        return
+    if any(one.exists() and path.exists() and path.samefile(one) for one in inputs):
+        raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
+    if path.is_dir():
+        raise ConfigError(f"--out {path}: is a folder: name a file")
+    if not is_ours(path):
+        raise ConfigError(f"--out: {path} is there already, and nnhydro did not write it (or it was changed since): {REMEDY}")
+
+
+def stamp_file(path: Path) -> None:
+    """Add the file `path`, just written, to the list in its folder, whole or not at all."""
+    files = _listed(path.parent)
+    files = {name: digest for name, digest in files.items() if (path.parent / name).exists()} | {path.name: content_of(path)}
+    made = path.parent / f"{STAMP}.{os.getpid()}.new"
+    made.write_text(stamp_text(files), encoding="utf-8")
+    made.replace(path.parent / STAMP)

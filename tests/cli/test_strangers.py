@@ -1,0 +1,60 @@
+"""A stranger's folder from its files to a verdict by commands alone, without a script: foreign formats, and arms that hide something."""
+
+import json
+import time
+
+import pytest
+from strangers import C_D, C_M, HEALTHY, HIDING, write
+
+from nnhydro.cli.main import run
+
+LONGEST = 60.0  # s, of check, benchmark, identify and predict together, on one core
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    root = tmp_path_factory.mktemp("strangers")
+    return {kind: write(root / kind, kind) for kind in (*HEALTHY, *HIDING)}
+
+
+def said(capsys, *arguments):
+    capsys.readouterr()
+    code = run([str(a) for a in arguments])
+    out, err = capsys.readouterr()
+    assert code == 0, err
+    return out
+
+
+@pytest.mark.parametrize("kind", HEALTHY)
+def test_a_healthy_arm_in_foreign_files_is_read_explained_and_predicted(kind, folders, tmp_path, capsys):
+    folder, start = folders[kind], time.perf_counter()
+    looked_at = said(capsys, "check", folder)
+    assert "Usable" in looked_at
+    for words in {"German": ("decimal commas", "dates and times of day", "units from the row", "text in utf-16"), "20 Hz": (),
+                  "1 kHz": ("time stamps that repeat (0.4%)",)}[kind]:
+        assert words in looked_at, looked_at
+    compared = said(capsys, "benchmark", folder, "--models", "constant,textbook,drag-only", "--out", tmp_path / "b")
+    assert "On recordings that no fit has seen, constant predicts the torques best" in compared
+    assert "Next: nnhydro identify" in compared
+    found = json.loads(said(capsys, "identify", folder, "--out", tmp_path / "m", "--json"))["parameters"]
+    assert found["normal_drag.C_D[1]"]["value"] == pytest.approx(C_D, rel=0.05)
+    assert found["added_mass.C_M[1]"]["value"] == pytest.approx(C_M, abs=0.15)
+    motion = next(p for p in sorted((folder / "recordings").iterdir()) if p.name != "Thumbs.db")
+    document = json.loads(said(capsys, "predict", tmp_path / "m", motion, "--out", tmp_path / "t", "--json"))
+    assert document["outside_share"][0] < 0.05
+    assert time.perf_counter() - start < LONGEST
+
+
+@pytest.mark.parametrize("kind", HIDING)
+def test_an_arm_that_hides_something_is_sent_to_the_diagnosis(kind, folders, tmp_path, capsys):
+    said(capsys, "check", folders[kind])
+    compared = said(capsys, "benchmark", folders[kind], "--models", "constant,textbook", "--out", tmp_path / "b")
+    assert "Next: nnhydro diagnose" in compared
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [*HEALTHY, *HIDING])
+def test_the_diagnosis_of_a_strangers_folder_ends_in_a_verdict(kind, folders, tmp_path, capsys):
+    document = json.loads(said(capsys, "diagnose", folders[kind], "--out", tmp_path / "d", "--json"))
+    named = {one["effect"] for one in document["findings"]}
+    assert named == set() if kind in HEALTHY else document["mismatch"]["detected"]

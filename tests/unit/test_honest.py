@@ -1,0 +1,146 @@
+"""Copies are told as copies, p is never 0, what comes next follows from the result, and no fault of a sensor reaches a controller."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import GIVEN, campaign, planted, recording, write_folder
+from rigs import arm, assert_close
+from rigs import run as motion
+
+from nnhydro.cli.main import run
+from nnhydro.effects.encoder_offset import EncoderOffset
+from nnhydro.effects.sensor_timing import SensorTiming
+from nnhydro.effects.torque_bias import TorqueBias
+from nnhydro.errors import ModelError
+from nnhydro.models.amended import Amended
+from nnhydro.models.baselines import BASELINES
+from nnhydro.models.export.onnx_file import memories_of, record
+from nnhydro.models.storage import save_model
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.without_instruments import sensor_faults, without_instruments
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.repeats import noise_floor
+from nnhydro.recordings.survey import survey
+from nnhydro.wording import p_text
+
+A = arm(2)
+
+
+# copies
+
+def copied(noise=0.05):
+    whole = campaign(A, planted(A), 3, noise=noise, seconds=3.0, rate=50.0)
+    runs = list(whole.recordings())
+    return Campaign.of(A, [*runs, replace(runs[0], name="again")])
+
+
+def test_copies_of_one_file_are_told_as_copies():
+    found = [x for x in survey(copied()).oddities if x.check == "copies"]
+    assert len(found) == 1
+    assert found[0].where == "run0, again"
+    assert "copies of one run" in found[0].what
+
+
+def test_copies_say_nothing_of_the_noise():
+    """They used to say that a perfect model leaves 0 %."""
+    assert noise_floor(copied(), GIVEN) is None
+
+
+def test_repeats_beside_copies_still_tell_the_noise():
+    def once(k):
+        r = recording(A, planted(A), "x", 1, seconds=3.0, rate=50.0)
+        return replace(r, name=f"r{k}", tau=r.tau + 0.05 * np.random.default_rng(k).standard_normal(r.tau.shape))
+
+    two = [once(1), once(2)]
+    plain, with_copy = (noise_floor(Campaign.of(A, runs), GIVEN) for runs in (two, [*two, replace(two[0], name="copy")]))
+    assert with_copy.error == pytest.approx(plain.error)
+    assert with_copy.groups == (("r1", "r2"),)
+
+
+def test_different_recordings_are_no_copies():
+    assert not [x for x in survey(campaign(A, planted(A), 3, noise=0.05, seconds=3.0, rate=50.0)).oddities if x.check == "copies"]
+
+
+# p
+
+@pytest.mark.parametrize(("p", "draws", "text"), [
+    (0.0, None, "p < 0.001"), (1e-3, None, "p < 0.001"), (0.0341, None, "p = 0.034"), (0.0, 99, "p < 0.01"), (0.5, None, "p = 0.500"),
+    (0.0, 9999, "p < 0.0001"), (0.0002, 9999, "p = 0.0002"), (1e-12, None, "p < 0.001"), (float("nan"), None, "p < 0.001")])
+def test_p_is_never_zero(p, draws, text):
+    assert p_text(p, draws) == text
+    assert "0.000 " not in p_text(p, draws) + " "
+
+
+# what comes next
+
+def test_check_sends_to_what_the_result_asks_for(tmp_path, capsys):
+    good = write_folder(campaign(A, planted(A), 3, noise=0.02, seconds=4.0, rate=50.0), tmp_path / "good")
+    bad = write_folder(copied(), tmp_path / "bad")
+    lone = write_folder(campaign(A, planted(A), 1, noise=0.02, seconds=4.0, rate=50.0), tmp_path / "lone")
+    for folder, following in ((good, "nnhydro benchmark"), (bad, "mend what is named above"), (lone, "nnhydro identify")):
+        assert run(["check", str(folder)]) == 0
+        assert f"Next: {following}" in capsys.readouterr().out
+
+
+# faults of sensors and controllers
+
+def faulty(*instruments):
+    return StripTheory(A, GIVEN, {"seen": []}, "constant corrected", planted(A), instruments)
+
+
+BIAS, TIMING, ENCODER = TorqueBias((0.4,), joint=1), SensorTiming((-0.0005,), (0.0,)), EncoderOffset((0.05,), joint=2)
+
+
+def test_a_model_without_instruments_gives_what_the_drives_must_supply():
+    clean, at = without_instruments(faulty(BIAS, TIMING)), motion(2)
+    assert_close(clean.torque(at), faulty().torque(at))
+    assert sensor_faults(faulty(BIAS, TIMING, ENCODER)) == ("torque_bias", "sensor_timing")
+
+
+def test_an_encoder_that_reads_with_an_offset_stays_for_the_controller_reads_it_too():
+    assert without_instruments(faulty(BIAS, ENCODER)).instruments == (ENCODER,)
+
+
+def test_faults_inside_a_corrected_simulation_are_left_off_too():
+    model = Amended(A, GIVEN, {}, faulty(BIAS), faulty(), faulty(BIAS))
+    at = motion(2)
+    assert sensor_faults(model) == ("torque_bias",)
+    assert_close(without_instruments(model).torque(at), faulty().torque(at))
+
+
+@pytest.mark.parametrize("instruments", [(BIAS,), (TIMING,), (BIAS, TIMING)], ids=["bias", "timing", "both"])
+def test_export_refuses_faults_of_sensors_and_names_the_option_that_leaves_them_off(instruments, tmp_path, capsys):
+    pytest.importorskip("onnx")
+    folder = save_model(faulty(*instruments), tmp_path / "m")
+    command = ["export", str(folder), "--out", str(tmp_path / "arm.onnx")]
+    assert run(command) == 2
+    err = capsys.readouterr().err
+    assert "add --without-instruments" in err
+    assert ", ".join(one.id for one in instruments) in err
+    assert run([*command, "--without-instruments", "--json"]) == 0
+    json.loads(capsys.readouterr().out)
+
+
+def test_the_exported_numbers_are_those_without_the_faults(tmp_path):
+    onnxruntime = pytest.importorskip("onnxruntime")
+    folder = save_model(faulty(BIAS, TIMING), tmp_path / "m")
+    assert run(["export", str(folder), "--out", str(tmp_path / "arm.onnx"), "--without-instruments", "--quiet"]) == 0
+    session = onnxruntime.InferenceSession(str(tmp_path / "arm.onnx"))
+    at = motion(2)
+    row = {"q": at.q[9], "qd": at.qd[9], "qdd": at.qdd[9], "u0": at.u0[9:10], "du0": at.du0[9:10]}
+    fed = {x.name: row[x.name].numpy() for x in session.get_inputs() if x.name in row}
+    assert np.allclose(session.run(["tau"], fed)[0], faulty().torque(at)[9].numpy(), atol=1e-9)
+
+
+def test_the_message_names_the_one_cause_that_stands_in_the_way():
+    with pytest.raises(ModelError, match=r"what sensor_timing remembers .* add --without-instruments"):
+        record(faulty(TIMING))
+    travelling = StripTheory(A, GIVEN, {}, "state", BASELINES["state"].start(A))
+    named = memories_of(travelling)
+    assert {"state_drag", "state_added_mass"} <= set(named)
+    assert "rigid_body" not in named
+    with pytest.raises(ModelError, match=r"state_drag and .* export a network") as refused:
+        record(travelling)
+    assert "Basset" not in str(refused.value)
