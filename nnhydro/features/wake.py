@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
+from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 from nnhydro.physics.wake_memory import relaxed
@@ -38,6 +39,8 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     w = flow.A[:, :, None] * x + flow.B[:, :, None]
     if flow.motion.wake is not None:
         return w, list(flow.motion.wake)
+    if flow.motion.carried is not None:
+        return w, list(_carried_memories(flow, flow.motion.carried, w).unbind(1))
     if flow.motion.steady or len(flow.motion) < 2:
         return w, [w for _ in MEMORIES]
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
@@ -45,6 +48,19 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     start = every[0] if under_way(flow) else torch.zeros_like(every[0])
     travel = (w.abs() * dt[:, None, None] / flow.D[:, None])[:, None] / torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
     return w, list(relaxed(every, travel, start).unbind(1))
+
+
+def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
+    """m (n, memories, links, s) of arms that are stepped through time; w (n, links, s) m/s."""
+    every = w[:, None].expand(-1, len(MEMORIES), -1, -1)
+    lengths = torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
+    moves = flow.motion.u0.abs()[:, None, None, None] > STILL
+
+    def following(old: Tensor) -> Tensor:
+        path = w.abs() * carried.steps(3) / flow.D[:, None]
+        return every + (old - every) * torch.exp(-path[:, None] / lengths)
+
+    return carried.value(f"wake/{w.shape[2]}", lambda: torch.where(moves, every, torch.zeros_like(every)), following)
 
 
 def ends(remembered: list[Tensor]) -> tuple[Tensor, Tensor]:

@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 
+FEW = 256  # values
+
+
 @lru_cache(maxsize=16)
 def _knots(count: int) -> tuple[int, NDArray[np.float64]]:
     """Degree and clamped uniform knots of count + 2 B-splines."""
@@ -30,11 +33,33 @@ def pieces(count: int) -> int:
     return count + 2 - degree
 
 
+@lru_cache(maxsize=16)
+def _polynomials(count: int) -> Tensor:
+    """Coefficients (degree + pieces, count + 2) of all B-splines in powers of u - 1/2 and of ramps from the inner knots."""
+    from scipy.interpolate import BSpline
+
+    degree, knots = _knots(count)
+    u = np.linspace(0.0, 1.0, 20 * pieces(count) + 1)
+    wanted = BSpline.design_matrix(u, knots, degree).toarray()
+    return torch.from_numpy(np.linalg.lstsq(_powers(torch.from_numpy(u), count).numpy(), wanted, rcond=None)[0])
+
+
+def _powers(u: Tensor, count: int) -> Tensor:
+    """Powers of u - 1/2 up to the degree, and the ramps from each inner knot away from the middle to the degree, (..., degree + pieces)."""
+    degree, inner = _knots(count)[0], torch.arange(1, pieces(count), dtype=torch.float64) / pieces(count)
+    side = torch.where(inner <= 0.5, -1.0, 1.0)
+    ramps = (side * (u[..., None] - inner)).clamp(min=0) ** degree
+    v = (u - 0.5)[..., None]
+    return torch.cat([torch.ones_like(v), *(v**k for k in range(1, degree + 1)), ramps], dim=-1)
+
+
 def _all(s_over_D: Tensor, end: float, count: int) -> Tensor:
     """Values of all count + 2 B-splines, (..., count + 2)."""
     from scipy.interpolate import BSpline
 
     degree, knots = _knots(count)
+    if 0 < s_over_D.numel() <= FEW:  # in torch, so that a step in time can be differentiated and exported
+        return _powers((s_over_D / end).clamp(max=1.0), count) @ _polynomials(count)
     u = (s_over_D / end).clamp(max=1.0).numpy()
     if not u.size:
         return torch.zeros(*u.shape, count + 2, dtype=torch.float64)
