@@ -61,6 +61,20 @@ def mechanics(model: TorqueModel, left_out: list[str]) -> TorqueModel:
     return model
 
 
+def steppable(model: TorqueModel) -> TorqueModel:
+    """Return `model` with all its instruments, its terms such that they can be stepped through time."""
+    if isinstance(model, StripTheory):
+        return replace(model, loads=Loads({name: stepped(term) for name, term in model.loads.terms.items()}))
+    if isinstance(model, LearnedTorque) and model.baseline is not None:
+        return replace(model, baseline=steppable(model.baseline))
+    if isinstance(model, Amended):
+        before, after = steppable(model.before), steppable(model.after)
+        assert isinstance(before, StripTheory)
+        assert isinstance(after, StripTheory)
+        return replace(model, simulation=None if model.simulation is None else steppable(model.simulation), before=before, after=after)
+    return model
+
+
 def physical_part(model: TorqueModel) -> StripTheory | None:
     """Return the sum of load terms in `model` (a hybrid's baseline, a corrected simulation's last state), None where there is none."""
     if isinstance(model, StripTheory):

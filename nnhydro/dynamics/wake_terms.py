@@ -13,7 +13,9 @@ from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel_term import unit_drag
+from nnhydro.physics.travel_term import TravelTerm, unit_drag
+
+FEW = 1024  # rows: longer runs are worked off piece by piece, by the term itself
 
 
 @final
@@ -72,10 +74,29 @@ class SteppedWakeReentry(LoadTerm):
         return strips.to_joints(0.5 * flow.rho * flow.D[:, None] * felt).sum(-1)
 
 
+@final
+@dataclass(frozen=True)
+class SteppedTravel(LoadTerm):
+    """Any term with a coefficient over the travel: the curve first, then one load a strip, instead of a column for every ordinate."""
+
+    kind: ClassVar[str] = ""
+    term: TravelTerm
+
+    def torque(self, flow: Flow) -> Tensor:
+        """Return the joint torques (n, joints) N m."""
+        if flow.motion.carried is None and len(flow.motion) > FEW:
+            return self.term.torque(flow)
+        state = self.term.state(flow)
+        curves = torch.stack([self.term.curve(s, link) for link, s in enumerate(state.s_over_D.unbind(1))], dim=1)
+        return state.strips.to_joints(self.term.unit_load(state, self.term.added_mass) * curves).sum(-1)
+
+
 def stepped(term: LoadTerm) -> LoadTerm:
     """Return `term`, or what does the same and can be stepped through time."""
     if isinstance(term, InSector):
         return replace(term, term=stepped(term.term))
+    if isinstance(term, TravelTerm):
+        return SteppedTravel(term)
     if isinstance(term, FlowMemory):
         return SteppedFlowMemory(term)
     return SteppedWakeReentry(term) if isinstance(term, WakeReentry) else term

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import final
 
+import torch
 from torch import Tensor
 
 Memory = Mapping[str, Tensor]  # by name, rows first
@@ -19,12 +20,13 @@ Memory = Mapping[str, Tensor]  # by name, rows first
 class Carried:
     """`before` is what was remembered `dt` (n,) s ago (None at the first instant), `after` what is remembered now, filled on the way.
 
-    `held`: `before` is that of this very instant and stays as it is.
+    `held`: `before` is that of this very instant and stays as it is. Rows that are `fresh` begin anew, whatever stands in `before`.
     """
 
     dt: Tensor  # (n,) s
     before: Memory | None = None
     held: bool = False
+    fresh: Tensor | None = None  # (n,) bool
     after: dict[str, Tensor] = field(default_factory=dict)
 
     def value(self, name: str, start: Callable[[], Tensor], following: Callable[[Tensor], Tensor]) -> Tensor:
@@ -33,6 +35,8 @@ class Carried:
             found = start()
         else:
             found = self.before[name] if self.held else following(self.before[name])
+            if self.fresh is not None:
+                found = torch.where(self.fresh.reshape(-1, *(1,) * (found.dim() - 1)), start(), found)
         self.after[name] = found
         return found
 

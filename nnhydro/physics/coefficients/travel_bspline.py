@@ -33,24 +33,18 @@ def pieces(count: int) -> int:
     return count + 2 - degree
 
 
-@lru_cache(maxsize=16)
-def _polynomials(count: int) -> Tensor:
-    """Coefficients (degree + pieces, count + 2) of all B-splines in powers of u - 1/2 and of ramps from the inner knots."""
-    from scipy.interpolate import BSpline
-
+def _recursion(u: Tensor, count: int) -> Tensor:
+    """Values of all count + 2 B-splines at u (...) in 0..1 by the recursion of Cox and de Boor, (..., count + 2)."""
     degree, knots = _knots(count)
-    u = np.linspace(0.0, 1.0, 20 * pieces(count) + 1)
-    wanted = BSpline.design_matrix(u, knots, degree).toarray()
-    return torch.from_numpy(np.linalg.lstsq(_powers(torch.from_numpy(u), count).numpy(), wanted, rcond=None)[0])
-
-
-def _powers(u: Tensor, count: int) -> Tensor:
-    """Powers of u - 1/2 up to the degree, and the ramps from each inner knot away from the middle to the degree, (..., degree + pieces)."""
-    degree, inner = _knots(count)[0], torch.arange(1, pieces(count), dtype=torch.float64) / pieces(count)
-    side = torch.where(inner <= 0.5, -1.0, 1.0)
-    ramps = (side * (u[..., None] - inner)).clamp(min=0) ** degree
-    v = (u - 0.5)[..., None]
-    return torch.cat([torch.ones_like(v), *(v**k for k in range(1, degree + 1)), ramps], dim=-1)
+    t, x = torch.from_numpy(knots), u[..., None]
+    last = t[:-1] == t[t < 1].max()  # the piece that holds its own end
+    inside = (x >= t[:-1]) & (t[:-1] < t[1:]) & ((x < t[1:]) | last)
+    values = torch.where(inside, 1.0, 0.0).to(torch.float64)
+    for p in range(1, degree + 1):
+        rise, fall = (t[p:-1] - t[:-p - 1]), (t[p + 1:] - t[1:-p])
+        up, down = (torch.where(span > 0, 1 / span.clamp(min=1e-30), 0.0) for span in (rise, fall))
+        values = (x - t[:-p - 1]) * up * values[..., :-1] + (t[p + 1:] - x) * down * values[..., 1:]
+    return values
 
 
 def _all(s_over_D: Tensor, end: float, count: int) -> Tensor:
@@ -59,7 +53,7 @@ def _all(s_over_D: Tensor, end: float, count: int) -> Tensor:
 
     degree, knots = _knots(count)
     if 0 < s_over_D.numel() <= FEW:  # in torch, so that a step in time can be differentiated and exported
-        return _powers((s_over_D / end).clamp(max=1.0), count) @ _polynomials(count)
+        return _recursion((s_over_D / end).clamp(max=1.0), count)
     u = (s_over_D / end).clamp(max=1.0).numpy()
     if not u.size:
         return torch.zeros(*u.shape, count + 2, dtype=torch.float64)
