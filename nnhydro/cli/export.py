@@ -7,15 +7,18 @@ import typer
 
 from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
 
-FORMATS = ("onnx", "mujoco", "curves")
+FORMATS = ("onnx", "c", "mujoco", "curves")
 
 
-def _onnx(model: Path, out: Path, precision: str) -> tuple[dict[str, Any], str]:
+def _step(model: Path, out: Path, kind: str, precision: str, bare: bool) -> tuple[dict[str, Any], str]:
     """Write one step in time; return what it is told of and the verdict."""
-    from nnhydro.models.export.onnx_file import export_onnx
+    from nnhydro.deployment.files import export_step
     from nnhydro.models.storage import DIGEST, load_model
 
-    told = export_onnx(load_model(model), out, precision, (model / DIGEST).read_text(encoding="utf-8").strip())
+    digest = (model / DIGEST).read_text(encoding="utf-8").strip()
+    told = export_step(load_model(model), out, kind, precision, digest, bare)
+    if kind == "c":
+        return told, f"{told['model']} is one step in time in {out}, checked against the model; try it with {told['test_vector']}."
     return told, f"{told['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it."
 
 
@@ -51,8 +54,10 @@ def _curves(model: Path, out: Path) -> tuple[dict[str, Any], str]:
 def export(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it says how to feed it."),
-    kind: str = typer.Option("onnx", "--format", help="onnx (any model), mujoco (physics, as MJCF) or curves (coefficients, as CSV)."),
-    precision: str = typer.Option("double", "--precision", help="Of onnx: double, or single (off by some 1e-6 of the torque)."),
+    kind: str = typer.Option("onnx", "--format", help="onnx or c (any model, one step in time), mujoco (physics, as MJCF) or curves "
+                             "(coefficients, as CSV)."),
+    bare: bool = typer.Option(False, "--without-instruments", help="Of onnx and c: leave out found faults of sensors and drives."),
+    precision: str = typer.Option("double", "--precision", help="Of onnx and c: double, or single (off by some 1e-6 of the torque)."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
@@ -60,13 +65,15 @@ def export(
     from nnhydro.errors import require
 
     require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")
-    told, verdict = _onnx(model, out, precision) if kind == "onnx" else (_mujoco if kind == "mujoco" else _curves)(model, out)
+    require(kind in ("onnx", "c") or not bare, f"--without-instruments belongs to --format onnx and c, not to {kind}")
+    told, verdict = (_step(model, out, kind, precision, bare) if kind in ("onnx", "c") else
+                     (_mujoco if kind == "mujoco" else _curves)(model, out))
     if json:
         emit({"file": str(out), **told})
         return
     if kind == "onnx":
         _show_onnx(told, out, precision)
-    for what in ("holds", "lacks"):
+    for what, said in (("holds", "holds "), ("lacks", "cannot hold"), ("left_out", "left out")):
         for line in told.get(what, []):
-            say(f"{'holds ' if what == 'holds' else 'cannot hold '} {line}")
+            say(f"{said} {line}")
     conclude(verdict)
