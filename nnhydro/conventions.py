@@ -1,9 +1,11 @@
 """Units, signs, frames and channel names: the one page that all else cites.
 
-Frame    X, Y in the plane of motion, Z out of it. Joint 1 sits on a carriage that moves along +Y at `u0`.
-Angles   q_1 from +X to link 1, q_i (i > 1) from link i-1 to link i, counter-clockwise, rad; phi_i = q_1 + ... + q_i.
+Frame    X, Y in the plane of motion, Z out of it, at rest. Joint 1 sits on a carriage that moves along +Y at `u0`, or on a base that also
+         moves along +X and turns with the heading psi, counter-clockwise; velocities are those of joint 1 along the axes at rest.
+Angles   q_1 from +X to link 1, q_i (i > 1) from link i-1 to link i, counter-clockwise, rad; phi_i = q_1 + ... + q_i (+ psi; q_1 is then
+         measured from the heading).
 Link     e_i = (cos phi_i, sin phi_i) from joint i to joint i+1, n_i = (-sin phi_i, cos phi_i); x runs along e_i from 0 to L_i.
-Water    at rest far away; velocities are those of the link through the water.
+Water    at rest far away, or moving as `current` says, everywhere alike; velocities are those of the link through the water.
 LOAD     a torque is what the drive must supply, positive along +q_j: rigid body + minus the water's torque + friction.
          Drag loads therefore carry the sign of the velocity, inertia loads the sign of the acceleration.
 C_M      is the added-mass coefficient (ideal value 1), never Morison's inertia coefficient 1 + C_M.
@@ -51,6 +53,17 @@ CHANNELS: dict[str, Channel] = {
     "tau_std": Channel("tau_std", "Nm", True, "standard deviation of a torque"),
     "u0": Channel("u0", "m_s", False, "carriage speed"),
     "du0": Channel("du0", "m_s2", False, "carriage acceleration"),
+    "base_x": Channel("base_x", "m_s", False, "velocity of the base along +X"),
+    "base_y": Channel("base_y", "m_s", False, "velocity of the base along +Y: what u0 has always meant"),
+    "base_yaw": Channel("base_yaw", "rad_s", False, "yaw rate of the base"),
+    "dbase_x": Channel("dbase_x", "m_s2", False, "acceleration of the base along +X"),
+    "dbase_y": Channel("dbase_y", "m_s2", False, "acceleration of the base along +Y"),
+    "dbase_yaw": Channel("dbase_yaw", "rad_s2", False, "yaw acceleration of the base"),
+    "heading": Channel("base_yaw", "rad", False, "heading of the base, from +X"),
+    "current_x": Channel("current_x", "m_s", False, "velocity of the water along +X"),
+    "current_y": Channel("current_y", "m_s", False, "velocity of the water along +Y"),
+    "dcurrent_x": Channel("dcurrent_x", "m_s2", False, "acceleration of the water along +X"),
+    "dcurrent_y": Channel("dcurrent_y", "m_s2", False, "acceleration of the water along +Y"),
 }
 
 

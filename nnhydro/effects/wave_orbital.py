@@ -66,8 +66,9 @@ class WaveOrbital(InstrumentEffect):
     def _places(self, seen: SensorView) -> Tensor:
         """How far along the direction the middle of each link is, (n, links) m."""
         motion = seen.motion
-        along_Y = torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(motion.u0, motion.t)])
-        return seen.flow.middle @ self._d + self._d[1] * along_Y[:, None]
+        ahead = self._d[1] * motion.u0 + (0.0 if motion.base is None else self._d[0] * motion.base.vx)
+        gone = torch.cat([motion.t[:1] * 0, torch.cumulative_trapezoid(ahead, motion.t)])
+        return seen.flow.middle @ self._d + gone[:, None]
 
     def _answers(self, seen: SensorView) -> tuple[Tensor, Tensor]:
         """What velocity and acceleration of the water at each link change in the reading, (n, joints, links) N m s/m, N m s^2/m."""

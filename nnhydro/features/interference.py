@@ -30,7 +30,8 @@ def strip_paths(flow: Flow, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Return position and velocity of each strip and the inboard joints' positions, complex: (n, links, s) m, m/s, (n, links) m."""
     e = torch.exp(1j * flow.phi)
     joints = torch.cumsum(flow.L * e, dim=1) - flow.L * e
-    speed = 1j * flow.motion.u0[:, None] + torch.cumsum(1j * flow.A * flow.L * e, dim=1) - 1j * flow.A * flow.L * e
+    rx, ry = flow.through_water[:2]
+    speed = rx + 1j * ry + torch.cumsum(1j * flow.A * flow.L * e, dim=1) - 1j * flow.A * flow.L * e
     position = joints[:, :, None] + x * e[:, :, None]
     return position, speed[:, :, None] + 1j * (flow.A * e)[:, :, None] * x, joints
 

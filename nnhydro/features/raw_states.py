@@ -8,19 +8,28 @@ geometry.py): a bent arm at rest in still water needs no torque. Source: Rivera 
 """
 
 import torch
+from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.features.geometry import in_motion
+from nnhydro.physics.flow import Flow
+
+
+def _hub(flow: Flow, first: Tensor) -> tuple[Tensor, Tensor]:
+    """Speed and acceleration of joint 1 through the water across and along the first link, each (n, 2)."""
+    rx, ry, ax, ay = (x[:, :1] for x in flow.through_water)
+    cos, sin = torch.cos(first), torch.sin(first)
+    return torch.cat([ry * cos - rx * sin, ay * cos - ax * sin], dim=1), torch.cat([rx * cos + ry * sin, ax * cos + ay * sin], dim=1)
 
 
 @feature_set("raw", dimensional=True)
 def raw(view: View) -> Features:
     """Return 2 joints + 2 and (links - 1) odd, (links - 1) + 2 even ones."""
     motion, first = view.flow.motion, view.flow.phi[:, :1]
-    carriage = torch.stack([motion.u0, motion.du0], dim=1)
+    across, along = _hub(view.flow, first)
     between = motion.q[:, 1:]
-    odd = [motion.qd, motion.qdd, carriage * torch.cos(first), torch.sin(between) * in_motion(view.flow)]
-    return Features(torch.cat(odd, dim=1), torch.cat([carriage * torch.sin(first), torch.cos(between)], dim=1))
+    odd = [motion.qd, motion.qdd, across, torch.sin(between) * in_motion(view.flow)]
+    return Features(torch.cat(odd, dim=1), torch.cat([along, torch.cos(between)], dim=1))
 
 
 @feature_set("dimensional", dimensional=True)

@@ -30,8 +30,9 @@ def stations(flow: Flow, per_link: int = STRIPS) -> Tensor:
 
 
 def under_way(flow: Flow) -> bool:
-    """Return whether the carriage was under way before the recording began."""
-    return bool(flow.motion.u0[0].abs() > STILL)
+    """Return whether the arm was under way through the water before the recording began: under tow, on a moving base or in a current."""
+    rx, ry = flow.through_water[:2]
+    return bool(torch.hypot(rx[0], ry[0]).max() > STILL)
 
 
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:

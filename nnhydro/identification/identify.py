@@ -18,6 +18,7 @@ from nnhydro.identification.travel_scale import has_travel_scale, with_best_trav
 from nnhydro.models.baselines import Baseline, baseline
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.water_pressure import WaterPressure
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
@@ -83,9 +84,17 @@ def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> tuple[Solution,
     return fit(summed, before, correlation), blocks, before
 
 
+def with_measured_water(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads:
+    """Return `loads` and, where the motion of the water was recorded in one of the units, the pressure of its own acceleration."""
+    if arm.dry or "water_pressure" in loads.terms:
+        return loads
+    moving = any(segment.current is not None for unit in chosen for segment in unit.segments())
+    return loads.plus("water_pressure", WaterPressure()) if moving else loads
+
+
 def started(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
     """Return the baseline's terms before the linear fit; a travel scale, where it has one, is chosen for the units `chosen`."""
-    loads = chosen_baseline.start(arm)
+    loads = with_measured_water(chosen_baseline.start(arm), chosen, arm)
     return with_best_travel_scale(loads, chosen, arm).loads if has_travel_scale(loads) else loads
 
 

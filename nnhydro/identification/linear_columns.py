@@ -63,8 +63,7 @@ def _stretches(flow: Flow, segment: Segment, chosen: NDArray[np.int64]) -> Itera
     wake, m, halo = torch.stack(StripView(flow).wake), flow.motion, reach(segment)
     for some in np.array_split(chosen, -(-len(chosen) // STRETCH)):
         rows = slice(max(int(some[0]) - halo, 0), int(some[-1]) + halo + 1)
-        motion = replace(m, t=m.t[rows], q=m.q[rows], qd=m.qd[rows], qdd=m.qdd[rows], u0=m.u0[rows], du0=m.du0[rows], wake=wake[:, rows])
-        yield rows, Flow(flow.arm, motion), some - rows.start
+        yield rows, Flow(flow.arm, replace(m, wake=wake).rows(rows)), some - rows.start
 
 
 def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segment, chosen: NDArray[np.int64]) -> Linear:

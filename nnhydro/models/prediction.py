@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from nnhydro.errors import RecordingError
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, time_steps
-from nnhydro.recordings.recording import Recording
+from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, slope_missing, time_steps
+from nnhydro.recordings.recording import MOTION, SURROUNDINGS, Recording
 from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
 MOST_ROWS = 1_000_000  # of an even grid across a gap
@@ -30,10 +31,11 @@ class Prediction:
 
 def _finite_motion(recording: Recording) -> Recording:
     """The motion alone, refused where a row has no finite time, angle or given derivative."""
-    motion = recording.without_torque()
+    motion = with_heading(recording.without_torque())
     time_steps(motion)
-    for label, channel in (("t_s", motion.t), ("an angle", motion.q), ("a rate", motion.qd), ("an acceleration", motion.qdd),
-                           ("u0_m_s", motion.u0), ("du0_m_s2", motion.du0)):
+    named = {"q": "an angle", "qd": "a rate", "qdd": "an acceleration", "u0": "u0_m_s", "du0": "du0_m_s2", "base": "the base's motion",
+             "dbase": "the base's acceleration", "heading": "base_yaw_rad", "current": "the current", "dcurrent": "the current's slope"}
+    for label, channel in (("t_s", motion.t), *((named[name], getattr(motion, name)) for name in MOTION)):
         if channel is not None:
             bad = np.flatnonzero(~np.isfinite(channel.reshape(len(motion), -1)).all(axis=1))
             if len(bad):
@@ -59,12 +61,12 @@ def _bridged(motion: Recording) -> Recording:
 
     q = onto(motion.q)
     assert q is not None
-    return replace(motion, t=grid, q=q, qd=onto(motion.qd), qdd=onto(motion.qdd), u0=onto(motion.u0), du0=onto(motion.du0), clock=None)
+    return replace(motion, t=grid, q=q, clock=None, **{name: onto(getattr(motion, name)) for name in MOTION[1:]})
 
 
 def _complete(motion: Recording) -> bool:
     """True where no derivative is missing."""
-    return motion.qd is not None and motion.qdd is not None and (motion.u0 is None or motion.du0 is not None)
+    return motion.qd is not None and motion.qdd is not None and not slope_missing(motion)
 
 
 def _how(motion: Recording) -> Preparation:
@@ -80,8 +82,9 @@ def _whole(motion: Recording, how: Preparation) -> Segment:
     n, zero = len(motion), np.zeros(len(motion))
     assert motion.qd is not None
     assert motion.qdd is not None
-    u0, du0 = (zero if x is None else x for x in (motion.u0, motion.du0))
-    return Segment(motion.name, motion.t, motion.q, motion.qd, motion.qdd, u0, du0, None, np.ones(n, dtype=bool), stop_row=n)
+    around = {name: getattr(motion, name) for name in SURROUNDINGS}
+    around |= {name: zero for name in ("u0", "du0") if around[name] is None}
+    return Segment(motion.name, motion.t, motion.q, motion.qd, motion.qdd, tau=None, keep=np.ones(n, dtype=bool), stop_row=n, **around)
 
 
 def _on_segment(model: TorqueModel, segment: Segment) -> tuple[Array, Array | None]:

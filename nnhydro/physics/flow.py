@@ -9,9 +9,12 @@
     M_i = sum_{p<=i} qdd_p
     N_i = sum_{j<i} L_j [phidd_j cos(phi_i - phi_j) - phid_j (phid_i - phid_j) sin(phi_i - phi_j)] + du0 cos phi_i - u0 A_i sin phi_i
 
-Where the water itself moves with the velocity v(t), the same all along a link, what counts is the motion through it: B - v.n, u_x - v.e,
+In general joint 1 moves with h(t) on a base of heading psi, and the water with v(t), the same all along a link. With r = h - v, phi_i holds
+psi, A_i psid and M_i psidd, and in the lines above stand
 
-    N_i - dv/dt.n_i + A_i v.e_i,    du_x,i - dv/dt.e_i - A_i v.n_i        dv/dt as the link meets it, which moves itself
+    r.n_i for u0 cos phi_i,  r.e_i for u0 sin phi_i,  dr/dt.n_i - A_i r.e_i  and  dr/dt.e_i + A_i r.n_i for what follows the sums;
+
+dv/dt is that which the link meets, which moves itself.
 
 Source: Rivera (1995), eqs. 3-1-9 to 3-1-14, 3-1-31, 3-1-32 (formulas lost in print; re-derived as plain time derivatives).
 """
@@ -25,33 +28,19 @@ import torch
 from torch import Tensor
 
 from nnhydro.physics.kept import Kept
-from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.motion import Motion, Water, tensor
 from nnhydro.recordings.arm import Arm
 
-
-def _each_link(x: Tensor) -> Tensor:
-    """A vector a row (n, 2) as one for all links (n, 1, 2); one a link (n, links, 2) as it is."""
-    return x if x.dim() == 3 else x[:, None, :]
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Water:
-    """Water that moves, all along a link alike: a current, or a wave that is long beside a link. World axes X, Y."""
-
-    velocity: Tensor  # (n, 2) m/s where it is the same for all links, else (n, links, 2)
-    acceleration: Tensor  # (n, 2) or (n, links, 2) m/s^2, as the link meets it
-
-    def __add__(self, other: "Water") -> "Water":
-        """Return the water that moves as both do."""
-        return Water(*(_each_link(x) + _each_link(y) for x, y in ((self.velocity, other.velocity),
-                                                                  (self.acceleration, other.acceleration))))
+__all__ = ["Flow", "Water"]
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """The kinematics of `motion` for `arm`; every quantity is computed once, when first asked for. Water is at rest where none is given."""
+    """The kinematics of `motion` for `arm`; every quantity is computed once, when first asked for.
+
+    `water` moves besides what the motion says of the water; at rest where neither says anything.
+    """
 
     arm: Arm
     motion: Motion
@@ -86,17 +75,20 @@ class Flow:
     @cached_property
     def phi(self) -> Tensor:  # (n, links) rad
         """Absolute angles."""
-        return self.motion.q.cumsum(dim=1)
+        phi, base = self.motion.q.cumsum(dim=1), self.motion.base
+        return phi if base is None else phi + base.heading[:, None]
 
     @cached_property
     def A(self) -> Tensor:  # (n, links) rad/s
         """Absolute angular rates: the slope of the normal velocity."""
-        return self.motion.qd.cumsum(dim=1)
+        A, base = self.motion.qd.cumsum(dim=1), self.motion.base
+        return A if base is None else A + base.rate[:, None]
 
     @cached_property
     def M(self) -> Tensor:  # (n, links) rad/s^2
         """Absolute angular accelerations: the slope of the normal acceleration."""
-        return self.motion.qdd.cumsum(dim=1)
+        M, base = self.motion.qdd.cumsum(dim=1), self.motion.base
+        return M if base is None else M + base.acceleration[:, None]
 
     @cached_property
     def _inboard(self) -> Tensor:  # (links i, links j)
@@ -120,24 +112,33 @@ class Flow:
         return self._inboard * self.L * torch.sin(self._bend)
 
     @cached_property
+    def through_water(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:  # four of (n, 1) or (n, links), m/s and m/s^2
+        """The motion of joint 1 through the water at each link, r_X, r_Y, and its time derivative."""
+        m, waters = self.motion, [water for water in (self.motion.current, self.water) if water is not None]
+        still = torch.zeros_like(m.u0)
+        hub = (still if m.base is None else m.base.vx, m.u0, still if m.base is None else m.base.ax, m.du0)
+        rx, ry, ax, ay = (x[:, None] for x in hub)
+        for water in waters:
+            vx, vy, slope_x, slope_y = water.at_links()
+            rx, ry, ax, ay = rx - vx, ry - vy, ax - slope_x, ay - slope_y
+        return rx, ry, ax, ay
+
+    @cached_property
     def _met(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:  # (n, links) m/s, m/s, m/s^2, m/s^2
-        """The water's own velocity across and along each link, and its acceleration across and along: v.n, v.e, dv/dt.n, dv/dt.e."""
-        if self.water is None:
-            zero = torch.zeros_like(self.phi)
-            return zero, zero, zero, zero
+        """The motion of joint 1 through the water across and along each link, and its derivative: r.n, r.e, dr/dt.n, dr/dt.e."""
         cos, sin = torch.cos(self.phi), torch.sin(self.phi)
-        (vx, vy), (ax, ay) = (_each_link(x).unbind(-1) for x in (self.water.velocity, self.water.acceleration))
-        return vy * cos - vx * sin, vx * cos + vy * sin, ay * cos - ax * sin, ax * cos + ay * sin
+        rx, ry, ax, ay = self.through_water
+        return ry * cos - rx * sin, rx * cos + ry * sin, ay * cos - ax * sin, ax * cos + ay * sin
 
     @cached_property
     def B(self) -> Tensor:  # (n, links) m/s
         """Normal velocity of the inboard joint of each link."""
-        return torch.einsum("nij,nj->ni", self.along, self.A) + self.motion.u0[:, None] * torch.cos(self.phi) - self._met[0]
+        return torch.einsum("nij,nj->ni", self.along, self.A) + self._met[0]
 
     @cached_property
     def u_x(self) -> Tensor:  # (n, links) m/s
         """Axial velocity of each link."""
-        return torch.einsum("nij,nj->ni", self.across, self.A) + self.motion.u0[:, None] * torch.sin(self.phi) - self._met[1]
+        return torch.einsum("nij,nj->ni", self.across, self.A) + self._met[1]
 
     @cached_property
     def _turning(self) -> Tensor:  # (n, links i, links j) rad^2/s^2
@@ -147,16 +148,14 @@ class Flow:
     @cached_property
     def N(self) -> Tensor:  # (n, links) m/s^2
         """Normal acceleration (link frame) of the inboard joint of each link."""
-        u0, du0 = self.motion.u0[:, None], self.motion.du0[:, None]
         return (torch.einsum("nij,nj->ni", self.along, self.M) - (self.across * self._turning).sum(-1)
-                + du0 * torch.cos(self.phi) - u0 * self.A * torch.sin(self.phi) - self._met[2] + self.A * self._met[1])
+                + self._met[2] - self.A * self._met[1])
 
     @cached_property
     def du_x(self) -> Tensor:  # (n, links) m/s^2
         """Axial acceleration (link frame) of each link."""
-        u0, du0 = self.motion.u0[:, None], self.motion.du0[:, None]
         return (torch.einsum("nij,nj->ni", self.across, self.M) + (self.along * self._turning).sum(-1)
-                + du0 * torch.sin(self.phi) + u0 * self.A * torch.cos(self.phi) - self._met[3] - self.A * self._met[0])
+                + self._met[3] + self.A * self._met[0])
 
     @cached_property
     def outboard(self) -> Tensor:  # (joints j, links i)

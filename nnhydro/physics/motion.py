@@ -1,6 +1,6 @@
-"""The motion of the arm as tensors: joint angles, rates and accelerations, and the carriage, row by row in time order."""
+"""The motion of the arm as tensors, row by row in time order: joint angles, rates and accelerations, the base and the water."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import final
 
 import numpy as np
@@ -15,6 +15,50 @@ from nnhydro.recordings.segment import Segment
 def tensor(x: ArrayLike) -> Tensor:
     """Return `x` as a float64 tensor with memory of its own."""
     return torch.from_numpy(np.array(x, dtype=np.float64))
+
+
+def _each_link(x: Tensor) -> Tensor:
+    """A vector a row (n, 2) as one for all links (n, 1, 2); one a link (n, links, 2) as it is."""
+    return x if x.dim() == 3 else x[:, None, :]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Water:
+    """Water that moves, all along a link alike: a current, or a wave that is long beside a link. World axes X, Y."""
+
+    velocity: Tensor  # (n, 2) m/s where it is the same for all links, else (n, links, 2)
+    acceleration: Tensor  # (n, 2) or (n, links, 2) m/s^2, as the link meets it
+
+    def __add__(self, other: "Water") -> "Water":
+        """Return the water that moves as both do."""
+        return Water(*(_each_link(x) + _each_link(y) for x, y in ((self.velocity, other.velocity),
+                                                                  (self.acceleration, other.acceleration))))
+
+    def at_links(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return v_X, v_Y and dv_X/dt, dv_Y/dt, each (n, 1) or (n, links)."""
+        (vx, vy), (ax, ay) = (_each_link(x).unbind(-1) for x in (self.velocity, self.acceleration))
+        return vx, vy, ax, ay
+
+    def rows(self, chosen: slice | Tensor) -> "Water":
+        """Return the water in some rows."""
+        return Water(self.velocity[chosen], self.acceleration[chosen])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Base:
+    """What joint 1 sits on, where it does more than move along +Y (u0 of the motion): velocity along +X and heading, each (n,)."""
+
+    vx: Tensor  # m/s
+    ax: Tensor  # m/s^2
+    heading: Tensor  # rad, added to q_1
+    rate: Tensor  # rad/s
+    acceleration: Tensor  # rad/s^2
+
+    def rows(self, chosen: slice | Tensor) -> "Base":
+        """Return the base in some rows."""
+        return Base(*(getattr(self, f.name)[chosen] for f in fields(self)))
 
 
 @final
@@ -37,6 +81,8 @@ class Motion:
     steady: bool = False
     wake: Tensor | None = None  # (memories, n, links, strips) m/s, features/wake.py
     carried: Carried | None = None
+    base: Base | None = None  # None: joint 1 moves along +Y alone
+    current: Water | None = None  # the water's own motion, as it was measured; None: at rest
 
     def __len__(self) -> int:
         return len(self.t)
@@ -45,7 +91,19 @@ class Motion:
     def of(segment: Segment) -> "Motion":
         """Return the motion of a segment."""
         return Motion(tensor(segment.t), tensor(segment.q), tensor(segment.qd), tensor(segment.qdd), tensor(segment.u0),
-                      tensor(segment.du0), segment.steady)
+                      tensor(segment.du0), segment.steady, base=_base_of(segment), current=_current_of(segment))
+
+    @property
+    def surrounded(self) -> bool:
+        """Whether base or water move in a way that q, qd, qdd, u0, du0 do not hold."""
+        return self.base is not None or self.current is not None
+
+    def rows(self, chosen: slice | Tensor) -> "Motion":
+        """Return some rows, in order."""
+        return replace(self, t=self.t[chosen], q=self.q[chosen], qd=self.qd[chosen], qdd=self.qdd[chosen], u0=self.u0[chosen],
+                       du0=self.du0[chosen], wake=None if self.wake is None else self.wake[:, chosen],
+                       base=None if self.base is None else self.base.rows(chosen),
+                       current=None if self.current is None else self.current.rows(chosen))
 
     @staticmethod
     def at(q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, u0: ArrayLike = 0.0, du0: ArrayLike = 0.0) -> "Motion":
@@ -54,3 +112,20 @@ class Motion:
         qd_, qdd_ = (tensor(np.broadcast_to(np.asarray(x, dtype=float), q_.shape)) for x in (qd, qdd))
         u0_, du0_ = (tensor(np.broadcast_to(np.asarray(x, dtype=float), q_.shape[:1])) for x in (u0, du0))
         return Motion(torch.arange(len(q_), dtype=torch.float64), q_, qd_, qdd_, u0_, du0_, steady=True)
+
+
+def _base_of(segment: Segment) -> Base | None:
+    if segment.base is None and segment.heading is None:
+        return None
+    still = torch.zeros(len(segment), dtype=torch.float64)
+    heading = still if segment.heading is None else tensor(segment.heading)
+    if segment.base is None or segment.dbase is None:
+        return Base(still, still, heading, still, still)
+    (vx, rate), (ax, acceleration) = (tensor(x).unbind(-1) for x in (segment.base, segment.dbase))
+    return Base(vx, ax, heading, rate, acceleration)
+
+
+def _current_of(segment: Segment) -> Water | None:
+    if segment.current is None or segment.dcurrent is None:
+        return None
+    return Water(tensor(segment.current), tensor(segment.dcurrent))

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from nnhydro.errors import RecordingError, counted
 from nnhydro.recordings.cutoff import choose_cutoff
 from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.recording import Recording, SteadyTable
+from nnhydro.recordings.recording import MOTION, Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
 GAP = 10.0  # a step of time longer than so many median steps is a gap: recordings are split there
@@ -68,7 +69,7 @@ def stretches(r: Recording, with_torque: bool = True) -> tuple[tuple[int, int], 
     """Return (first row, one past the last row) of each stretch of `r` that holds neither gaps nor NaN."""
     steps = time_steps(r)
     good = np.isfinite(r.t) & np.isfinite(r.q).all(axis=1)
-    for channel in (r.qd, r.qdd, r.u0, r.du0) + ((r.tau, r.tau_sim) if with_torque else ()):
+    for channel in (getattr(r, name) for name in MOTION + (("tau", "tau_sim") if with_torque else ())):
         if channel is not None:
             good &= np.isfinite(channel.reshape(len(r), -1)).all(axis=1)
     median = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 1.0
@@ -132,8 +133,8 @@ def resampled(r: Recording, start: int, stop: int) -> Recording:
     if _is_even(t):
         return replace(part, t=np.linspace(t[0], t[-1], len(t)))
     grid = even_grid(t, r.name)
-    return replace(part, t=grid, q=_interpolated(grid, t, part.q, 3), qd=_onto(grid, t, part.qd, 3), qdd=_onto(grid, t, part.qdd, 3),
-                   u0=_onto(grid, t, part.u0, 3), du0=_onto(grid, t, part.du0, 3), tau=_onto(grid, t, part.tau, 1),
+    motion = {name: _onto(grid, t, getattr(part, name), 3) for name in MOTION[1:]}
+    return replace(part, t=grid, q=_interpolated(grid, t, part.q, 3), **motion, tau=_onto(grid, t, part.tau, 1),
                    tau_sim=_onto(grid, t, part.tau_sim, 1), clock=None,
                    steps=(*part.steps, f"resampled to {1 / (grid[1] - grid[0]):.6g} Hz"))
 
@@ -155,16 +156,25 @@ def _rates(r: Recording, how: Preparation) -> tuple[Array, Array, Array]:
     return q, qd, derivatives(qd, dt, 1) if measured else derivatives(q, dt, 2)
 
 
-def _carriage(r: Recording, how: Preparation) -> tuple[Array, Array]:
-    """Carriage speed and acceleration of an evenly sampled recording."""
-    dt = float(r.t[1] - r.t[0])
-    if r.u0 is None:
-        return np.zeros(len(r)), np.zeros(len(r))
+def _rate_and_slope(rate: Array | None, slope: Array | None, dt: float, how: Preparation) -> tuple[Array | None, Array | None]:
+    """A speed (n, ...) of what carries the arm, low-passed as angles are, and its time derivative, given or derived."""
+    if rate is None:
+        return None, None
     state = None if how.low_pass is None else LowPass(STATE_OVER_CUTOFF * how.low_pass.cutoff_hz, how.low_pass.order)
-    u0 = r.u0 if state is None else state.apply(r.u0, dt)
-    if r.du0 is None:
-        return u0, derivatives(u0, dt, 1)
-    return u0, r.du0 if state is None else state.apply(r.du0, dt)
+    smooth = rate if state is None else state.apply(rate, dt)
+    if slope is None:
+        return smooth, derivatives(smooth, dt, 1)
+    return smooth, slope if state is None else state.apply(slope, dt)
+
+
+def surroundings(r: Recording, how: Preparation) -> dict[str, Array | None]:
+    """Return what a segment holds of base and water of the evenly sampled recording `r`, its accelerations included."""
+    dt, zero = float(r.t[1] - r.t[0]), np.zeros(len(r))
+    u0, du0 = _rate_and_slope(r.u0, r.du0, dt, how)
+    base, dbase = _rate_and_slope(r.base, r.dbase, dt, how)
+    current, dcurrent = _rate_and_slope(r.current, r.dcurrent, dt, how)
+    return {"u0": zero if u0 is None else u0, "du0": zero if du0 is None else du0, "base": base, "dbase": dbase, "heading": r.heading,
+            "current": current, "dcurrent": dcurrent}
 
 
 def _compared_rows(n: int, dt: float, how: Preparation) -> NDArray[np.bool_]:
@@ -178,33 +188,39 @@ def _compared_rows(n: int, dt: float, how: Preparation) -> NDArray[np.bool_]:
 
 def prepare(r: Recording, how: Preparation, with_torque: bool = True) -> Iterator[Segment]:
     """Yield the segments of `r`: even, gap-free, with derivatives, torque filtered; raise RecordingError where time is out of order."""
-    r = r if with_torque else r.without_torque()
+    r = with_heading(r if with_torque else r.without_torque())
     for start, stop in stretches(r, with_torque):
         part = resampled(r, start, stop)
         dt = float(part.t[1] - part.t[0])
         q, qd, qdd = _rates(part, how)
-        u0, du0 = _carriage(part, how)
+        around = surroundings(part, how)
 
         def seen(x: Array | None, dt: float = dt) -> Array | None:
             return x if x is None or how.low_pass is None else how.low_pass.apply(x, dt)
 
-        yield Segment(r.name, np.asarray(part.t), q, qd, qdd, u0, du0, seen(part.tau) if with_torque else None,
-                      _compared_rows(len(part), dt, how), how.low_pass, seen(part.tau_sim) if with_torque else None,
-                      part.tau if with_torque else None, False, start, stop)
+        yield Segment(r.name, np.asarray(part.t), q, qd, qdd, tau=seen(part.tau) if with_torque else None,
+                      keep=_compared_rows(len(part), dt, how), low_pass=how.low_pass, tau_sim=seen(part.tau_sim) if with_torque else None,
+                      tau_raw=part.tau if with_torque else None, start_row=start, stop_row=stop, **around)  # type: ignore[arg-type]
 
 
 def steady_segment(table: SteadyTable) -> Segment:
     """Return the rows of a steady table as one segment without accelerations: nothing is filtered, every row is compared."""
     n = len(table)
     return Segment(table.name, np.arange(n, dtype=float), table.q, table.qd, np.zeros_like(table.q), table.u0, np.zeros(n), table.tau,
-                   np.ones(n, dtype=bool), None, table.tau_sim, table.tau, True, 0, n)
+                   np.ones(n, dtype=bool), None, table.tau_sim, table.tau, True, 0, n, base=table.base, heading=table.heading,
+                   current=table.current)
 
 
 def needs_filter(r: Recording) -> bool:
     """True where something has to be derived from, or interpolated between, the rows of `r`."""
     t = np.asarray(r.t[np.isfinite(r.t)])
     uneven = len(t) > 1 and not _is_even(t)
-    return r.qd is None or r.qdd is None or (r.u0 is not None and r.du0 is None) or uneven
+    return r.qd is None or r.qdd is None or slope_missing(r) or uneven
+
+
+def slope_missing(r: Recording) -> bool:
+    """Return whether base, carriage or water move and their acceleration is not given."""
+    return any(getattr(r, name) is not None and getattr(r, f"d{name}") is None for name in ("u0", "base", "current"))
 
 
 def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Preparation:

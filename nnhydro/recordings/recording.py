@@ -11,6 +11,10 @@ from nnhydro.errors import RecordingError, require
 Array = NDArray[np.float64]
 
 MAX_SAMPLES = 50_000_000  # a year at 1.6 Hz or a day at 500 Hz: more is not one run
+SURROUNDINGS = ("u0", "du0", "base", "dbase", "heading", "current", "dcurrent")  # what moves besides the joints
+PAIRS = {"base": ("base_x", "base_yaw"), "dbase": ("dbase_x", "dbase_yaw"), "current": ("current_x", "current_y"),
+         "dcurrent": ("dcurrent_x", "dcurrent_y")}  # channels that lie side by side in one array
+MOTION = ("q", "qd", "qdd", *SURROUNDINGS)
 
 
 def _freeze(instance: object) -> None:
@@ -58,6 +62,11 @@ class Recording:
     du0: Array | None = None  # (n,) m/s^2
     tau_sim: Array | None = None  # (n, links) N m, the user's own simulation
     clock: Array | None = None  # (n,) s, time of day
+    base: Array | None = None  # (n, 2) m/s, rad/s: velocity of the base along +X and its yaw rate; along +Y it moves at u0
+    dbase: Array | None = None  # (n, 2) m/s^2, rad/s^2
+    heading: Array | None = None  # (n,) rad of the base; None: the integral of its yaw rate, 0 at the first row
+    current: Array | None = None  # (n, 2) m/s, velocity of the water along +X, +Y; None: at rest
+    dcurrent: Array | None = None  # (n, 2) m/s^2
     origin: Origin = Origin()
     steps: tuple[str, ...] = ()  # what has been done to it since it was read, in order
 
@@ -65,7 +74,8 @@ class Recording:
         _freeze(self)
         require(self.q.ndim == 2, f"{self.name}: q has shape {self.q.shape}, expected (n, links)", RecordingError)
         _require_shapes(self.name, (len(self.t), self.q.shape[1]), t=self.t, q=self.q, tau=self.tau, qd=self.qd, qdd=self.qdd,
-                        u0=self.u0, du0=self.du0, tau_sim=self.tau_sim, clock=self.clock)
+                        u0=self.u0, du0=self.du0, tau_sim=self.tau_sim, clock=self.clock, heading=self.heading)
+        _require_shapes(self.name, (len(self.t), 2), base=self.base, dbase=self.dbase, current=self.current, dcurrent=self.dcurrent)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -82,7 +92,7 @@ class Recording:
 
     def rows(self, keep: NDArray[np.bool_] | slice, step: str) -> "Recording":
         """Return the recording with the rows `keep`, `step` noted in its history."""
-        changes = {name: getattr(self, name)[keep] for name in ("t", "q", "tau", "qd", "qdd", "u0", "du0", "tau_sim", "clock")
+        changes = {name: getattr(self, name)[keep] for name in ("t", "tau", "tau_sim", "clock", *MOTION)
                    if getattr(self, name) is not None}
         return replace(self, **changes, steps=(*self.steps, step))
 
@@ -105,11 +115,20 @@ class SteadyTable:
     tau_std: Array | None = None  # (n, links) N m, scatter of the torque within the run
     tau_sim: Array | None = None  # (n, links) N m
     origin: Origin = Origin()
+    base: Array | None = None  # (n, 2) m/s, rad/s: steady velocity of the base along +X and its yaw rate
+    heading: Array | None = None  # (n,) rad
+    current: Array | None = None  # (n, 2) m/s
 
     def __post_init__(self) -> None:
         _freeze(self)
         _require_shapes(self.name, (len(self.run), self.q.shape[1]), q=self.q, qd=self.qd, u0=self.u0, tau=self.tau,
-                        tau_std=self.tau_std, tau_sim=self.tau_sim)
+                        tau_std=self.tau_std, tau_sim=self.tau_sim, heading=self.heading)
+        _require_shapes(self.name, (len(self.run), 2), base=self.base, current=self.current)
+
+    @property
+    def state(self) -> Array:  # (n, ...)
+        """All that says what the arm did in each run, side by side."""
+        return np.column_stack([self.q, self.qd, self.u0, *(x for x in (self.base, self.heading, self.current) if x is not None)])
 
     def __len__(self) -> int:
         return len(self.run)
@@ -117,6 +136,6 @@ class SteadyTable:
     def rows(self, keep: NDArray[np.bool_] | NDArray[np.int64]) -> "SteadyTable":
         """Return the table with the rows `keep`."""
         index = np.flatnonzero(keep) if keep.dtype == bool else keep
-        changes = {name: getattr(self, name)[index] for name in ("q", "qd", "u0", "tau", "tau_std", "tau_sim")
+        changes = {name: getattr(self, name)[index] for name in ("q", "qd", "u0", "tau", "tau_std", "tau_sim", "base", "heading", "current")
                    if getattr(self, name) is not None}
         return replace(self, run=tuple(self.run[i] for i in index), **changes)

@@ -49,7 +49,7 @@ class Spread:
 
 
 def _motion(r: Recording) -> Array | None:
-    """Angles and carriage speed (links + 1, GRID) over the whole recording; None where it is unusable."""
+    """Angles, speeds of carriage, base and water (channels, GRID) over the whole recording; None where it is unusable."""
     usable = stretches(r)
     if not usable:
         return None
@@ -57,6 +57,7 @@ def _motion(r: Recording) -> Array | None:
     t = np.asarray(r.t[good])
     grid = np.linspace(t[0], t[-1], GRID)
     channels = [*r.q.T, np.zeros(len(r)) if r.u0 is None else r.u0]
+    channels += [x for pair in (r.base, r.current) for x in (np.zeros((2, len(r))) if pair is None else pair.T)]
     return np.array([np.interp(grid, t, x[good]) for x in channels])
 
 
@@ -89,7 +90,7 @@ def group_names(campaign: Campaign) -> dict[str, str]:
 
 def repeated_rows(table: SteadyTable) -> tuple[tuple[int, ...], ...]:
     """Return groups of two or more rows of a steady table at the same state."""
-    state = np.round(np.column_stack([table.q, table.qd, table.u0]) / SAME_STEADY).astype(np.int64)
+    state = np.round(table.state / SAME_STEADY).astype(np.int64)
     _, which = np.unique(state, axis=0, return_inverse=True)
     groups: dict[int, list[int]] = {}
     for row, key in enumerate(which.ravel()):

@@ -32,6 +32,19 @@ class Segment:
     steady: bool = False
     start_row: int = 0  # first row of the recording that belongs to this stretch
     stop_row: int = 0  # one past the last row
+    base: Array | None = None  # (n, 2) m/s, rad/s: velocity of the base along +X and its yaw rate
+    dbase: Array | None = None  # (n, 2) m/s^2, rad/s^2
+    heading: Array | None = None  # (n,) rad of the base
+    current: Array | None = None  # (n, 2) m/s of the water along +X, +Y
+    dcurrent: Array | None = None  # (n, 2) m/s^2
+
+    def __post_init__(self) -> None:
+        """Complete what belongs together: accelerations that nobody gave are 0."""
+        for rate, slope in (("base", "dbase"), ("current", "dcurrent")):
+            if getattr(self, rate) is not None and getattr(self, slope) is None:
+                object.__setattr__(self, slope, np.zeros_like(getattr(self, rate)))
+        if self.base is not None and self.heading is None:
+            object.__setattr__(self, "heading", np.zeros(len(self.t)))
 
     def __len__(self) -> int:
         return len(self.t)

@@ -40,7 +40,7 @@ class Unit:
 
 def _steady_units(table: SteadyTable, seed: int) -> list[Unit]:
     """Groups of runs of one table; runs at the same state stay together."""
-    state = np.round(np.column_stack([table.q, table.qd, table.u0]) / SAME).astype(np.int64)
+    state = np.round(table.state / SAME).astype(np.int64)
     _, which = np.unique(state, axis=0, return_inverse=True)
     states = int(which.max()) + 1
     count = min(STEADY_UNITS, states)

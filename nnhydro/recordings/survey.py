@@ -17,9 +17,11 @@ from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.repeats import NoiseFloor, noise_floor
+from nnhydro.recordings.surroundings import absolute_angles, absolute_rates, through_water
 
 Array = NDArray[np.float64]
-CHANNELS = {"q": "q", "qd": "dq", "qdd": "ddq", "u0": "u0", "du0": "du0", "tau": "tau", "tau_sim": "tau_sim", "clock": "clock"}
+CHANNELS = {"q": "q", "qd": "dq", "qdd": "ddq", "u0": "u0", "du0": "du0", "base": "base", "dbase": "dbase", "heading": "base_yaw",
+            "current": "current", "dcurrent": "dcurrent", "tau": "tau", "tau_sim": "tau_sim", "clock": "clock"}
 ORDER = ("error", "warning", "note")
 BATCH = 8  # recordings a task: reading and checking one takes some 20 ms, handing out a task 1 ms
 
@@ -72,16 +74,20 @@ def entry(reading: Reading) -> Entry:
     """Return what one recording holds."""
     r = reading.recording
     given = tuple(label for key, label in CHANNELS.items() if getattr(r, key) is not None)
-    needed = ("qd", "qdd") if r.u0 is None else ("qd", "qdd", "du0")
+    needed = ("qd", "qdd", *(f"d{name}" for name in ("u0", "base", "current") if getattr(r, name) is not None))
     derived = tuple(CHANNELS[key] for key in needed if getattr(r, key) is None)
     rate = 1.0 / reading.dt if reading.dt > 0 else float("nan")
     times = r.t[np.isfinite(r.t)]
     return Entry(r.name, len(r), float(np.ptp(times)) if len(times) else 0.0, rate, jitter(reading), given, derived, r.steps)
 
 
-def tip_speed(arm: Arm, link: int, q: Array, qd: Array, u0: Array) -> Array:
-    """Return the normal speed w_i(L_i) = A_i L_i + B_i of the tip of `link` (from 0), m/s (n,). Source: Rivera (1995), 3-1-10."""
-    speed: Array = qd[:, : link + 1].sum(axis=1) * arm.L[link] + u0 * np.cos(q[:, : link + 1].sum(axis=1))
+def tip_speed(arm: Arm, link: int, q: Array, qd: Array, hub: Array) -> Array:
+    """Return the normal speed w_i(L_i) = A_i L_i + B_i of the tip of `link` (from 0), m/s (n,). Source: Rivera (1995), 3-1-10.
+
+    `q`, `qd` (n, links) hold heading and yaw rate in the first joint, `hub` (n, 2) m/s is how joint 1 moves through the water.
+    """
+    phi = q[:, : link + 1].sum(axis=1)
+    speed: Array = qd[:, : link + 1].sum(axis=1) * arm.L[link] + hub[:, 1] * np.cos(phi) - hub[:, 0] * np.sin(phi)
     for j in range(link):
         speed = speed + arm.L[j] * qd[:, : j + 1].sum(axis=1) * np.cos(q[:, j + 1: link + 1].sum(axis=1))
     return speed
@@ -90,14 +96,14 @@ def tip_speed(arm: Arm, link: int, q: Array, qd: Array, u0: Array) -> Array:
 def _tips(arm: Arm, reading: Reading) -> Iterator[tuple[int, Array, Array]]:
     """(link, steps of time, normal speeds of its tip) over the blocks of a recording."""
     r = reading.recording
+    angles, hub = absolute_angles(r), through_water(r)
     for start, stop in reading.stretches:
         at = reading.blocks(start, stop)
         if len(at) > 2:
             dt = np.diff(r.t[at])
-            u0 = np.zeros(len(dt)) if r.u0 is None else r.u0[at[:-1]]
-            qd = np.diff(r.q[at], axis=0) / dt[:, None]
+            qd = np.diff(angles[at], axis=0) / dt[:, None]
             for link in range(arm.n_links):
-                yield link, dt, tip_speed(arm, link, r.q[at[:-1]], qd, u0)
+                yield link, dt, tip_speed(arm, link, angles[at[:-1]], qd, hub[at[:-1]])
 
 
 def _stroke(dt: Array, w: Array) -> float:
@@ -140,7 +146,8 @@ def _facts(campaign: Campaign, seen: Sequence[_Seen]) -> tuple[LinkFacts, ...]:
     top, stroke = (np.max([np.zeros(arm.n_links), *values], axis=0) for values in ([s.top for s in seen], [s.stroke for s in seen]))
     for table in campaign.steady:
         for link in range(arm.n_links):
-            top[link] = max(top[link], float(np.abs(tip_speed(arm, link, table.q, table.qd, table.u0)).max(initial=0.0)))
+            speed = tip_speed(arm, link, absolute_angles(table), absolute_rates(table, table.qd), through_water(table))
+            top[link] = max(top[link], float(np.abs(speed).max(initial=0.0)))
     nu = arm.fluid.kinematic_viscosity_m2_s
     return tuple(LinkFacts(float(arm.L[i] / arm.D[i]), float(top[i]), None if arm.dry else float(top[i] * arm.D[i] / nu),
                            float(stroke[i] / arm.D[i])) for i in range(arm.n_links))

@@ -15,7 +15,7 @@ from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import PER, LinearTerm, term_kinds, term_of
-from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.motion import Motion, Water, tensor
 
 TERMS = term_kinds()
 KINDS = pytest.mark.parametrize("kind", TERMS)
@@ -67,9 +67,10 @@ def test_the_torque_has_a_row_a_sample_and_a_column_a_joint(kind, links, n, make
 
 
 @KINDS
-def test_a_term_loads_an_arm_that_moves(kind):
-    a = arm(2)
-    assert not is_zero(TERMS[kind].started(a), a, run(2))
+def test_a_term_loads_an_arm_that_moves_or_water_that_does(kind):
+    a, motion = arm(2), run(2)
+    swell = Water(torch.stack([motion.t, motion.t], 1), torch.ones(len(motion), 2, dtype=torch.float64))
+    assert not is_zero(TERMS[kind].started(a), a, replace(motion, current=swell))
 
 
 numbers = st.sampled_from([0.0, 1e-300, -1e-12, 1e-6, 0.5, -2.0, 1e3, -1e4])

@@ -13,6 +13,7 @@ from nnhydro.evaluation.protocols.pool import edges_of, pooled_units, recording_
 from nnhydro.evaluation.protocols.protocol import Material, Split, protocol, rounds
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.surroundings import absolute_angles, absolute_rates, through_water
 
 Array = NDArray[np.float64]
 THIRDS = 3
@@ -20,8 +21,9 @@ THIRDS = 3
 
 def normal_speed(segment: Segment, arm: Arm) -> Array:
     """Return the largest normal speed (n,) m/s of any link's ends, row by row."""
-    phi, rate = np.cumsum(segment.q, axis=1), np.cumsum(segment.qd, axis=1)
-    vx, vy = np.zeros(len(segment)), segment.u0.copy()
+    phi = np.cumsum(absolute_angles(segment), axis=1)
+    rate = np.cumsum(absolute_rates(segment, segment.qd), axis=1)
+    vx, vy = through_water(segment).T
     top = np.zeros(len(segment))
     for i, length in enumerate(arm.L):
         across = vy * np.cos(phi[:, i]) - vx * np.sin(phi[:, i])

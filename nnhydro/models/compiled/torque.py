@@ -55,7 +55,12 @@ class Compiled(TorqueModel):
     kernel: Memoryless | Travelling
 
     def torque(self, motion: Motion) -> Tensor:
-        """Return the sensor torques (n, joints) N m, to rounding those of the model; without gradients."""
+        """Return the sensor torques (n, joints) N m, to rounding those of the model; without gradients.
+
+        Kernels take u0 alone: on a base that also turns or moves along +X, or in moving water, the model itself is asked.
+        """
+        if motion.surrounded:
+            return self.model.torque(motion)
         return torch.from_numpy(self.kernel.torque(motion))
 
     @property

@@ -48,7 +48,8 @@ class RigidBody(LinearTerm):
         e = torch.stack([torch.cos(phi), torch.sin(phi)], dim=-1)  # (n, links, 2)
         n = torch.stack([-e[..., 1], e[..., 0]], dim=-1)
         swing = acc[..., None] * n - (rate**2)[..., None] * e  # acceleration of a link's points per metre from its joint
-        hub = torch.stack([torch.zeros_like(flow.motion.du0), flow.motion.du0 + flow.arm.gravity_m_s2], dim=-1)
+        base, du0 = flow.motion.base, flow.motion.du0
+        hub = torch.stack([torch.zeros_like(du0) if base is None else base.ax, du0 + flow.arm.gravity_m_s2], dim=-1)
         step = flow.L[:, None] * swing
         joint_acc = hub[:, None, :] + torch.cumsum(step, dim=1) - step  # (n, links, 2)
         reach = flow.L[:, None] * e

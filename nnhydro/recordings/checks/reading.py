@@ -12,10 +12,11 @@ from nnhydro.conventions import CHANNELS, column
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.preprocessing import stretches
 from nnhydro.recordings.readers.table import FIRST_ROW
-from nnhydro.recordings.recording import Recording
+from nnhydro.recordings.recording import PAIRS, Recording
+from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
-CHANNEL_FIELDS = ("t", *CHANNELS, "clock")
+CHANNEL_FIELDS = ("t", *CHANNELS, *PAIRS, "clock")
 BLOCK = 0.02  # s: increments over so long a time are read off encoders without most of their noise
 
 
@@ -32,7 +33,7 @@ class Reading:
         """Return what checks see of `r`."""
         channels = {name: x for name in CHANNEL_FIELDS if (x := getattr(r, name, None)) is not None}
         endless: dict[str, Any] = {name: np.where(np.isinf(x), np.nan, x) for name, x in channels.items() if np.isinf(x).any()}
-        return Reading(replace(r, **endless) if endless else r, arm)
+        return Reading(with_heading(replace(r, **endless) if endless else r), arm)
 
     @property
     def name(self) -> str:
@@ -67,6 +68,10 @@ class Reading:
                         yield column(key, joint + 1), values[:, joint]
                 else:
                     yield column(key), values
+        for key, pair in PAIRS.items():
+            values = getattr(self.recording, key)
+            if values is not None:
+                yield from zip((column(channel) for channel in pair), values.T, strict=True)
 
     def blocks(self, start: int, stop: int) -> NDArray[np.int64]:
         """Return row numbers about `BLOCK` seconds apart within one stretch."""
@@ -81,9 +86,14 @@ class Reading:
 
     @cached_property
     def towed(self) -> bool:
-        """Whether the carriage moves."""
-        u0 = self.recording.u0
-        return u0 is not None and bool(np.nanmax(np.abs(u0), initial=0.0) > 1e-3)
+        """Whether the carriage moves, or any other base or the water."""
+        r = self.recording
+        return any(x is not None and bool(np.nanmax(np.abs(x), initial=0.0) > 1e-3) for x in (r.u0, r.base, r.current))
+
+    @property
+    def surrounded(self) -> bool:
+        """Whether base or water move in another way than a carriage along +Y."""
+        return self.recording.base is not None or self.recording.current is not None
 
 
 def rows(start: int, stop: int | None = None) -> str:

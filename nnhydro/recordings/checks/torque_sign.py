@@ -56,7 +56,7 @@ def work(reading: Reading) -> Array | None:
     if not len(tau):
         return None
     if reading.towed:
-        if reading.moved.max() > MOVED:
+        if reading.moved.max() > MOVED or reading.surrounded:
             return None
         pieces = np.zeros((len(tau), tau.shape[1]))
         pieces[:, -1] = tau[:, -1] * np.cos(phi) * travel

@@ -24,7 +24,7 @@ class UnusedColumns(RecordingCheck):
         if not unused:
             return
         named = ", ".join(map(repr, unused[:SHOWN])) + (f" and {len(unused) - SHOWN} more" if len(unused) > SHOWN else "")
-        towing = [name for name in unused if CARRIAGE.search(name)] if reading.recording.u0 is None else []
+        towing = [name for name in unused if CARRIAGE.search(name)] if not reading.towed and reading.recording.u0 is None else []
         if towing:
             yield Oddity(reading.name, "warning", "u0_m_s", f"the carriage is taken to stand still, but the file has {named}, which nobody "
                          "reads", f"if {towing[0]!r} is the carriage's speed, map it to u0_m_s with its unit in columns.yaml")

@@ -18,7 +18,7 @@ from nnhydro.conventions import CLOCK, TIME, column
 from nnhydro.errors import RecordingError, counted, require
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.table import FIRST_ROW, Columns
-from nnhydro.recordings.recording import Origin, Recording, SteadyTable
+from nnhydro.recordings.recording import PAIRS, Origin, Recording, SteadyTable
 
 Array = NDArray[np.float64]
 ABSURD = 1e9  # rad, rad/s, m/s, N m: no arm does that; loggers write such numbers where a sensor gave nothing
@@ -26,7 +26,7 @@ MIN_ROWS = 4
 # units that names of foreign columns end in: to be mapped, not only renamed
 _FOREIGN = re.compile(r"[\s_(\[]+(deg|ms|us|N ?mm|N ?cm|mm|mm/s|rpm)[)\]]?$")
 _JOINT_COLUMN = re.compile(r"(?:d?d?q|tau)(\d{1,6})(?:_sim|_std)?_(?:rad|rad_s|rad_s2|Nm)$")
-_OURS = re.compile(rf"{TIME}$|{CLOCK}$|d?u0_m_s2?$|{_JOINT_COLUMN.pattern}")
+_OURS = re.compile(rf"{TIME}$|{CLOCK}$|d?u0_m_s2?$|d?(?:base|current)_(?:x|y)_m_s2?$|d?base_yaw_rad|{_JOINT_COLUMN.pattern}")
 SHOWN = 6  # columns of a file that a message lists
 
 
@@ -102,6 +102,41 @@ def _single(named: Named, name: str, where: str) -> Array | None:
     return values
 
 
+def _pair(named: Named, key: str, where: str) -> Array | None:
+    """Two columns that belong together (n, 2), 0 where only the other one is there; None where neither is."""
+    found = [_single(named, column(channel), where) for channel in PAIRS[key]]
+    given = [x for x in found if x is not None]
+    return np.column_stack([np.zeros_like(given[0]) if x is None else x for x in found]) if given else None
+
+
+def _slopes(named: Named, key: str, where: str) -> Array | None:
+    """The accelerations of two rates (n, 2), None unless every rate that is given has its own."""
+    rates = [rate for rate in PAIRS[key] if named.numbers(column(rate)) is not None]
+    return _pair(named, f"d{key}", where) if rates and all(named.numbers(column(f"d{rate}")) is not None for rate in rates) else None
+
+
+def _along_Y(named: Named, old: str, new: str, where: str) -> Array | None:
+    """The column `old` of the carriage, or `new`, which means the same of any base; refused where both are given and differ."""
+    one, other = _single(named, column(old), where), _single(named, column(new), where)
+    if one is None or other is None:
+        return other if one is None else one
+    require(bool(np.array_equal(one, other, equal_nan=True)), f"{where}: columns {column(old)!r} and {column(new)!r} mean the same and "
+            "differ: keep the one that was measured", RecordingError)
+    return one
+
+
+def _surroundings(named: Named, where: str, steady: bool = False) -> dict[str, Array | None]:
+    """What moves besides the joints: base and water."""
+    heading, turning = _single(named, column("heading"), where), column("base_yaw")
+    alone = heading is not None and np.nanmax(heading) > np.nanmin(heading) and named.numbers(turning) is None
+    require(steady or not alone, f"{where}: column {column('heading')!r} turns but has no rate beside it: add its derivative {turning!r}, "
+            "which the loads need", RecordingError)
+    found = {"u0": _along_Y(named, "u0", "base_y", where), "base": _pair(named, "base", where), "heading": heading,
+             "current": _pair(named, "current", where)}
+    return found if steady else found | {"du0": _along_Y(named, "du0", "dbase_y", where), "dbase": _slopes(named, "base", where),
+                                         "dcurrent": _slopes(named, "current", where)}
+
+
 def _refuse_foreign_joints(named: Named, arm: Arm, where: str, torque: bool = True) -> None:
     for name in named.header:
         match = _JOINT_COLUMN.match(name)
@@ -134,7 +169,7 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     belt = arm.drive.angle2 == "absolute"
     return Recording(name, t, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
                      qd=_relative(_joints(named, "qd", arm, where), arm), qdd=_relative(_joints(named, "qdd", arm, where), arm),
-                     u0=_single(named, column("u0"), where), du0=_single(named, column("du0"), where),
+                     **_surroundings(named, where),
                      tau_sim=_joints(named, "tau_sim", arm, where) if torque else None, clock=_single(named, CLOCK, where), origin=origin,
                      steps=(*named.steps, "second angle: motor's to joint's") if belt else named.steps)
 
@@ -150,13 +185,15 @@ def steady_from_columns(named: Named, arm: Arm, name: str, origin: Origin) -> St
     assert tau is not None
     zeros = np.zeros_like(q)
     qd = _joints(named, "qd", arm, where)
-    u0 = _single(named, column("u0"), where)
+    around = _surroundings(named, where, steady=True)
+    u0 = around["u0"]
     runs = named.columns.get("run")
     names = tuple(str(run) for run in runs) if runs is not None else tuple(f"{name}:{row + 1}" for row in range(len(q)))
     table = SteadyTable(name, names, _relative(q, arm), _relative(zeros if qd is None else qd, arm),  # type: ignore[arg-type]
                         np.zeros(len(q)) if u0 is None else u0, tau, _joints(named, "tau_std", arm, where),
-                        _joints(named, "tau_sim", arm, where), origin)
-    for channel in (table.q, table.qd, table.u0, table.tau):
+                        _joints(named, "tau_sim", arm, where), origin, around["base"],
+                        around["heading"], around["current"])
+    for channel in (table.state, table.tau):
         bad = np.flatnonzero(~np.isfinite(channel.reshape(len(table), -1)).all(axis=1))
         if len(bad):
             raise RecordingError(f"{where}: row {bad[0] + named.first_row} (run {names[int(bad[0])]!r}) has an empty or infinite value: "

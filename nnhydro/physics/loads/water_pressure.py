@@ -1,0 +1,37 @@
+"""The pressure of water that is itself accelerated: what pushes a link along with the water around it.
+
+    f = - rho pi D^2/4 dv/dt                                [N/m], the drive's share (LOAD)
+
+    dv/dt   acceleration of the water, as it was measured, everywhere alike                             [m/s^2]
+
+Exact for links that are thin beside the flow's own scale; there is nothing to fit. Together with the added mass of the motion through the
+water it makes the inertia part of Morison's force in moving water, 1 + C_M times the displaced mass on a link at rest.
+Source: Morison et al. (1950); as a force apart from the added mass: Auton, Hunt & Prud'homme (1988), from general knowledge, not checked.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import torch
+from torch import Tensor
+
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import LoadTerm
+from nnhydro.physics.loads.added_mass import displaced
+
+
+@final
+@dataclass(frozen=True)
+class WaterPressure(LoadTerm):
+    """Displaced mass times the water's own acceleration; 0 where the water is at rest or flows steadily."""
+
+    kind: ClassVar[str] = "water_pressure"
+
+    def torque(self, flow: Flow) -> Tensor:
+        """Return the joint torques (n, joints) N m."""
+        if flow.motion.current is None:
+            return torch.zeros_like(flow.motion.q)
+        *_, ax, ay = flow.motion.current.at_links()
+        mass, cos, sin = displaced(flow) * flow.L, torch.cos(flow.phi), torch.sin(flow.phi)
+        across, along = -mass * (ay * cos - ax * sin), -mass * (ax * cos + ay * sin)
+        return (flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along)).sum(dim=-1)
