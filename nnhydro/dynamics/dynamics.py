@@ -8,6 +8,7 @@ with the water's memory; the `state` they give may be handed to every question, 
 Source: Featherstone (2008), Rigid Body Dynamics Algorithms, for the questions; the answers are those of the model.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -26,9 +27,11 @@ from nnhydro.models.gains import gain_matrix
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Carried, Memory
-from nnhydro.physics.motion import Motion
+from nnhydro.physics.motion import Base, Motion
 from nnhydro.recordings.arm import Arm
 
+BASE: Final = ("base_x_m_s", "dbase_x_m_s2", "base_yaw_rad", "base_yaw_rad_s", "dbase_yaw_rad_s2")
+BaseMotion = Mapping[str, Number] | None  # by the keys of BASE, what is not given is 0; the base's velocity along +Y is u0
 FOLLOWS: Final = 2e-5  # of the rms torque: what a run stepped through time may differ from the whole run (sums of exponentials)
 
 
@@ -54,6 +57,16 @@ class Jacobians:
     qdd: Answer  # (..., joints, joints) kg m^2
     u0: Answer  # (..., joints) N s
     du0: Answer  # (..., joints) kg m
+
+
+def _base(given: BaseMotion, form: Form) -> Base | None:
+    """The base's motion as rows; raises ModelError for a key that it does not have."""
+    if given is None:
+        return None
+    unknown = [key for key in given if key not in BASE]
+    require(not unknown, f"base: unknown key {unknown[:1]}: give {', '.join(BASE)}; its velocity along +Y is u0", ModelError)
+    _, values = rows(0, {}, {"": torch.zeros(form.lead, dtype=torch.float64)} | {key: given.get(key, 0.0) for key in BASE})
+    return Base(*values[1:])
 
 
 def _of(model: Any) -> TorqueModel:
@@ -119,8 +132,9 @@ class Dynamics:
             require(far < FOLLOWS, f"this model remembers the motion in a way that cannot be stepped through time (a run of steps differs "
                     f"by {far:.1e} from the run as a whole): use a model without that term", ModelError)
 
-    def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None) -> Motion:
-        return Motion(torch.zeros(len(q), dtype=torch.float64), q, qd, qdd, u0, du0, steady=True, carried=carried)
+    def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
+                base: Base | None = None) -> Motion:
+        return Motion(torch.zeros(len(q), dtype=torch.float64), q, qd, qdd, u0, du0, steady=True, carried=carried, base=base)
 
     def _carried(self, state: ArmState | None, count: int, dt: float | None = None) -> Carried | None:
         """The memory of `state` for `count` rows, `dt` s later, or as it is."""
@@ -131,7 +145,7 @@ class Dynamics:
         memory = {name: x.expand(count, *x.shape[1:]) for name, x in state.memory.items()}
         return Carried(torch.full((count,), dt or 0.0, dtype=torch.float64), memory, held=dt is None)
 
-    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None) -> Any:
+    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None, base: Base | None = None) -> Any:
         """The torques (m, k, joints) at k accelerations of each state, as a function of them (m, k, joints)."""
         def torque(qdd: Tensor) -> Tensor:
             m, k, n = qdd.shape
@@ -143,17 +157,20 @@ class Dynamics:
             if carried is not None:
                 memory = None if carried.before is None else {name: each(x) for name, x in carried.before.items()}
                 own = Carried(each(carried.dt), memory, carried.held)
-            return self.model.torque(self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own)).reshape(m, k, n)
+            turned = None if base is None else base.rows(torch.arange(m).repeat_interleave(k))
+            return self.model.torque(self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own, turned)).reshape(m, k, n)
 
         return torque
 
-    def inverse_dynamics(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None) -> Answer:
+    def inverse_dynamics(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Answer:
         """Return the torques (..., joints) N m at the joints of a motion; q, qd, qdd (..., joints), u0, du0 (...,) of the carriage."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        return form.out(self.model.torque(self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)))))
+        return form.out(self.model.torque(self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form))))
 
-    def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None) -> Tensor:
-        torque = self._at(q, qd, u0, du0, carried)
+    def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
+               base: Base | None = None) -> Tensor:
+        torque = self._at(q, qd, u0, du0, carried, base)
         if self.affine:
             mass, bias = mass_and_bias(torque, q)
             return solved(mass, tau - bias)
@@ -162,13 +179,14 @@ class Dynamics:
             start = solved(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
             return acceleration(torque, tau, start)
 
-    def forward_dynamics(self, q: Number, qd: Number, tau: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None) -> Answer:
+    def forward_dynamics(self, q: Number, qd: Number, tau: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Answer:
         """Return the accelerations (..., joints) rad/s^2 under the joint torques `tau` (..., joints) N m.
 
         Raises ModelError where the arm has no inertia, or a learned model gives that torque at no acceleration.
         """
         form, (q_, qd_, tau_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "tau": tau}, {"u0": u0, "du0": du0})
-        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._carried(state, len(q_))))
+        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
 
     def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0, state: ArmState | None = None) -> Answer:
         """Return M (..., joints, joints) kg m^2, added mass included; of a learned model d tau / d qdd at `qdd` (default 1e-3 rad/s^2).
@@ -181,20 +199,23 @@ class Dynamics:
         torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._carried(state, len(q_)))
         return form.out(mass_and_bias(torque, q_)[0] if self.affine else tangent(torque, qdd_))
 
-    def bias(self, q: Number, qd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None) -> Answer:
+    def bias(self, q: Number, qd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Answer:
         """Return the torques (..., joints) N m without joint accelerations: Coriolis, weight, drag, friction, the carriage's part."""
-        return self.inverse_dynamics(q, qd, [0.0] * self.nq, u0, du0, state)
+        return self.inverse_dynamics(q, qd, [0.0] * self.nq, u0, du0, state, base)
 
-    def jacobians(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None) -> Jacobians:
+    def jacobians(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Jacobians:
         """Return d tau / d (q, qd, qdd, u0, du0) at a fixed memory: exact, at kinks the mean of the slopes on both sides."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_))))
+        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
         return Jacobians(*(form.out(getattr(found, name)) for name in ("q", "qd", "qdd", "u0", "du0")))
 
-    def hub_wrench(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None) -> HubWrench:
+    def hub_wrench(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> HubWrench:
         """Return force and moment that the arm exerts on its base at joint 1, in world axes, rigid and fluid part (dynamics/hub.py)."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_))))
+        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
         return HubWrench(form.out(found.rigid), form.out(found.fluid))
 
     def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:

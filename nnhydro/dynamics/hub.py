@@ -10,17 +10,24 @@ reaches the joints, the virtual motion of the hub along X and along Y beside tho
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer
-from nnhydro.dynamics.joint_model import JointModel, physical_part
+from nnhydro.dynamics.joint_model import JointModel, joint_model, physical_part
 from nnhydro.effects.ambient_current import AmbientCurrent
 from nnhydro.errors import ModelError
+from nnhydro.models.prediction import on_rows
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.flow import Flow, Water
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.motion import Motion
+from nnhydro.physics.motion import Motion, Water
+from nnhydro.recordings.recording import Recording
+
+COLUMNS = ("hub_Fx_N", "hub_Fy_N", "hub_Mz_Nm")
 
 
 @final
@@ -51,6 +58,17 @@ def _flow(part: StripTheory, motion: Motion) -> Flow:
 def _on_base(supplied: Tensor, joints: int) -> Tensor:
     """F_x, F_y, M_z (n, 3) on the base, of what joints and hub supply (n, joints + 2)."""
     return -torch.stack([supplied[:, joints], supplied[:, joints + 1], supplied[:, 0]], dim=1)
+
+
+def wrench_columns(model: TorqueModel, recording: Recording) -> dict[str, NDArray[np.float64]]:
+    """Return hub_Fx_N, hub_Fy_N and hub_Mz_Nm (n,) along a recorded motion, row for row, as `predict` returns torques.
+
+    Raises ModelError for a network, RecordingError where the motion cannot be used.
+    """
+    mechanical = joint_model(model)
+    found = on_rows(lambda segment: [hub_wrench(mechanical, Motion.of(segment)).total.numpy()], model.arm.n_links, recording)
+    assert found is not None
+    return dict(zip(COLUMNS, found[0].T, strict=True))
 
 
 def hub_wrench(model: JointModel, motion: Motion) -> HubWrench:

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.features.scaling import speed_scale
-from nnhydro.features.wake import STILL, under_way
+from nnhydro.features.wake import STILL, each_under_way, under_way
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.travel_step import FOREVER
@@ -62,7 +62,7 @@ def _carried_since(flow: Flow, carried: Carried, w: Tensor) -> tuple[Tensor, Ten
 
     def start() -> Tensor:
         none = torch.zeros_like(w)
-        moved = torch.where(flow.motion.u0.abs()[:, None, None] > STILL, torch.full_like(w, FOREVER), none)
+        moved = torch.where(each_under_way(flow)[:, None, None], torch.full_like(w, FOREVER), none)
         return torch.stack([moved, moved, none, none, none, none], dim=-1)
 
     def following(old: Tensor) -> Tensor:
@@ -95,7 +95,7 @@ def travel(view: View) -> Features:
 
 
 def _carried_low_pass(flow: Flow, carried: Carried, w: Tensor, lag: float) -> Tensor:
-    moves = flow.motion.u0.abs()[:, None, None] > STILL
+    moves = each_under_way(flow)[:, None, None]
     return carried.value(f"low-pass/{lag}", lambda: torch.where(moves, w, torch.zeros_like(w)),
                          lambda old: w + (old - w) * torch.exp(-carried.steps(3) / lag))
 

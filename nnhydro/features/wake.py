@@ -35,6 +35,12 @@ def under_way(flow: Flow) -> bool:
     return bool(torch.hypot(rx[0], ry[0]).max() > STILL)
 
 
+def each_under_way(flow: Flow) -> Tensor:
+    """Return whether each row (n,) is of an arm whose base moves through the water: where a run that is stepped begins, it began earlier."""
+    rx, ry = flow.through_water[:2]
+    return torch.hypot(rx, ry).amax(dim=1) > STILL
+
+
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     """Return w (n, links, s) m/s at the stations x (links, s) m and m for each memory."""
     w = flow.A[:, :, None] * x + flow.B[:, :, None]
@@ -55,7 +61,7 @@ def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
     """m (n, memories, links, s) of arms that are stepped through time; w (n, links, s) m/s."""
     every = w[:, None].expand(-1, len(MEMORIES), -1, -1)
     lengths = torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
-    moves = flow.motion.u0.abs()[:, None, None, None] > STILL
+    moves = each_under_way(flow)[:, None, None, None]
 
     def following(old: Tensor) -> Tensor:
         path = w.abs() * carried.steps(3) / flow.D[:, None]
