@@ -27,4 +27,4 @@ def export_step(model: TorqueModel, out: Path, kind: str, precision: str = "doub
         told = export_c(made, out, precision, digest, [f"left out: {line}" for line in left_out])
     else:
         told = export_onnx(made, out, precision, digest, None if only_wake(made) else recorded(made))
-    return told | {"left_out": list(left_out)}
+    return told | {"left_out": list(left_out)} if bare else told

@@ -19,8 +19,8 @@ from torch import Tensor
 from nnhydro.dynamics.joint_model import mechanics, steppable
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
-from nnhydro.models.export.tracing import traced
 from nnhydro.models.export.onnx_file import Recorded
+from nnhydro.models.export.tracing import traced
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.motion import Motion
