@@ -147,6 +147,15 @@ static inline void {name}_step({arguments}) {{
 """
 
 
+def program_text(program: Program, outputs: Sequence[Value]) -> str:
+    """Return C text of `void run(const double *in, double *out)`, double precision."""
+    tables, body, results = (_statements(program, outputs, "double") if _terms(program, outputs) < MANY
+                             else tabled(program, outputs, _literal("double")))
+    lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
+    return ("#include <math.h>\n#define real double\n#define R(x) ((real)(x))\n" + _functions("double") + "\n" + "\n".join(tables)
+            + f"\nvoid run(const real *in, real *out) {{\n    {lines}\n}}\n")
+
+
 def test_vector(step: MemoryStep) -> str:
     """Return a table of steps: what goes in and what must come out, `dt_s` < 0 where a run begins; 17 digits."""
     n = step.model.arm.n_links

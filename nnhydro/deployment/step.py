@@ -57,16 +57,19 @@ class MemoryStep:
         n = self.model.arm.n_links
         return dict(zip(NAMES, ((n,), (n,), (n,), (1,), (1,), (1,), (self.size,)), strict=True))
 
+    def parted(self, memory: Tensor) -> dict[str, Tensor]:
+        """Return the vector `memory` (size,) by name, one row each."""
+        sizes = [prod(shape) for shape in self.layout.values()]
+        parts = torch.split(memory, sizes) if sizes else ()
+        return {name: part.reshape(1, *shape) for part, (name, shape) in zip(parts, self.layout.items(), strict=True)}
+
     def _answer(self, motion: Motion) -> tuple[Tensor, ...]:
         tau, std = self.model.torque(motion)[0], self.model.std(motion) if self.with_std else None
         return (tau,) if std is None else (tau, std[0])
 
     def __call__(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, its std where there is one, and the next memory (size,)."""
-        sizes = [prod(shape) for shape in self.layout.values()]
-        parts = torch.split(memory, sizes) if sizes else ()
-        before = {name: part.reshape(1, *shape) for part, (name, shape) in zip(parts, self.layout.items(), strict=True)}
-        carried = Carried(dt.clamp(min=0.0), before, fresh=dt < 0)
+        carried = Carried(dt.clamp(min=0.0), self.parted(memory), fresh=dt < 0)
         answer = self._answer(Motion(torch.zeros(1, dtype=torch.float64), q[None], qd[None], qdd[None], u0, du0, True, None, carried))
         following = [carried.after[name].reshape(-1) for name in self.layout]
         return (*answer, torch.cat(following) if following else torch.zeros(0, dtype=torch.float64))

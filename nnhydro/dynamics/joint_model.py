@@ -65,6 +65,8 @@ def steppable(model: TorqueModel) -> TorqueModel:
     """Return `model` with all its instruments, its terms such that they can be stepped through time."""
     if isinstance(model, StripTheory):
         return replace(model, loads=Loads({name: stepped(term) for name, term in model.loads.terms.items()}))
+    if isinstance(model, JointModel):
+        return model
     if isinstance(model, LearnedTorque) and model.baseline is not None:
         return replace(model, baseline=steppable(model.baseline))
     if isinstance(model, Amended):
