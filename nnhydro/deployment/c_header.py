@@ -118,9 +118,10 @@ def header(made: Recorded, name: str, precision: str, digest: str, remarks: Sequ
     lines = "\n    ".join([*fill, *body, *([f"real next[{step.size}];"] if step.size else []),
                            *(f"{target} = {result};" for target, result in zip(targets, results, strict=True)),
                            *([f"for (int i = 0; i < {step.size}; ++i) s->memory[i] = next[i];"] if step.size else []), "s->begun = 1;"])
-    arguments = (f"{name}_state *s, const {real} q[{joints}], const {real} qd[{joints}], const {real} qdd[{joints}], {real} u0, {real} du0, "
-                 f"{real} dt, {real} tau[{joints}]" + (f", {real} std[{joints}]" if with_std else ""))
-    return f"""/* {getattr(step.model, "name", step.model.kind)}: joint torques of an arm in water, one step in time. C99, no allocation, {precision} precision.
+    arguments = (f"{name}_state *s, const {real} q[{joints}], const {real} qd[{joints}], const {real} qdd[{joints}], {real} u0, "
+                 f"{real} du0, {real} dt, {real} tau[{joints}]" + (f", {real} std[{joints}]" if with_std else ""))
+    model = getattr(step.model, "name", step.model.kind)
+    return f"""/* {model}: joint torques of an arm in water, one step in time. C99, no allocation, {precision} precision.
    Made by nnhydro {__version__} from the model {digest or "(not stored)"}.
    q1 from +X, the others relative to the link inboard, counter-clockwise, rad; u0, du0 carriage along +Y, m/s, m/s^2; dt s since the step
    before; tau N m, what the torque sensors read. NAME_reset begins a run: what stands still in its first step starts in water at rest, what

@@ -1,8 +1,8 @@
 """A large program of scalars as C: loops over tables instead of one statement a scalar, so that it stays in the cache and vectorises.
 
-All values lie in one vector v. Every round of the schedule (models/export/schedule.py) first computes the sums that it needs, long ones over
-the same atoms as small matrices, the others term by term, then each kind of function as one loop. A matrix whose rows come in pairs that
-differ in the signs of some atoms only (a network and its mirror image) is computed once for both:
+All values lie in one vector v. Every round of the schedule (models/export/schedule.py) first computes the sums that it needs, long ones
+over the same atoms as small matrices, the others term by term, then each kind of function as one loop. A matrix whose rows come in pairs
+that differ in the signs of some atoms only (a network and its mirror image) is computed once for both:
 
     y = E x_even + O x_odd,   y' = E x_even - O x_odd
 """
@@ -10,6 +10,7 @@ differ in the signs of some atoms only (a network and its mirror image) is compu
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import groupby, pairwise
 from typing import Any, Final, final
 
 import numpy as np
@@ -20,6 +21,8 @@ from nnhydro.models.export.schedule import rounds
 
 Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients; None: the constant 1
 LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
+RUN: Final = 5  # places that follow each other: shorter runs go one by one
+PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 32  # rows of a matrix that are summed side by side
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
@@ -44,6 +47,20 @@ def _paired(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.f
     signs = np.array([np.sign(W[a] * W[b]) for a, b in pairs])
     s = np.where((signs >= 0).all(axis=0), 1.0, -1.0)
     return (pairs, s) if (s < 0).any() and ((signs == s) | (signs == 0)).all() else None
+
+
+def _stretches(at: list[list[int]]) -> list[tuple[int, int, int]]:
+    """Cut lists of places into stretches (start, stop, width) within which all of them run on by one for `width` places at a time."""
+    n = len(at[0])
+    breaks = [k for k in range(1, n) if any(places[k] != places[k - 1] + 1 for places in at)]
+    runs = [b - a for a, b in pairwise([0, *breaks, n])]
+    found: list[tuple[int, int, int]] = []
+    start = 0
+    for width, group in groupby(runs, key=lambda run: run if run >= RUN else 1):
+        stop = start + sum(group)
+        found.append((start, stop, width))
+        start = stop
+    return found
 
 
 @final
@@ -95,11 +112,15 @@ class Tables:
             self.lines.append(f"for (int i = 0; i < {k}; ++i) x[i] = v[{self.table(at, True)}[i]];")
         for start in range(0, m, WIDE):
             block = W[start:start + WIDE]
-            self.lines.append(f"dense{len(block)}({source}, {k}, {self.table(block.T, False)}, {out} + {start});")
-            self.widths.add(len(block))
+            wide = -(-len(block) // PAD) * PAD
+            padded = np.zeros((wide, k))
+            padded[:len(block)] = block
+            self.lines.append(f"dense{wide}({source}, {k}, {self.table(padded.T, False)}, {out} + {start}, {len(block)});")
+            self.widths.add(wide)
         self.gathered = max(self.gathered, k)
 
     widths: set[int] = field(default_factory=set)
+    alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
     gathered: int = 1
 
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
@@ -124,7 +145,9 @@ class Tables:
         fresh = [row for row in dict.fromkeys(wanted) if row not in self.places]
         by_atoms: dict[tuple[int | None, ...], list[Row]] = defaultdict(list)
         for row in fresh:
-            by_atoms[tuple(k for k, _ in row)].append(row)
+            atoms = tuple(k for k, _ in row)
+            by_atoms[atoms] = [other for other in self.alike[atoms] if other not in self.places] if len(atoms) > LONG else [
+                *by_atoms[atoms], row]
         short = []
         for atoms, rows in by_atoms.items():
             if len(atoms) > LONG and len(rows) > 2:
@@ -139,8 +162,8 @@ class Tables:
         first = self.slots(rows)
         if width > LONG:
             for k, row in enumerate(rows):
-                at, c = self.table([self.places[((a, 1.0),)] for a, _ in row], True), self.table([c for _, c in row], False)
-                self.lines.append(f"{{ real s = 0; for (int i = 0; i < {width}; ++i) s += {c}[i]*v[{at}[i]]; v[{first + k}] = s; }}")
+                table, c = self.table([self.places[((a, 1.0),)] for a, _ in row], True), self.table([c for _, c in row], False)
+                self.lines.append(f"{{ real s = 0; for (int i = 0; i < {width}; ++i) s += {c}[i]*v[{table}[i]]; v[{first + k}] = s; }}")
             return
         parts = []
         for place in range(width):
@@ -158,22 +181,44 @@ class Tables:
             if kind in ("maxof", "minof"):
                 self._extremes(kind, atoms, operands)
                 continue
-            given = [self.index([self.places[operands[k][slot]] for k in atoms]) for slot in range(len(operands[atoms[0]]))]
+            at = [[self.places[operands[k][slot]] for k in atoms] for slot in range(len(operands[atoms[0]]))]
             first = self.slots([((k, 1.0),) for k in atoms])
-            text = LOOPS[kind].format(*given) if kind in LOOPS else f"f_{kind}({', '.join(given)})"
-            self.lines.append(f"for (int i = 0; i < {len(atoms)}; ++i) v[{first} + i] = {text};")
+            for start, stop, width in _stretches(at):
+                self._loop(kind, [places[start:stop] for places in at], first + start, width)
+
+    def _loop(self, kind: str, at: list[list[int]], first: int, width: int) -> None:
+        """One function of values at the places `at`, in runs of `width` places that follow each other, into v[first...)."""
+        n = len(at[0])
+        if width == 1 or n == width:
+            given, head, into = [self.index(places) for places in at], f"for (int i = 0; i < {n}; ++i)", f"v[{first} + i]"
+        else:
+            given = [f"v[{self.table(places[::width], True)}[r] + i]" for places in at]
+            head = f"for (int r = 0; r < {n // width}; ++r) for (int i = 0; i < {width}; ++i)"
+            into = f"v[{first} + {width}*r + i]"
+        text = LOOPS[kind].format(*given) if kind in LOOPS else f"f_{kind}({', '.join(given)})"
+        self.lines.append(f"{head} {into} = {text};")
 
     def _extremes(self, kind: str, atoms: Sequence[int], operands: dict[int, list[Row]]) -> None:
         sign = ">" if kind == "maxof" else "<"
         for k in atoms:
-            at, first = self.table([self.places[row] for row in operands[k]], True), self.slots([((k, 1.0),)])
-            self.lines.append(f"{{ real s = v[{at}[0]]; for (int i = 1; i < {len(operands[k])}; ++i) s = v[{at}[i]] {sign} s ? "
-                              f"v[{at}[i]] : s; v[{first}] = s; }}")
+            table, first = self.table([self.places[row] for row in operands[k]], True), self.slots([((k, 1.0),)])
+            self.lines.append(f"{{ real s = v[{table}[0]]; for (int i = 1; i < {len(operands[k])}; ++i) s = v[{table}[i]] {sign} s ? "
+                              f"v[{table}[i]] : s; v[{first}] = s; }}")
+
+
+def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None, ...], list[Row]]:
+    """Every long row of the program by its atoms: those over the same atoms are one matrix, whenever each is needed."""
+    found: dict[tuple[int | None, ...], dict[Row, None]] = defaultdict(dict)
+    needed = [x for k in sorted(program.needed(list(outputs))) for x in program.atoms[k].operands]
+    for row in map(row_of, [*needed, *outputs]):
+        if len(row) > LONG:
+            found[tuple(k for k, _ in row)][row] = None
+    return {atoms: list(rows) for atoms, rows in found.items()}
 
 
 def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[list[str], list[str], list[str]]:
     """Return tables, statements and the C text of each output of a program; inputs are read from `in[]`."""
-    made = Tables(program, number)
+    made = Tables(program, number, alike=_alike(program, outputs))
     made.slots([((k, 1.0),) for k in range(program.n_inputs)])
     made.slots([((None, 1.0),)])
     for kinds in rounds(program, list(outputs)):
@@ -182,8 +227,8 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
     made.sums(rows)
     begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
              f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
-    dense = [f"static void dense{m}(const real *x, int k, const real *W, real *y) {{\n"
+    dense = [f"static void dense{m}(const real *x, int k, const real *W, real *y, int n) {{\n"
              f"    real a[{m}] = {{0}};\n"
              f"    for (int i = 0; i < k; ++i) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[{m}*i + j];\n"
-             f"    for (int j = 0; j < {m}; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
+             f"    for (int j = 0; j < n; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
     return [*made.tables, *dense], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]

@@ -1,4 +1,4 @@
-"""Programs of scalars compiled by the system's C compiler and called from Python: an arm fast enough to be simulated under control for hours.
+"""Programs of scalars compiled by the system's C compiler and called from Python: an arm that can be simulated under control for hours.
 
     qdd, memory' = forward(q, qd, tau, u0, du0, dt, memory)             M qdd = tau - h, solved by elimination inside
 
@@ -31,6 +31,9 @@ from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
 FLAGS: Final = ("-std=c99", "-O3", "-march=native", "-ffp-contract=fast", "-fPIC", "-shared")
+ROUNDS: Final = 12
+REACHES: Final = (1e-5, 1e-2, 1.0)  # rad/s^2 of the differences, by turns: a short one misleads near a kink
+CLOSE, FAIR, NEAREST = 1e-10, 1e-5, 1e-2  # of the torque; where a learned torque jumps, the acceleration next to the jump is taken
 REAL = ctypes.POINTER(ctypes.c_double)
 
 
@@ -83,6 +86,7 @@ class NativeArm:
     joint: JointModel
     affine: bool
     memory: Array = field(init=False)
+    _known: Array | None = field(init=False, default=None)  # d tau / d qdd of a learned model where it was last computed
 
     def __post_init__(self) -> None:
         made = recorded(self.joint)
@@ -107,7 +111,8 @@ class NativeArm:
                                 u0.expand(rows), du0.expand(rows), steady=True, carried=carried)
                 return step.model.torque(motion)[None]
 
-            return (_eliminated(*(lambda mass, bias: (mass, tau[None] - bias))(*mass_and_bias(torque, q[None]))),)
+            mass, bias = mass_and_bias(torque, q[None])
+            return (_eliminated(mass, tau[None] - bias),)
 
         example = [torch.linspace(0.3, 0.7, size, dtype=torch.float64) for size in (n, n, n, 1, 1)]
         example += [torch.full((1,), 0.01, dtype=torch.float64), torch.zeros(step.size, dtype=torch.float64)]
@@ -142,19 +147,32 @@ class NativeArm:
             return self.forward().copy()
         return self._newton(q, qd, np.asarray(tau, dtype=float), u0, du0, dt, np.zeros(self.n) if start is None else np.array(start))
 
+    def _slope(self, q: Any, qd: Any, u0: float, du0: float, dt: float, qdd: Array, reach: float) -> Array:
+        """d tau / d qdd (joints, joints) over `reach` rad/s^2."""
+        shifted = [[self.torque(q, qd, qdd + sign * reach * unit, u0, du0, dt, keep=False) for unit in np.eye(self.n)] for sign in (1, -1)]
+        return np.asarray((np.array(shifted[0]) - np.array(shifted[1])).T / (2 * reach))
+
     def _newton(self, q: Any, qd: Any, tau: Array, u0: float, du0: float, dt: float, qdd: Array) -> Array:
+        """Newton's method with the slope of the state before as long as that brings the torque five times closer each time."""
+        scale, reach = 1 + np.abs(tau).max(), 0
         left = tau - self.torque(q, qd, qdd, u0, du0, dt, keep=False)
-        for _ in range(60):
+        for _ in range(ROUNDS):
             size = np.abs(left).max()
-            if size < 1e-11 * (1 + np.abs(tau).max()):
+            if size < CLOSE * scale:
                 return qdd
-            slope = np.column_stack([self.torque(q, qd, qdd + 1e-5 * unit, u0, du0, dt, keep=False) for unit in np.eye(self.n)])
-            step = np.linalg.solve((slope - (tau - left)[:, None]) / 1e-5, left)
-            for share in (1.0, 0.5, 0.25, 0.1, 0.03, 0.01):
-                after = tau - self.torque(q, qd, qdd + share * step, u0, du0, dt, keep=False)
-                if np.abs(after).max() < size:
-                    break
-            qdd, left = qdd + share * step, after
+            if self._known is None:
+                self._known = self._slope(q, qd, u0, du0, dt, qdd, REACHES[reach % len(REACHES)])
+                reach += 1
+            after = qdd + np.linalg.solve(self._known, left)
+            new = tau - self.torque(q, qd, after, u0, du0, dt, keep=False)
+            if np.abs(new).max() > 0.2 * size:
+                self._known = None
+            if np.abs(new).max() < size:
+                qdd, left = after, new
+            elif size < FAIR * scale:
+                return qdd
+        if np.abs(left).max() < NEAREST * scale:
+            return qdd
         raise ModelError("no acceleration was found at which the learned model gives this torque: the arm is far from its training")
 
 

@@ -1,5 +1,6 @@
 """Numbers in and out: numpy arrays, lists or torch tensors of any leading shape, rows inside."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -10,7 +11,7 @@ from torch import Tensor
 
 from nnhydro.errors import ModelError, require
 
-Number = float | NDArray[Any] | Tensor
+Number = float | Sequence[float] | NDArray[Any] | Tensor
 Answer = Any  # numpy where numpy was given, torch where any torch tensor was
 
 
@@ -49,8 +50,8 @@ def rows(joints: int, vectors: dict[str, Any], scalars: dict[str, Any]) -> tuple
                 f"must have {joints}", ModelError)
     leads = {name: tuple(x.shape[:-1] if name in vectors else x.shape) for name, x in made.items()}
     try:
-        lead = tuple(torch.broadcast_shapes(*leads.values()))
-    except RuntimeError as cause:
+        lead = tuple(np.broadcast_shapes(*leads.values()))
+    except ValueError as cause:
         said = ", ".join(f"{name} {shape}" for name, shape in leads.items() if shape)
         raise ModelError(f"leading axes do not fit together: {said}") from cause
     tensors = [x.expand(*lead, joints).reshape(-1, joints) if name in vectors else x.expand(lead).reshape(-1) for name, x in made.items()]

@@ -158,7 +158,8 @@ class Dynamics:
                 memory = None if carried.before is None else {name: each(x) for name, x in carried.before.items()}
                 own = Carried(each(carried.dt), memory, carried.held)
             turned = None if base is None else base.rows(torch.arange(m).repeat_interleave(k))
-            return self.model.torque(self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own, turned)).reshape(m, k, n)
+            motion = self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own, turned)
+            return self.model.torque(motion).reshape(m, k, n)
 
         return torque
 
@@ -188,14 +189,15 @@ class Dynamics:
         form, (q_, qd_, tau_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "tau": tau}, {"u0": u0, "du0": du0})
         return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
 
-    def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0, state: ArmState | None = None) -> Answer:
+    def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0,
+                    state: ArmState | None = None) -> Answer:
         """Return M (..., joints, joints) kg m^2, added mass included; of a learned model d tau / d qdd at `qdd` (default 1e-3 rad/s^2).
 
         It need not be symmetric: the document's reading of the added mass and learned models have no kinetic energy behind them.
         """
         zero = [0.0] * self.nq
-        form, (q_, qd_, qdd_, u0_) = rows(self.nq, {"q": q, "qd": zero if qd is None else qd, "qdd": [1e-3] * self.nq if qdd is None else qdd},
-                                         {"u0": u0})
+        vectors = {"q": q, "qd": zero if qd is None else qd, "qdd": [1e-3] * self.nq if qdd is None else qdd}
+        form, (q_, qd_, qdd_, u0_) = rows(self.nq, vectors, {"u0": u0})
         torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._carried(state, len(q_)))
         return form.out(mass_and_bias(torque, q_)[0] if self.affine else tangent(torque, qdd_))
 

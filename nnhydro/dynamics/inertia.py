@@ -16,6 +16,7 @@ from nnhydro.errors import ModelError, require
 
 TorqueOf = Callable[[Tensor], Tensor]  # accelerations (rows, k, joints) at k of each state -> torques (rows, k, joints)
 STEP: Final = 1e-4  # rad/s^2 of the differences: exact to 1e-8 where the torque is smooth
+REACHES: Final = (STEP, 1e-2, 1.0)  # rad/s^2, by turns: a short difference misleads near a kink
 CLOSE: Final = 1e-12  # of the largest torque of the state, beside 1e-12 N m
 ROUNDS, HALVINGS = 40, 12
 SAME: Final = 1e-9
@@ -30,16 +31,18 @@ def mass_and_bias(torque: TorqueOf, like: Tensor) -> tuple[Tensor, Tensor]:
     return (found[:, 1:] - bias[:, None, :]).transpose(1, 2), bias
 
 
-def tangent(torque: TorqueOf, qdd: Tensor) -> Tensor:
-    """Return d tau_j / d qdd_k (m, joints, joints) at `qdd` (m, joints)."""
+def tangent(torque: TorqueOf, qdd: Tensor, step: float = STEP) -> Tensor:
+    """Return d tau_j / d qdd_k (m, joints, joints) at `qdd` (m, joints), by differences over `step` rad/s^2."""
     n = qdd.shape[1]
-    shift = STEP * torch.eye(n, dtype=torch.float64)
+    shift = step * torch.eye(n, dtype=torch.float64)
     found = torque(qdd[:, None, :] + torch.cat([shift, -shift]))
-    return ((found[:, :n] - found[:, n:]) / (2 * STEP)).transpose(1, 2)
+    slopes: Tensor = (found[:, :n] - found[:, n:]) / (2 * step)
+    return slopes.transpose(1, 2)
 
 
 def solved(mass: Tensor, torque: Tensor) -> Tensor:
     """Return M^-1 tau (m, joints); raises ModelError where a mass matrix is singular."""
+    found: Tensor
     found, info = torch.linalg.solve_ex(mass, torque)
     require(not bool(info.any()) and bool(found.isfinite().all()), "the arm has no inertia that a torque could accelerate (masses 0 in "
             "arm.yaml?): give it masses", ModelError)
@@ -56,11 +59,11 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
 
     qdd, left = start, residual(start)
     goal = CLOSE * (1 + tau.abs().amax(dim=1))
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         open_rows = left.abs().amax(dim=1) > goal
         if not bool(open_rows.any()):
             return qdd
-        step, share = solved(tangent(torque, qdd), left), torch.ones(len(qdd), 1, dtype=torch.float64)
+        step, share = solved(tangent(torque, qdd, REACHES[number % len(REACHES)]), left), torch.ones(len(qdd), 1, dtype=torch.float64)
         size = left.abs().amax(dim=1, keepdim=True)
         for _ in range(HALVINGS):
             after = qdd + share * step

@@ -100,7 +100,7 @@ class ArmInWater(gymnasium.Env[Array, Array]):
 def register() -> None:
     """Make the environment known to gymnasium."""
     if NAME not in gymnasium.registry:
-        gymnasium.register(NAME, entry_point=ArmInWater, max_episode_steps=250)
+        gymnasium.register(NAME, entry_point="nnhydro.exchange.gym_env:ArmInWater", max_episode_steps=250)
 
 
 register()

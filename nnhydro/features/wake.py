@@ -36,7 +36,7 @@ def under_way(flow: Flow) -> bool:
 
 
 def each_under_way(flow: Flow) -> Tensor:
-    """Return whether each row (n,) is of an arm whose base moves through the water: where a run that is stepped begins, it began earlier."""
+    """Return whether each row (n,) is of an arm whose base moves through the water: a run that begins so has begun earlier."""
     rx, ry = flow.through_water[:2]
     return torch.hypot(rx, ry).amax(dim=1) > STILL
 

@@ -6,8 +6,8 @@
     R     variance of the torque sensors, (joints, joints) N^2 m^2
     rest  torque of all terms that are not adapted                                                                      [N m]
 
-What leaves its bounds is put on them, the others moved along as their covariance says. Where nothing excites a coefficient its variance does
-not grow beyond where it began: the prior is its cap. `forgetting` is the weight that a sample keeps after one period; it remembers
+What leaves its bounds is put on them, the others moved along as their covariance says. Where nothing excites a coefficient its variance
+does not grow beyond where it began: the prior is its cap. `forgetting` is the weight that a sample keeps after one period; it remembers
 1/(1 - forgetting) samples. Source: Astrom & Wittenmark (1995), Adaptive Control, chapter 2, from general knowledge, not checked; bounds and
 cap are ours.
 """
@@ -62,9 +62,8 @@ class RecursiveFit:
         require(0.5 < forgetting <= 1.0, f"forgetting = {forgetting!r}: give a weight above 0.5, at most 1")
         self.arm, self.loads, self.forgetting = joint.arm, joint.model.loads, forgetting
         for name in adapted:
-            known = ", ".join(key for key, term in self.loads.terms.items() if isinstance(term, LinearTerm))
-            require(isinstance(self.loads.terms.get(name), LinearTerm), f"adapted: {name!r} is no linear term of this model: it has {known}",
-                    ConfigError)
+            known = self.loads.linear()
+            require(name in known, f"adapted: {name!r} is no linear term of this model: it has {', '.join(known)}", ConfigError)
         self.adapted: dict[str, LinearTerm] = {name: self.loads.linear()[name] for name in adapted}
         self.theta = torch.cat([term.linear_values() for term in self.adapted.values()])
         self.bounds = tensor([pair for term in self.adapted.values() for pair in term.linear_bounds()])

@@ -12,7 +12,7 @@ from nnhydro.models.prediction import Prediction
 
 
 def write_prediction(prediction: Prediction, path: Path, more: dict[str, NDArray[np.float64]] | None = None) -> Path:
-    """Write t_s, tau1_Nm, ... (and tau1_std_Nm, ... where known) and `more` columns to `path`, whole or not at all; times keep every digit."""
+    """Write t_s, tau1_Nm, ... (tau1_std_Nm, ... where known) and `more` columns to `path`, whole or not at all; times keep every digit."""
     joints = range(1, prediction.tau.shape[1] + 1)
     names = [TIME, *(column("tau", j) for j in joints)]
     values = [prediction.t, *prediction.tau.T]

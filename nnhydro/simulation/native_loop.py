@@ -1,7 +1,7 @@
 """One arm under control, compiled: the truth and the model that the controller holds both run as machine code.
 
-The same law, the same Runge-Kutta steps and the same hold of the torque as in forward.py, one motion at a time, for studies of hours and for
-truths that were learned. Needs a C compiler.
+The same law, the same Runge-Kutta steps and the same hold of the torque as in forward.py, one motion at a time, for studies of hours and
+for truths that were learned. Needs a C compiler.
 """
 
 from dataclasses import dataclass
@@ -41,14 +41,18 @@ class NativeInside:
 
 def stepped_once(truth: NativeArm, q: Array, qd: Array, tau: Array, carriage: Array, h: float,
                  guess: Array | None = None) -> tuple[Array, Array, Array]:
-    """Return q, qd after one Runge-Kutta step of `h` s and qdd at its beginning; `carriage` (3, 2) u0, du0 at its beginning, middle, end."""
-    a1 = truth.acceleration(q, qd, tau, *carriage[0], 0.0, guess)
+    """Return q, qd after one Runge-Kutta step of `h` s and qdd at its start; `carriage` (3, 2) u0, du0 at its start, middle, end."""
+
+    def acceleration(half: int, q: Array, qd: Array, near: Array | None) -> Array:
+        return truth.acceleration(q, qd, tau, float(carriage[half, 0]), float(carriage[half, 1]), half * h / 2, near)
+
+    a1 = acceleration(0, q, qd, guess)
     v2 = qd + h / 2 * a1
-    a2 = truth.acceleration(q + h / 2 * qd, v2, tau, *carriage[1], h / 2, a1)
+    a2 = acceleration(1, q + h / 2 * qd, v2, a1)
     v3 = qd + h / 2 * a2
-    a3 = truth.acceleration(q + h / 2 * v2, v3, tau, *carriage[1], h / 2, a2)
+    a3 = acceleration(1, q + h / 2 * v2, v3, a2)
     v4 = qd + h * a3
-    a4 = truth.acceleration(q + h * v3, v4, tau, *carriage[2], h, a3)
+    a4 = acceleration(2, q + h * v3, v4, a3)
     return q + h / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4), a1
 
 
@@ -76,5 +80,5 @@ def tracked(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, r
         for kept, value in zip(out, (q, qd, after[2], tau), strict=True):
             kept[k] = value
         q, qd, qdd = after
-        truth.torque(q, qd, qdd, *ahead[2], h)
+        truth.torque(q, qd, qdd, float(ahead[2, 0]), float(ahead[2, 1]), h)
     return Run(name, rate_hz, State(out[0], out[1], out[2], goal.u0[:2 * len(t):2], goal.du0[:2 * len(t):2]), out[3])

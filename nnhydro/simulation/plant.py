@@ -36,7 +36,7 @@ class Plant:
     loads: Loads
 
     def begin(self, q: Tensor, qd: Tensor, u0: Tensor) -> Memory:
-        """Return what the water remembers where a run begins in the states q, qd (m, joints), u0 (m,); empty where nothing is remembered."""
+        """Return what is remembered where a run begins in the states q, qd (m, joints), u0 (m,); empty where nothing is."""
         carried = Carried(torch.zeros(len(q), dtype=torch.float64))
         self._torque(Motion(carried.dt, q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), steady=True, carried=carried))
         return carried.after
@@ -105,8 +105,8 @@ def _differ(a: Tensor, b: Tensor) -> bool:
 
 def _carries(term: LoadTerm, arm: Arm) -> bool:
     """Whether the memory of `term` can be carried from step to step."""
-    return bool(Plant(arm, Loads({"term": term})).begin(*(torch.zeros(1, k, dtype=torch.float64) for k in (arm.n_links, arm.n_links)),
-                                                        torch.zeros(1, dtype=torch.float64)))
+    zero = torch.zeros(1, arm.n_links, dtype=torch.float64)
+    return bool(Plant(arm, Loads({"term": term})).begin(zero, zero, zero[:, 0]))
 
 
 def require_steps(loads: Loads, arm: Arm) -> None:

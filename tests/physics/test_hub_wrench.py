@@ -95,7 +95,8 @@ def test_the_water_s_part_balances_the_momentum_of_the_water_that_is_carried(lin
         mass = 1000 * np.pi * a.D[i]**2 / 4
         for share, part in zip((x + 1) / 2, weight / 2, strict=True):
             place, speed = joints[i] + share * a.L[i] * e[:, i], speeds[i] + share * a.L[i] * rate[:, i, None] * n[:, i]
-            carried = mass * a.L[i] * part * (C * (speed * n[:, i]).sum(-1)[:, None] * n[:, i] + Cx * (speed * e[:, i]).sum(-1)[:, None] * e[:, i])
+            across, axial = ((speed * axis[:, i]).sum(-1)[:, None] * axis[:, i] for axis in (n, e))
+            carried = mass * a.L[i] * part * (C * across + Cx * axial)
             momentum += carried
             spin += cross(place, carried)
     balanced(wrench.fluid.numpy(), m.t.numpy(), momentum, spin, hub)
@@ -114,7 +115,8 @@ def test_drag_on_the_base_is_the_sum_over_many_strips():
             place = joints[i] + s * a.L[i] * e[:, i]
             speed = speeds[i] + s * a.L[i] * rate[:, i, None] * n[:, i] - np.array(current)
             w, along = (speed * n[:, i]).sum(-1), (speed * e[:, i]).sum(-1)
-            on_link = -0.5 * 1000 * a.D[i] * a.L[i] / 4000 * (C * (np.abs(w) * w)[:, None] * n[:, i] + Cx * (np.abs(along) * along)[:, None] * e[:, i])
+            across, axial = C * (np.abs(w) * w)[:, None] * n[:, i], Cx * (np.abs(along) * along)[:, None] * e[:, i]
+            on_link = -0.5 * 1000 * a.D[i] * a.L[i] / 4000 * (across + axial)
             want[:, :2] += on_link
             want[:, 2] += cross(place, on_link)
     np.testing.assert_allclose(wrench, want, atol=1e-6 * np.abs(want).max())
@@ -131,7 +133,8 @@ def test_the_moment_is_the_torque_of_joint_1_without_friction(make):
 
 def test_a_payload_weighs_on_the_base_too():
     a = arm(1, gravity_m_s2=9.81)
-    dynamics = nnhydro.Dynamics(StripTheory(a, GIVEN, {}, "physics", Loads({"rigid_body": RigidBody.of_arm(a), "load": PayloadMass((0.5,), (0.0,))})))
+    loads = Loads({"rigid_body": RigidBody.of_arm(a), "load": PayloadMass((0.5,), (0.0,))})
+    dynamics = nnhydro.Dynamics(StripTheory(a, GIVEN, {}, "physics", loads))
     wrench = dynamics.hub_wrench([0.0], [0.0], [0.0])
     np.testing.assert_allclose(wrench.rigid, [0.0, -1.1 * 9.81, -1.1 * 0.27 * 9.81], atol=1e-9)
     np.testing.assert_allclose(wrench.fluid, [0.0, -0.5 * 9.81, -0.5 * 0.55 * 9.81], atol=1e-9)

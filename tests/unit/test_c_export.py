@@ -61,11 +61,13 @@ def driven(folder, motion, precision, std):
                                                                                       f"arm_reset(&s);\n    {real} std[2];" if std else
                                                                                       "arm_reset(&s);")
     (folder / "drive.c").write_text(text)
-    done = subprocess.run([compiler(), *FLAGS, "drive.c", "-o", f"{precision}.so", "-lm"], cwd=folder, capture_output=True, text=True, check=False)
+    command = [compiler(), *FLAGS, "drive.c", "-o", f"{precision}.so", "-lm"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     n = len(motion)
     dt = torch.diff(motion.t, prepend=motion.t[:1])
-    given = np.ascontiguousarray(torch.cat([motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None], dt[:, None]], 1).numpy(), kind)
+    columns = [motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None], dt[:, None]]
+    given = np.ascontiguousarray(torch.cat(columns, dim=1).numpy(), kind)
     out = np.zeros((n, 2), kind)
     library = ctypes.CDLL(str(folder / f"{precision}.so"))
     library.drive(ctypes.c_long(n), given.ctypes.data_as(ctypes.c_void_p), out.ctypes.data_as(ctypes.c_void_p))
@@ -82,6 +84,7 @@ MODELS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize("name", MODELS)
 def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, tmp_path):
@@ -89,9 +92,11 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
     told = export_c(model, tmp_path / "arm.h", precision)
     want = model.torque(motion).numpy()
     got = driven(tmp_path, motion, precision, told["std"])
-    assert np.abs(got - want).max() < SAME[precision] * np.sqrt((want**2).mean()) * (1 if name != "diagnosed" or precision == "double" else 5)
+    room = 5 if (name, precision) == ("diagnosed", "single") else 1  # a contact that bends adds up 10^5 steps in single precision
+    assert np.abs(got - want).max() < room * SAME[precision] * np.sqrt((want**2).mean())
 
 
+@pytest.mark.slow
 def test_a_large_program_is_written_as_tables_and_gives_the_same(tmp_path):
     a = arm(2)
     model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)
@@ -131,6 +136,7 @@ def test_what_no_step_can_carry_is_refused_or_left_out(tmp_path):
         export_c(model, tmp_path, "double")
 
 
+@pytest.mark.slow
 def test_a_state_dependent_model_steps_in_onnxruntime(tmp_path):
     import onnxruntime
 
@@ -163,3 +169,10 @@ def test_a_compiled_arm_moves_as_the_dynamics_do(make):
     motion = long_run(200)
     through = run_through(native, motion.q.numpy(), motion.qd.numpy(), motion.qdd.numpy(), 2e-3)
     np.testing.assert_allclose(through, dynamics.model.torque(motion), atol=1e-9)
+
+
+def test_a_few_hundred_steps_in_c_are_the_model_s_torques(tmp_path):
+    model, motion = MODELS["state"](arm(2)), long_run(300)
+    told = export_c(model, tmp_path / "arm.h")
+    want = model.torque(motion).numpy()
+    assert np.abs(driven(tmp_path, motion, "double", told["std"]) - want).max() < 1e-9 * np.sqrt((want**2).mean())

@@ -42,6 +42,7 @@ def worst(r: Run) -> float:
     return float(np.abs(r.state.q - made.at(np.minimum(r.t, made.duration)).q).max())
 
 
+@pytest.mark.slow
 def test_under_a_controller_a_truth_with_memory_is_what_its_inverse_dynamics_says_of_the_run():
     a = arm(2)
     for loads in (state_loads(a), state_loads(a, at_reversal="decay")):
@@ -52,6 +53,7 @@ def test_under_a_controller_a_truth_with_memory_is_what_its_inverse_dynamics_say
         np.testing.assert_allclose(r.tau, inverse, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_better_the_model_inside_the_smaller_the_tracking_error(tmp_path):
     a = arm(2)
     truth = state_loads(a)
@@ -93,6 +95,7 @@ def test_a_delay_shifts_the_torque_by_whole_periods():
         run(planted(a), kind="pd", kp=40.0, kd=4.0, delay_s=0.003)
 
 
+@pytest.mark.slow
 def test_a_coarse_encoder_makes_the_torque_rough():
     a = arm(2)
     coarse, fine, ideal = (run(planted(a), kind="computed_torque", model="textbook", kp=100.0, kd=20.0, encoder_counts_per_rev=n).tau
@@ -119,6 +122,7 @@ def test_what_does_not_fit_is_refused_in_one_line(tmp_path):
 
 def test_a_recipe_takes_a_truth_with_memory_and_a_controller():
     of = arm(2)
-    loads = true_loads({"state_drag": "start", "state_added_mass": "start", "state_at_rest": "start", "history_force": {"C_H": 1.0}}, of, "r")
+    travel = dict.fromkeys(("state_drag", "state_added_mass", "state_at_rest"), "start")
+    loads = true_loads({**travel, "history_force": {"C_H": 1.0}}, of, "r")
     require_steps(loads, of)
     assert torch.is_tensor(loads.torque(Flow(of, Motion.at([[0.1, 0.2]], 1.0, 1.0))))

@@ -78,6 +78,7 @@ def test_the_environment_keeps_gymnasium_s_contract_and_repeats_itself():
     np.testing.assert_array_equal(*ends)
 
 
+@pytest.mark.slow
 def test_the_environment_is_the_dynamics_compiled_or_not():
     from nnhydro.exchange.gym_env import ArmInWater
 
@@ -97,7 +98,8 @@ def measured(a, loads, seconds=6.0, dt=0.01, seed=0, payload=None):
     t = np.arange(0, seconds, dt)
     w, size = np.array([2.1, 3.3]), np.array([0.7, 0.6])
     q, qd, qdd = size * (1 - np.cos(w * t[:, None])), size * w * np.sin(w * t[:, None]), size * w**2 * np.cos(w * t[:, None])
-    motion = Motion(tensor(t), tensor(q), tensor(qd), tensor(qdd), torch.zeros(len(t), dtype=torch.float64), torch.zeros(len(t), dtype=torch.float64))
+    still = torch.zeros(len(t), dtype=torch.float64)
+    motion = Motion(tensor(t), tensor(q), tensor(qd), tensor(qdd), still, still)
     tau = loads.torque(Flow(a, motion)).numpy()
     if payload is not None:
         tau[len(t) // 2:] += payload.torque(Flow(a, motion)).numpy()[len(t) // 2:]

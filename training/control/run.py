@@ -1,4 +1,4 @@
-"""What a better model buys in tracking: `python training/control/run.py [hour]`. Writes results.json, README.md and tracking.svg."""
+"""What a better model buys in tracking: `python training/control/run.py [strips] [tank]`. Writes results.json and table.md."""
 
 import json
 import resource
@@ -21,7 +21,7 @@ from nnhydro.identification.identify import identify
 from nnhydro.identification.train import train
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
-from nnhydro.recordings.campaign import open_campaign
+from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.controller import Controller, model_inside
@@ -57,7 +57,7 @@ def tank(choice):
     """Return a learned twin of a recorded tank, and models that saw every other recording of it."""
     campaign = open_campaign(Path(choice["campaign"]))
     twin = train(campaign, TrainingConfig(baseline="state", **CONFIG["training"], seed=CONFIG["seed"] + 1))
-    return twin, fitted(replace(campaign, recordings=campaign.recordings[::2]))
+    return twin, fitted(Campaign.of(campaign.arm, list(campaign.recordings())[::2]))
 
 
 def weakened(model):
@@ -123,8 +123,8 @@ def hour(truth):
         if k % (count // 60) == 0:
             memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     minute = round(40 / dt)  # two periods of the motion
-    return {"steps": count, "seconds": time.perf_counter() - began, "first_rms_mrad": 1e3 * float(np.sqrt((error[minute:2 * minute]**2).mean())),
-            "last_rms_mrad": 1e3 * float(np.sqrt((error[-minute:]**2).mean())), "process_MB_after_first_minute": memory[1],
+    first, last = (1e3 * float(np.sqrt((part**2).mean())) for part in (error[minute:2 * minute], error[-minute:]))
+    return {"steps": count, "seconds": time.perf_counter() - began, "first_rms_mrad": first, "last_rms_mrad": last, "process_MB_after_first_minute": memory[1],
             "process_MB_at_end": memory[-1], "largest_state": float(np.abs(arm.memory).max())}
 
 
@@ -134,16 +134,15 @@ def main():
     path = HERE / "results.json"
     results = json.loads(path.read_text()) if path.exists() else {}
     for name, choice in CONFIG["truths"].items():
+        if sys.argv[1:] and name not in sys.argv:
+            continue
         truth, models = (strips if name == "strips" else tank)(choice)
-        if "hour" not in sys.argv:
-            print(name)
-            results[name] = table(truth, models)
+        print(name)
+        results[name] = table(truth, models)
         if name == "strips":
             results["hour"] = hour(truth)
             print(results["hour"])
         write_json(path, results)
-        if "hour" in sys.argv:
-            break
     lines = [f"| {row} | " + " | ".join(f"{results[t][row]['rms_mrad']:.1f} | {results[t][row]['peak_mrad']:.1f}" for t in CONFIG["truths"])
              + " |" for row in results["strips"]] if all(t in results for t in CONFIG["truths"]) else []
     write_text(HERE / "table.md", "\n".join(["| controller | strips: rms, mrad | peak | tank: rms, mrad | peak |", "| --- " * 5 + "|",

@@ -166,9 +166,9 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
     require(precision in PRECISIONS, f"--precision {precision!r}: one of {', '.join(PRECISIONS)}")
     require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'model.onnx'}")
     recorded = record(model) if made is None else made
-    made = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
-    told = sidecar(recorded, [x.name for x in made.graph.input], precision, digest)
-    made.metadata_props.add(key="nnhydro", value=json_text(told))
-    _write(out, made.SerializeToString())
+    graph = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
+    told = sidecar(recorded, [x.name for x in graph.graph.input], precision, digest)
+    graph.metadata_props.add(key="nnhydro", value=json_text(told))
+    _write(out, graph.SerializeToString())
     write_json(out.with_name(f"{out.name}.json"), told)
     return told
