@@ -128,6 +128,9 @@ def header(made: Recorded, name: str, precision: str, digest: str, remarks: Sequ
    moves has moved for ever.{remark} */
 #ifndef {guard}
 #define {guard}
+#ifdef __FAST_MATH__
+#error "compile without -ffast-math: it changes what the sums in f_exp round to"
+#endif
 #include <math.h>
 #define {upper}_JOINTS {joints}
 #define {upper}_MEMORY {step.size}

@@ -124,7 +124,8 @@ def hour(truth):
             memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     minute = round(40 / dt)  # two periods of the motion
     first, last = (1e3 * float(np.sqrt((part**2).mean())) for part in (error[minute:2 * minute], error[-minute:]))
-    return {"steps": count, "seconds": time.perf_counter() - began, "first_rms_mrad": first, "last_rms_mrad": last, "process_MB_after_first_minute": memory[1],
+    return {"steps": count, "seconds": time.perf_counter() - began, "first_rms_mrad": first, "last_rms_mrad": last,
+            "process_MB_after_first_minute": memory[1],
             "process_MB_at_end": memory[-1], "largest_state": float(np.abs(arm.memory).max())}
 
 
