@@ -71,7 +71,7 @@ def test_a_sliding_mode_holds_the_arm_within_its_boundary_layer_against_a_wrong_
 
 
 def test_an_integral_takes_away_what_a_steady_load_leaves():
-    loads = planted(arm(2)).plus("lean", BuoyancyTilt((5.0, 2.0), (0.0, 0.0)))
+    loads = planted(arm(2)).plus("lean", BuoyancyTilt((0.0, 0.0), (5.0, 2.0)))
     still = {**SLEW, "q_rad": [[0.0, 0.2], [0.01, 0.2]], "duration_s": 0.1, "rest_s": 0.7}
     plain, integral = (run(loads, None, still, kind="pid", kp=60.0, kd=14.0, ki=ki) for ki in (0.0, 200.0))
     goal = np.array([0.01, 0.2])
