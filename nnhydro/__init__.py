@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # what type checkers and editors see; at run time a name is i
     from nnhydro.api.model import load_model as load_model
     from nnhydro.api.model import train as train
     from nnhydro.api.prediction import Prediction as Prediction
+    from nnhydro.dynamics.dynamics import Dynamics as Dynamics
     from nnhydro.errors import NnhydroError as NnhydroError
     from nnhydro.identification.config import TrainingConfig as TrainingConfig
     from nnhydro.recordings.arm import Arm as Arm
@@ -51,6 +52,7 @@ _PUBLIC = {
     "Diagnosis": "nnhydro.api.diagnosis",
     "Finding": "nnhydro.api.diagnosis",
     "Catalogue": "nnhydro.api.effects",
+    "Dynamics": "nnhydro.dynamics.dynamics",
     "NnhydroError": "nnhydro.errors",
 }
 

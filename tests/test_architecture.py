@@ -15,8 +15,8 @@ import nnhydro
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "nnhydro"
-ORDER = ("recordings", "physics", "effects", "features", "models", "identification", "evaluation", "simulation", "exchange", "diagnosis",
-         "report", "api", "cli")
+ORDER = ("recordings", "physics", "effects", "features", "models", "dynamics", "deployment", "identification", "evaluation", "simulation",
+         "exchange", "diagnosis", "report", "api", "cli")
 DATA = ("demo",)  # folders that hold files, not modules
 ENTRY = ("__main__",)  # may import anything, is imported by nothing
 FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers; imports nothing of it at run time

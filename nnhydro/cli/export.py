@@ -10,29 +10,33 @@ from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
 if TYPE_CHECKING:
     from nnhydro.models.torque_model import TorqueModel
 
-FORMATS = ("onnx", "mujoco", "curves")
+STEPS = ("onnx", "c")
+FORMATS = (*STEPS, "mujoco", "curves")
 
 
-def _for_controllers(model: Path, without: bool) -> "TorqueModel":
-    """The model in a folder; refused where it holds faults of sensors, which no controller may be given, unless these are left off."""
+def _loaded(model: Path, kind: str, bare: bool) -> "TorqueModel":
+    """The model in a folder; refused where a controller would be given faults of its rig's sensors, unless these are left out."""
     from nnhydro.errors import ModelError
     from nnhydro.models.storage import load_model
-    from nnhydro.models.without_instruments import sensor_faults, without_instruments
+    from nnhydro.models.without_instruments import sensor_faults
 
     loaded = load_model(model)
-    faults = sensor_faults(loaded)
-    if faults and not without:
+    faults = sensor_faults(loaded) if kind in STEPS and not bare else ()
+    if faults:
         raise ModelError(f"{model}: holds faults of the rig's torque sensors ({', '.join(faults)}): a controller would act on what the "
                          "sensors read, not on what the arm needs: add --without-instruments, which leaves them off")
-    return without_instruments(loaded)
+    return loaded
 
 
-def _onnx(model: Path, out: Path, precision: str, loaded: "TorqueModel") -> tuple[dict[str, Any], str]:
+def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: str, bare: bool) -> tuple[dict[str, Any], str]:
     """Write one step in time; return what it is told of and the verdict."""
-    from nnhydro.models.export.onnx_file import export_onnx
+    from nnhydro.deployment.files import export_step
     from nnhydro.models.storage import DIGEST
 
-    told = export_onnx(loaded, out, precision, (model / DIGEST).read_text(encoding="utf-8").strip())
+    digest = (model / DIGEST).read_text(encoding="utf-8").strip()
+    told = export_step(loaded, out, kind, precision, digest, bare)
+    if kind == "c":
+        return told, f"{told['model']} is one step in time in {out}, checked against the model; try it with {told['test_vector']}."
     return told, f"{told['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it."
 
 
@@ -66,10 +70,11 @@ def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 def export(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it says how to feed it."),
-    kind: str = typer.Option("onnx", "--format", help="onnx (any model), mujoco (physics, as MJCF) or curves (coefficients, as CSV)."),
-    precision: str = typer.Option("double", "--precision", help="Of onnx: double, or single (off by some 1e-6 of the torque)."),
-    without_instruments: bool = typer.Option(False, "--without-instruments", help="Leave off faults of the rig's torque sensors (offset, "
-                                             "drift, delay, ...): they are no part of the arm."),
+    kind: str = typer.Option("onnx", "--format", help="onnx or c (any model, one step in time), mujoco (physics, as MJCF) or curves "
+                             "(coefficients, as CSV)."),
+    precision: str = typer.Option("double", "--precision", help="Of onnx and c: double, or single (off by some 1e-6 of the torque)."),
+    without_instruments: bool = typer.Option(False, "--without-instruments", help="Of onnx and c: leave off found faults of torque sensors "
+                                             "and drives (offset, drift, delay, ...): they are no part of the arm."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
@@ -77,14 +82,16 @@ def export(
     from nnhydro.errors import require
 
     require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")
-    loaded = _for_controllers(model, without_instruments)
-    told, verdict = _onnx(model, out, precision, loaded) if kind == "onnx" else (_mujoco if kind == "mujoco" else _curves)(loaded, out)
+    require(kind in STEPS or not without_instruments, f"--without-instruments belongs to --format onnx and c, not to {kind}")
+    loaded = _loaded(model, kind, without_instruments)
+    told, verdict = (_step(model, loaded, out, kind, precision, without_instruments) if kind in STEPS else
+                     (_mujoco if kind == "mujoco" else _curves)(loaded, out))
     if json:
         emit({"file": str(out), **told})
         return
     if kind == "onnx":
         _show_onnx(told, out, precision)
-    for what in ("holds", "lacks"):
+    for what, said in (("holds", "holds "), ("lacks", "cannot hold"), ("left_out", "left out")):
         for line in told.get(what, []):
-            say(f"{'holds ' if what == 'holds' else 'cannot hold '} {line}")
+            say(f"{said} {line}")
     conclude(verdict)

@@ -18,11 +18,13 @@ def predict(
     files: list[Path] = typer.Argument(help="Motions: CSV or Parquet with t_s, q1_rad, ...; torque columns are ignored."),
     out: Path = typer.Option(..., "--out", help="Folder for the torques, one CSV a motion."),
     strict: bool = typer.Option(False, "--strict", help="Refuse motions that look wrong or lie outside what the model was trained on."),
+    hub: bool = typer.Option(False, "--hub", help="Also write force and moment on the base: hub_Fx_N, hub_Fy_N, hub_Mz_Nm."),
     column_map: Path | None = MAP,
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Write what this rig's torque sensors would read for each motion: one finite row for every row of the input."""
+    from nnhydro.dynamics.hub import wrench_columns
     from nnhydro.errors import require
     from nnhydro.models.compiled.torque import quickest
     from nnhydro.models.prediction import predict as torques
@@ -42,17 +44,15 @@ def predict(
     for target in targets:
         refuse_foreign(target, files)
     motions = every_one(files, lambda file: read_recording(file, loaded.arm, torque=False, column_map=mapping))
+    wrenches = [wrench_columns(loaded, motion) if hub else None for motion in motions]
     loaded = quickest(loaded, sum(len(motion) for motion in motions))
     odd = [line for motion in motions for line in oddities_of(motion, loaded.arm)]
     predictions = [torques(loaded, motion) for motion in motions]
     shares = {prediction.name: prediction.outside_share for prediction in predictions}
     if strict:
-        require(not odd, f"--strict: {odd[0]}{f' (and {len(odd) - 1} more)' if len(odd) > 1 else ''}" if odd else "")
-        for name, share in shares.items():
-            require(share is not None, f"--strict: {model} does not say what it was trained on: make it again with this version")
-            require((share or 0.0) <= STRICT, f"--strict: {name}: {share or 0.0:.0%} of the rows lie outside what the model was trained "
-                    "on: record such motions, or leave --strict out")
-    written = [write_prediction(prediction, target, files) for prediction, target in zip(predictions, targets, strict=True)]
+        _require_familiar(model, odd, shares)
+    written = [write_prediction(prediction, target, files, wrench)
+               for prediction, target, wrench in zip(predictions, targets, wrenches, strict=True)]
     if json:
         emit({"written": [str(path) for path in written], "rows": [len(p.t) for p in predictions],
               "outside_share": list(shares.values()), "warnings": odd})
@@ -64,6 +64,17 @@ def predict(
         far = "" if not share else f", {share:.0%} of them outside what the model was trained on (column outside)"
         say(f"{path}: {len(prediction.t)} rows{far}")
     conclude(_verdict(predictions, out), following=f"nnhydro gains {model}   (effective damping and inertia)")
+
+
+def _require_familiar(model: Path, odd: list[str], shares: dict[str, float | None]) -> None:
+    """Refuse motions that look wrong or lie outside what the model was trained on."""
+    from nnhydro.errors import require
+
+    require(not odd, f"--strict: {odd[0]}{f' (and {len(odd) - 1} more)' if len(odd) > 1 else ''}" if odd else "")
+    for name, share in shares.items():
+        require(share is not None, f"--strict: {model} does not say what it was trained on: make it again with this version")
+        require((share or 0.0) <= STRICT, f"--strict: {name}: {share or 0.0:.0%} of the rows lie outside what the model was trained "
+                "on: record such motions, or leave --strict out")
 
 
 def _verdict(predictions: "list[Prediction]", out: Path) -> str:

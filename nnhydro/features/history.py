@@ -15,8 +15,10 @@ from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.features.scaling import speed_scale
-from nnhydro.features.wake import STILL, under_way
+from nnhydro.features.wake import STILL, each_under_way, under_way
+from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.travel_step import FOREVER
 from nnhydro.physics.wake_memory import relaxed
 
 SPANS = (1.0, 5.0)  # diameters
@@ -33,6 +35,8 @@ def end_speeds(flow: Flow) -> Tensor:
 def since_reversal(flow: Flow) -> tuple[Tensor, Tensor]:
     """Return travel (m) and time (s) since each link end last turned back, (n, links, 2); infinite before, where it was under way."""
     w = end_speeds(flow)
+    if flow.motion.carried is not None:
+        return _carried_since(flow, flow.motion.carried, w)
     if flow.motion.steady or len(w) < 2:
         return torch.full_like(w, torch.inf), torch.full_like(w, torch.inf)
     steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1]).numpy()
@@ -52,6 +56,33 @@ def since_reversal(flow: Flow) -> tuple[Tensor, Tensor]:
     return torch.from_numpy(s), torch.from_numpy(t)
 
 
+def _carried_since(flow: Flow, carried: Carried, w: Tensor) -> tuple[Tensor, Tensor]:
+    """Travel and time since each link end of arms that are stepped through time last turned back, (n, links, 2)."""
+    dt, back = carried.steps(3), BACK * flow.D[:, None]
+
+    def start() -> Tensor:
+        none = torch.zeros_like(w)
+        moved = torch.where(each_under_way(flow)[:, None, None], torch.full_like(w, FOREVER), none)
+        return torch.stack([moved, moved, none, none, none, none], dim=-1)
+
+    def following(old: Tensor) -> Tensor:
+        step = w * dt
+        s, t, ahead, heading, now, ago = old.unbind(-1)  # ahead: how far the end is beyond its farthest point, 0 or less
+        along = torch.where(heading == 0, step, heading * step)
+        s, t, now, ago, ahead = s + step.abs(), t + dt, now + step.abs(), ago + dt, ahead + along
+        turned = (heading != 0) & (ahead < -back)
+        s, t = torch.where(turned, now, s), torch.where(turned, ago, t)
+        begins = (heading == 0) & (ahead.abs() > back)
+        heading = torch.where(turned, -heading, torch.where(begins, torch.sign(ahead), heading))
+        ahead = torch.where(turned, -ahead, torch.where(begins, ahead.abs(), ahead))
+        farthest = (heading != 0) & (ahead >= 0)
+        ahead, now, ago = (torch.where(farthest, torch.zeros_like(x), x) for x in (ahead, now, ago))
+        return torch.stack([s, t, ahead, heading, now, ago], dim=-1)
+
+    found = carried.value("reversal", start, following)
+    return found[..., 0], found[..., 1]
+
+
 @feature_set("travel")
 def travel(view: View) -> Features:
     """Return 6 even ones a link."""
@@ -63,6 +94,12 @@ def travel(view: View) -> Features:
     return Features(joined[:, :0], joined)
 
 
+def _carried_low_pass(flow: Flow, carried: Carried, w: Tensor, lag: float) -> Tensor:
+    moves = each_under_way(flow)[:, None, None]
+    return carried.value(f"low-pass/{lag}", lambda: torch.where(moves, w, torch.zeros_like(w)),
+                         lambda old: w + (old - w) * torch.exp(-carried.steps(3) / lag))
+
+
 @feature_set("low-pass")
 def low_pass(view: View) -> Features:
     """Return 4 odd ones a link."""
@@ -72,7 +109,9 @@ def low_pass(view: View) -> Features:
     odd = []
     for lag in LAGS:
         m = w
-        if not flow.motion.steady and len(w) > 1:
+        if flow.motion.carried is not None:
+            m = _carried_low_pass(flow, flow.motion.carried, w, lag)
+        elif not flow.motion.steady and len(w) > 1:
             step = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None].expand_as(w)
             m = relaxed(w, step / lag, w[0] if under_way(flow) else torch.zeros_like(w[0]))
         odd.append((m / torch.sqrt(m**2 + V**2 + STILL**2)).flatten(1))

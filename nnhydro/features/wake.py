@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
+from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 from nnhydro.physics.wake_memory import relaxed
@@ -34,11 +35,19 @@ def under_way(flow: Flow) -> bool:
     return bool(torch.hypot(rx[0], ry[0]).max() > STILL)
 
 
+def each_under_way(flow: Flow) -> Tensor:
+    """Return whether each row (n,) is of an arm whose base moves through the water: a run that begins so has begun earlier."""
+    rx, ry = flow.through_water[:2]
+    return torch.hypot(rx, ry).amax(dim=1) > STILL
+
+
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     """Return w (n, links, s) m/s at the stations x (links, s) m and m for each memory."""
     w = flow.A[:, :, None] * x + flow.B[:, :, None]
     if flow.motion.wake is not None:
         return w, list(flow.motion.wake)
+    if flow.motion.carried is not None:
+        return w, list(_carried_memories(flow, flow.motion.carried, w).unbind(1))
     if flow.motion.steady or len(flow.motion) < 2:
         return w, [w for _ in MEMORIES]
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
@@ -46,6 +55,19 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     start = every[0] if under_way(flow) else torch.zeros_like(every[0])
     travel = (w.abs() * dt[:, None, None] / flow.D[:, None])[:, None] / torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
     return w, list(relaxed(every, travel, start).unbind(1))
+
+
+def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
+    """m (n, memories, links, s) of arms that are stepped through time; w (n, links, s) m/s."""
+    every = w[:, None].expand(-1, len(MEMORIES), -1, -1)
+    lengths = torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
+    moves = each_under_way(flow)[:, None, None, None]
+
+    def following(old: Tensor) -> Tensor:
+        path = w.abs() * carried.steps(3) / flow.D[:, None]
+        return every + (old - every) * torch.exp(-path[:, None] / lengths)
+
+    return carried.value(f"wake/{w.shape[2]}", lambda: torch.where(moves, every, torch.zeros_like(every)), following)
 
 
 def ends(remembered: list[Tensor]) -> tuple[Tensor, Tensor]:

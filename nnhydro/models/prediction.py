@@ -1,5 +1,6 @@
 """Torques for new motions: one finite row for every row of the input, ends included."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -16,6 +17,7 @@ from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
+Answers = Callable[[Segment], list[Array]]
 MOST_ROWS = 1_000_000  # of an even grid across a gap
 
 
@@ -96,14 +98,31 @@ def _whole(motion: Recording, how: Preparation) -> Segment:
     return Segment(motion.name, motion.t, motion.q, motion.qd, motion.qdd, tau=None, keep=np.ones(n, dtype=bool), stop_row=n, **around)
 
 
-def _on_segment(model: TorqueModel, segment: Segment) -> tuple[Array, Array | None]:
-    motion = Motion.of(segment)
-    std = model.std(motion)
-    return segment.seen(model.torque(motion).numpy()), None if std is None else std.numpy()
-
-
 def _at(times: Array, grid: Array, values: Array) -> Array:
     return np.column_stack([np.interp(times, grid, column) for column in values.T])
+
+
+def on_rows(answers: Answers, links: int, recording: Recording) -> list[Array] | None:
+    """Return `answers` for the motion of `recording` of an arm with `links` joints, (n, k) each, row for row; None where there are none.
+
+    Raises RecordingError where the arm has another number of joints, or where the motion is not finite or not in order of time.
+    """
+    if recording.n_links != links:
+        raise RecordingError(f"{recording.name}: has {recording.n_links} joint(s), the model's arm has {links}")
+    motion = _finite_motion(recording)
+    how = _how(motion)
+    segments = list(prepare(motion, how, with_torque=False))
+    if sum(segment.stop_row - segment.start_row for segment in segments) != len(motion):
+        segments.insert(0, replace(_whole(motion, how), start_row=0, stop_row=len(motion)))
+    found: list[Array] | None = None
+    for segment in segments:  # what `_whole` says stands only where no stretch of its own holds the row
+        rows = slice(segment.start_row, segment.stop_row)
+        on_grid = answers(segment)
+        if found is None:
+            found = [np.empty((len(motion), x.shape[1])) for x in on_grid]
+        for whole, part in zip(found, on_grid, strict=True):
+            whole[rows] = _at(motion.t[rows], segment.t, part)
+    return found
 
 
 def predict(model: TorqueModel, recording: Recording) -> Prediction:
@@ -111,22 +130,16 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
 
     Raises RecordingError where the arm has another number of joints, or where the motion is not finite or not in order of time.
     """
-    if recording.n_links != model.arm.n_links:
-        raise RecordingError(f"{recording.name}: has {recording.n_links} joint(s), the model's arm has {model.arm.n_links}")
-    motion = _finite_motion(recording)
-    how = _how(motion)
-    segments = list(prepare(motion, how, with_torque=False))
-    if sum(segment.stop_row - segment.start_row for segment in segments) != len(motion):
-        segments.insert(0, replace(_whole(motion, how), start_row=0, stop_row=len(motion)))
-    tau, std = np.empty_like(motion.q), np.empty_like(motion.q)
-    knows, domain, outside = False, Domain.parse(model.fit.get(DOMAIN)), np.zeros(len(motion))
-    for segment in segments:  # what `_whole` says stands only where no stretch of its own holds the row
-        rows = slice(segment.start_row, segment.stop_row)
-        on_grid, scatter = _on_segment(model, segment)
-        tau[rows] = _at(motion.t[rows], segment.t, on_grid)
-        if domain is not None:
-            outside[rows] = _at(motion.t[rows], segment.t, domain.outside(Motion.of(segment), model.arm)[:, None])[:, 0]
-        if scatter is not None:
-            knows, std[rows] = True, _at(motion.t[rows], segment.t, scatter)
-    times = np.asarray(motion.t if motion.stamps is None else motion.stamps)
-    return Prediction(recording.name, times, tau, std if knows else None, model.arm.sliding, None if domain is None else outside)
+    domain = Domain.parse(model.fit.get(DOMAIN))
+
+    def answers(segment: Segment) -> list[Array]:
+        motion = Motion.of(segment)
+        far = [] if domain is None else [domain.outside(motion, model.arm)[:, None]]
+        std = model.std(motion)
+        return [segment.seen(model.torque(motion).numpy()), *far, *([] if std is None else [std.numpy()])]
+
+    found = on_rows(answers, model.arm.n_links, recording) or [np.empty((len(recording), model.arm.n_links))]
+    tau, *others = found
+    outside = None if domain is None or not others else others.pop(0)[:, 0]
+    times = np.asarray(recording.t if recording.stamps is None else recording.stamps)
+    return Prediction(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside)

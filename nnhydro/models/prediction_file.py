@@ -4,14 +4,16 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nnhydro.conventions import TIME, column
 from nnhydro.files import write_own
 from nnhydro.models.prediction import Prediction
 
 
-def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] = ()) -> Path:
-    """Write t_s, tau1_Nm, ... (tau1_std_Nm, ... and outside where known) to `path`, whole or not at all; times keep every digit.
+def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] = (),
+                     more: dict[str, NDArray[np.float64]] | None = None) -> Path:
+    """Write t_s, tau1_Nm, ... (tau1_std_Nm, ... and outside where known) and `more` to `path`, whole or not at all; times keep every digit.
 
     Raises ConfigError where `path` is one of the `inputs` or another file that nnhydro did not write.
     """
@@ -24,5 +26,7 @@ def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] 
     if prediction.outside is not None:
         names.append("outside")
         values.append(prediction.outside)
+    names += [*(more or {})]
+    values += [*(more or {}).values()]
     rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
     return write_own(path, "\n".join([",".join(names), *rows]) + "\n", inputs)

@@ -46,6 +46,7 @@ class Flow:
     arm: Arm
     motion: Motion
     water: Water | None = None
+    hub: bool = False  # loads reach two more rows after the joints: the force that the hub supplies along X and along Y, N
 
     @cached_property
     def kept(self) -> Kept:
@@ -171,17 +172,23 @@ class Flow:
     def outboard(self) -> Tensor:  # (joints j, links i)
         """1 where link i hangs on joint j."""
         n = self.arm.n_links
-        return tensor(np.triu(np.ones((n, n))))
+        return tensor(np.vstack([np.triu(np.ones((n, n))), np.zeros((2 if self.hub else 0, n))]))
+
+    def _with_hub(self, lever: Tensor, x: Tensor, y: Tensor) -> Tensor:
+        """`lever` (n, joints, links) with the rows of the hub, components x and y (n, links) of a unit load along X and Y."""
+        return torch.cat([lever, x[:, None], y[:, None]], dim=1) if self.hub else lever
 
     @cached_property
     def lever_normal(self) -> Tensor:  # (n, joints j, links i) m
         """Lever about joint j of a normal load at joint i: sum_{p=j}^{i-1} L_p cos(phi_i - phi_p). Rivera (1995), eq. 3-1-22."""
-        return self.along.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+        lever = self.along.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+        return self._with_hub(lever, -torch.sin(self.phi), torch.cos(self.phi))
 
     @cached_property
     def lever_axial(self) -> Tensor:  # (n, joints j, links i) m
         """Lever about joint j of an axial load on link i: sum_{p=j}^{i-1} L_p sin(phi_i - phi_p). Rivera (1995), eq. 3-1-28."""
-        return self.across.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+        lever = self.across.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+        return self._with_hub(lever, torch.cos(self.phi), torch.sin(self.phi))
 
     def normal_columns(self, force: Tensor, moment: Tensor) -> Tensor:
         """Return the joint torques (n, joints, links) of normal loads, one column a link.

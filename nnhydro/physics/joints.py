@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ModelError, require
+from nnhydro.physics.carried import Carried
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.wake_memory import relaxed
 
@@ -33,11 +34,24 @@ def smooth_sign(rate: Tensor, width: float) -> Tensor:
 def bent_sign(motion: Motion, joint: int, bending: float) -> Tensor:
     """Return z (n,) of the contact of `joint` (from 1) that bends over `bending` rad, unbent at first; the sharp sign where that is 0."""
     qd = motion.qd[:, joint - 1]
+    if bending > 0 and motion.carried is not None:
+        return _carried_sign(motion.carried, qd, f"contact/{joint}/{bending}", bending)
     if bending <= 0 or motion.steady or len(qd) < 2:
         return smooth_sign(qd, DRY_WIDTH)
     between = (qd + torch.cat([qd[:1], qd[:-1]])) / 2  # mean rate since the sample before: z is that at the sample
     travel = torch.diff(motion.t, prepend=motion.t[:1]) * between.abs()
     return relaxed(torch.sign(between), travel / bending, torch.zeros(1, dtype=torch.float64))
+
+
+def _carried_sign(carried: Carried, qd: Tensor, name: str, bending: float) -> Tensor:
+    """z (n,) of a contact that is stepped through time, with the rate (n,) rad/s that it remembers besides."""
+
+    def following(old: Tensor) -> Tensor:
+        between = (qd + old[:, 1]) / 2
+        sign = torch.sign(between)
+        return torch.stack([sign + (old[:, 0] - sign) * torch.exp(-carried.dt * between.abs() / bending), qd], dim=1)
+
+    return carried.value(name, lambda: torch.stack([torch.zeros_like(qd), qd], dim=1), following)[:, 0]
 
 
 def require_bending(kind: str, bending: tuple[float, ...]) -> None:

@@ -8,6 +8,7 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from nnhydro.physics.carried import Carried
 from nnhydro.recordings.segment import Segment
 
 
@@ -67,7 +68,8 @@ class Motion:
 
     In a `steady` motion every row is a run of its own that has lasted long (no order in time, fully developed flow). `wake` is what the
     water behind each strip remembers at each row, where it is known from elsewhere (a controller that steps through time, a question
-    of the kind "what if the wake were empty"); without it, it follows from the rows.
+    of the kind "what if the wake were empty"); without it, it follows from the rows. With `carried` every row is an arm of its own that
+    is stepped through time, and all memories are what it carries from the instant before.
     """
 
     t: Tensor  # (n,) s
@@ -78,6 +80,7 @@ class Motion:
     du0: Tensor  # (n,) m/s^2
     steady: bool = False
     wake: Tensor | None = None  # (memories, n, links, strips) m/s, features/wake.py
+    carried: Carried | None = None
     base: Base | None = None  # None: joint 1 moves along +Y alone
     current: Water | None = None  # the water's own motion, as it was measured; None: at rest
 

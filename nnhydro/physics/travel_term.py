@@ -24,6 +24,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel import TravelRule, travel
+from nnhydro.physics.travel_step import carried_travel
 
 PIECE = 1024  # rows: the basis of all strips in them stays in the cache, and memory does not grow with the basis of a long recording
 _TRAVELS: WeakKeyDictionary[Flow, dict[tuple[int, TravelRule], Tensor]] = WeakKeyDictionary()  # the terms of a sum share it
@@ -34,7 +35,9 @@ def travel_of(strips: Strips, rule: TravelRule) -> Tensor:
     found = _TRAVELS.setdefault(strips.flow, {})
     key = (strips.per_link, rule)
     if key not in found:
-        found[key] = travel(strips, rule) / strips.flow.D[:, None]
+        carried = strips.flow.motion.carried
+        path = travel(strips, rule) if carried is None else carried_travel(strips, rule, carried)
+        found[key] = path / strips.flow.D[:, None]
     return found[key]
 
 

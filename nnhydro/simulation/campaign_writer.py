@@ -49,7 +49,7 @@ def runs(recipe: Recipe) -> Iterator[Run]:
         for name, reference in recipe.references.items():
             yield prescribed(name, reference, recipe.arm, recipe.loads, settings.fine_rate_hz)
     elif recipe.references:
-        law = settings.controller.torque_law(recipe.arm)
+        law = settings.controller.torque_law(recipe.arm, settings.sample_rate_hz, recipe.folder)
         yield from controlled(recipe.references, Plant(recipe.arm, recipe.loads), law, settings.fine_rate_hz, settings.hold)
 
 

@@ -15,12 +15,13 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ConfigError, require
+from nnhydro.physics.carried import Memory
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.threads import one_thread
-from nnhydro.simulation.controller import TorqueLaw
 from nnhydro.simulation.motions.motion_kind import Reference, State
 from nnhydro.simulation.plant import Plant
 from nnhydro.simulation.run import MAX_ROWS, Run, grid
+from nnhydro.simulation.torque_law import TorqueLaw
 
 RUNAWAY = 1e3  # rad/s: no arm gets there
 
@@ -42,12 +43,13 @@ class _Commands:
         return _Commands(*(torch.stack([tensor(state[k]) for state in states], dim=1) for k in range(5)))
 
 
-def _step(plant: Plant, c: _Commands, row: int, h: float, q: Tensor, qd: Tensor, tau: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def _step(plant: Plant, c: _Commands, row: int, h: float, q: Tensor, qd: Tensor, tau: Tensor,
+          memory: Memory) -> tuple[Tensor, Tensor, Tensor]:
     """One Runge-Kutta step from row `row` of the half-step grid: q, qd after `h` s, and qdd at its beginning."""
 
     def acceleration(half: int, q: Tensor, qd: Tensor) -> Tensor:
         t = torch.full((len(q),), (row + half) * h / 2, dtype=torch.float64)
-        return plant.acceleration(tau, t, q, qd, c.u0[row + half], c.du0[row + half])
+        return plant.acceleration(tau, t, q, qd, c.u0[row + half], c.du0[row + half], memory, half * h / 2)
 
     a1 = acceleration(0, q, qd)
     v2 = qd + h / 2 * a1
@@ -79,18 +81,19 @@ def controlled(references: Mapping[str, Reference], plant: Plant, law: TorqueLaw
     c = _Commands.of(references, np.arange(2 * n - 1) * h / 2)
     q, qd = c.q[0], c.qd[0]
     plant.require_inertia(torch.zeros(len(names), dtype=torch.float64), q, c.u0[0])
+    memory, seen = plant.begin(q, qd, c.u0[0]), law.begin(q, qd)
     out = [torch.empty(n, *q.shape, dtype=torch.float64) for _ in range(4)]  # q, qd, qdd, tau
     tau = torch.zeros_like(q)
     for k in range(n):
         row = 2 * min(k, n - 2)  # the last instant takes its acceleration from a step that is not used
         if k % hold == 0:
-            now = torch.full((len(names),), k * h, dtype=torch.float64)
-            tau = law.torque(c.q[2 * k] - q, c.qd[2 * k] - qd, c.qdd[2 * k], now, q, qd, c.u0[2 * k], c.du0[2 * k])
+            tau = law.torque(seen, (c.q[2 * k], c.qd[2 * k], c.qdd[2 * k]), q, qd, c.u0[2 * k], c.du0[2 * k])
         _require_tame(qd, k * h, names)
-        after = _step(plant, c, row, h, q, qd, tau)
+        after = _step(plant, c, row, h, q, qd, tau, memory)
         for kept, value in zip(out, (q, qd, after[2], tau), strict=True):
             kept[k] = value
         q, qd = after[0], after[1]
+        memory = plant.following(memory, q, qd, c.u0[min(2 * k + 2, 2 * n - 2)], h)
     made = []
     for i, (name, t) in enumerate(grids.items()):
         q_i, qd_i, qdd_i, tau_i = (x[:len(t), i].numpy().copy() for x in out)

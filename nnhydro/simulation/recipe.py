@@ -14,7 +14,7 @@ from nnhydro.recordings.validation import validated
 from nnhydro.recordings.yaml_file import read_yaml
 from nnhydro.simulation.motions.motion_kind import MotionKind, Reference, Setting, TimedMotion, motion_of
 from nnhydro.simulation.motions.steady import SteadyRuns
-from nnhydro.simulation.plant import require_present_only
+from nnhydro.simulation.plant import require_steps
 from nnhydro.simulation.recipe_file import RecipeFile
 from nnhydro.simulation.run import grid, require_length
 from nnhydro.simulation.streams import stream
@@ -76,8 +76,8 @@ def parse_recipe(document: Mapping[str, Any], where: str, folder: Path) -> Recip
     _require_names(settings, motions, where)
     settings.sensors.require_fit(arm, settings.sample_rate_hz, settings.fine_rate_hz)
     if settings.controller is not None:
-        settings.controller.torque_law(arm)
-        require_present_only(loads, arm)
+        settings.controller.torque_law(arm, settings.sample_rate_hz, folder)
+        require_steps(loads, arm)
     return Recipe(settings, arm, loads, motions, _references(settings, motions, arm, folder), document, folder)
 
 

@@ -88,10 +88,17 @@ def test_export_refuses_what_it_does_not_know(place, said, tmp_path, options, wo
     assert not list(tmp_path.iterdir())
 
 
-def test_export_of_a_model_over_the_travel_says_why_not(place, said, tmp_path):
+def test_export_of_a_model_over_the_travel_holds_its_memory(place, said, tmp_path):
     a = arm(2)
     save_model(StripTheory(a, GIVEN, {}, "state", state_loads(a)), tmp_path / "state")
-    code, _, err = said("export", tmp_path / "state", "--out", tmp_path / "a.onnx")
+    code, out, _ = said("export", tmp_path / "state", "--out", tmp_path / "a.onnx")
+    assert code == 0
+    assert "memory_next" in out
+    code, out, _ = said("export", tmp_path / "state", "--format", "c", "--without-instruments", "--out", tmp_path / "a.h")
+    assert code == 0
+    assert sorted(p.name for p in tmp_path.glob("a.h*")) == ["a.h", "a.h.test.csv"]
+    assert "a_step" in (tmp_path / "a.h").read_text()
+    code, _, err = said("export", tmp_path / "state", "--format", "curves", "--without-instruments", "--out", tmp_path / "a.csv")
     assert code == 2
-    assert "of the motion before" in err
-    assert not (tmp_path / "a.onnx").exists()
+    assert "--without-instruments" in err
+    assert not (tmp_path / "a.csv").exists()

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 # one session in one folder, in the order in which the index lists the pages
 PAGES = ("guide/first_campaign", "guide/your_data", "guide/baselines", "guide/read_a_diagnosis", "guide/own_effect",
-         "guide/plan_a_campaign", "guide/controller", "speed", "cluster", "models", "formats", "api")
+         "guide/plan_a_campaign", "guide/controller", "speed", "cluster", "models", "formats", "api", "dynamics")
 FENCE = re.compile(r"^```(?P<head>[^\n]*)\n(?P<body>.*?)^```$", re.M | re.S)
 CAPTION = re.compile(r":caption: (?P<name>\S+)\n+")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")

@@ -17,7 +17,7 @@ from nnhydro.recordings.arm import Arm, parse_arm
 from nnhydro.simulation.controller import Controller
 from nnhydro.simulation.forward import controlled
 from nnhydro.simulation.motions.motion_kind import Reference, Setting, TimedMotion, motion_of
-from nnhydro.simulation.plant import Plant, require_present_only
+from nnhydro.simulation.plant import Plant, require_steps
 from nnhydro.simulation.run import Run, prescribed
 from nnhydro.simulation.true_loads import true_loads
 
@@ -166,4 +166,4 @@ class _Squared(LoadTerm):
                                                (_Squared(), "terms.odd: is not proportional to the acceleration")])
 def test_a_term_with_memory_is_refused_under_a_controller(term: LoadTerm, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        require_present_only(Loads({"drag": NormalDrag((1.0, 1.0)), "odd": term}), arm())
+        require_steps(Loads({"drag": NormalDrag((1.0, 1.0)), "odd": term}), arm())

@@ -4,6 +4,7 @@ The graph is one step in time (step.py): belt, gears, baseline, features, every 
 is written it is held against the model: at random states, and step by step along runs from rest and under tow.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, final
@@ -35,11 +36,14 @@ STATES, ROWS, SEED = 40, 30, 0
 CLOSE = 1e-9  # of the rms torque: between the recorded scalars and torch, both in double precision
 UNITS = {"q": ("rad", "joint angles, joint-relative"), "qd": ("rad/s", "joint rates"), "qdd": ("rad/s^2", "joint accelerations"),
          "u0": ("m/s", "carriage speed"), "du0": ("m/s^2", "carriage acceleration"), "dt": ("s", "time since the step before"),
-         "wake": ("m/s", "memory of the wake, as the step before gave it: memories x links x strips")}
+         "wake": ("m/s", "memory of the wake, as the step before gave it: memories x links x strips"),
+         "memory": ("SI", "what the step before gave as memory_next; not read where dt is negative")}
 OUTPUTS = {"tau": ("N m", "torques that the sensors read, before any filter"), "std": ("N m", "their standard deviation"),
-           "wake_next": ("m/s", "memory for the step that follows")}
+           "wake_next": ("m/s", "memory for the step that follows"), "memory_next": ("SI", "memory for the step that follows")}
 MEMORY = ("Start from rest: wake = 0 and dt = 0 in the first step. Start under way (carriage or arm already moving steadily): dt = 1e9 in "
           "the first step. Then dt is the time since the step before and wake its wake_next.")
+BEGIN = ("dt = -1 in the first step: what stands still then starts in water at rest, what moves has moved for ever (memory is not read, "
+         "give zeros). Then dt is the time since the step before and memory its memory_next.")
 
 
 @final
@@ -47,7 +51,7 @@ MEMORY = ("Start from rest: wake = 0 and dt = 0 in the first step. Start under w
 class Recorded:
     """A model as scalars: the program of one step, its outputs by name, and how far it is from the model."""
 
-    step: Step
+    step: Any  # Step, or deployment/step.py's
     program: Program
     outputs: dict[str, Objects]
     deviation: dict[str, float]
@@ -55,7 +59,7 @@ class Recorded:
     @property
     def has_memory(self) -> bool:
         """Return whether a step needs the memory of the one before."""
-        return "wake_next" in self.outputs
+        return "wake_next" in self.outputs or "memory_next" in self.outputs
 
 
 def _states(step: Step, count: int) -> list[list[Tensor]]:
@@ -168,7 +172,7 @@ def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str
         "inputs": [{"name": name, "shape": list(shapes[name]), "unit": UNITS[name][0], "meaning": UNITS[name][1]} for name in declared],
         "outputs": [{"name": name, "shape": list(values.shape), "unit": OUTPUTS[name][0], "meaning": OUTPUTS[name][1]}
                     for name, values in recorded.outputs.items()],
-        "memory": MEMORY if recorded.has_memory else None,
+        "memory": (BEGIN if "memory_next" in recorded.outputs else MEMORY) if recorded.has_memory else None,
         "conventions": "q1 from +X, the others relative to the link inboard, counter-clockwise; the carriage moves along +Y; torques are "
                        "what the drives supply, positive along +q, behind belt and gears where the arm has them; inputs that no output "
                        "depends on are left out",
@@ -178,8 +182,9 @@ def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str
         "versions": {"torch": torch.__version__, "onnx": onnx.__version__}}
 
 
-def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "") -> dict[str, Any]:
-    """Write `model` to `out` and what it needs to be told to `out`.json; returns the latter.
+def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "",
+                made: Callable[[], Recorded] | None = None) -> dict[str, Any]:
+    """Write `model` (as scalars where `made` makes these) to `out` and what it needs to be told to `out`.json; returns the latter.
 
     Raises MissingExtraError without the library onnx, ConfigError for an unknown precision, ModelError where the model cannot be exported.
     """
@@ -194,10 +199,10 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
     beside = out.with_name(f"{out.name}.json")
     for path in (out, beside):
         refuse_foreign(path)
-    recorded = record(model)
-    made = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
-    told = sidecar(recorded, [x.name for x in made.graph.input], precision, digest)
-    made.metadata_props.add(key="nnhydro", value=json_text(told))
-    write_own(out, made.SerializeToString())
+    recorded = record(model) if made is None else made()
+    graph = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
+    told = sidecar(recorded, [x.name for x in graph.graph.input], precision, digest)
+    graph.metadata_props.add(key="nnhydro", value=json_text(told))
+    write_own(out, graph.SerializeToString())
     write_own(beside, json_text(told))
     return told

@@ -19,6 +19,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ModelError
+from nnhydro.physics.carried import Carried
 from nnhydro.physics.strips import Strips
 
 
@@ -39,12 +40,23 @@ class StripState:
     @cached_property
     def KC(self) -> Tensor:  # (n, links, s)
         """Keulegan-Carpenter number 2 pi a / D of the stroke 2 a under way or, while that is shorter, of the one before."""
-        s = self.s_over_D
+        s, carried = self.s_over_D, self.strips.flow.motion.carried
+        if carried is not None:
+            return pi * self._longest_stroke(s, carried)
         rows = torch.arange(len(s)).reshape(-1, 1, 1).expand_as(s)
         restart = torch.cat([torch.zeros_like(s[:1], dtype=torch.bool), s[1:] < s[:-1]])
         at = torch.where(restart, rows, torch.zeros_like(rows)).cummax(0).values
         before = torch.where(at > 0, s.gather(0, (at - 1).clamp(min=0)), torch.zeros_like(s))
         return pi * torch.maximum(s, before)
+
+    def _longest_stroke(self, s: Tensor, carried: Carried) -> Tensor:
+        """The stroke under way or, while that is shorter, the one before (n, links, s), of arms that are stepped through time."""
+
+        def following(old: Tensor) -> Tensor:
+            return torch.stack([s, torch.where(s < old[..., 0], old[..., 0], old[..., 1])], dim=-1)
+
+        strokes = carried.value(f"stroke/{self.strips.per_link}", lambda: torch.stack([s, torch.zeros_like(s)], dim=-1), following)
+        return torch.maximum(s, strokes[..., 1])
 
     @cached_property
     def L_over_D(self) -> Tensor:  # (links, 1)

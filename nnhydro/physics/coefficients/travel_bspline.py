@@ -15,6 +15,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+FEW = 256  # values
+
 
 @lru_cache(maxsize=16)
 def _knots(count: int) -> tuple[int, NDArray[np.float64]]:
@@ -30,11 +32,27 @@ def pieces(count: int) -> int:
     return count + 2 - degree
 
 
+def _recursion(u: Tensor, count: int) -> Tensor:
+    """Values of all count + 2 B-splines at u (...) in 0..1 by the recursion of Cox and de Boor, (..., count + 2)."""
+    degree, knots = _knots(count)
+    t, x = torch.from_numpy(knots), u[..., None]
+    last = t[:-1] == t[t < 1].max()  # the piece that holds its own end
+    inside = (x >= t[:-1]) & (t[:-1] < t[1:]) & ((x < t[1:]) | last)
+    values = torch.where(inside, 1.0, 0.0).to(torch.float64)
+    for p in range(1, degree + 1):
+        rise, fall = (t[p:-1] - t[:-p - 1]), (t[p + 1:] - t[1:-p])
+        up, down = (torch.where(span > 0, 1 / span.clamp(min=1e-30), 0.0) for span in (rise, fall))
+        values = (x - t[:-p - 1]) * up * values[..., :-1] + (t[p + 1:] - x) * down * values[..., 1:]
+    return values
+
+
 def _all(s_over_D: Tensor, end: float, count: int) -> Tensor:
     """Values of all count + 2 B-splines, (..., count + 2)."""
     from scipy.interpolate import BSpline
 
     degree, knots = _knots(count)
+    if 0 < s_over_D.numel() <= FEW:  # in torch, so that a step in time can be differentiated and exported
+        return _recursion((s_over_D / end).clamp(max=1.0), count)
     u = (s_over_D / end).clamp(max=1.0).numpy()
     if not u.size:
         return torch.zeros(*u.shape, count + 2, dtype=torch.float64)

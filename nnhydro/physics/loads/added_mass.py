@@ -60,4 +60,4 @@ class AddedMass(LinearTerm):
         if self.reading != "energy":
             return columns
         momentum = displaced(flow) * (flow.A * flow.L**2 / 2 + flow.B * flow.L)
-        return columns + momentum[:, None, :] * flow.outboard * (flow.u_x[:, None, :] - flow.A[:, None, :] * flow.lever_axial)
+        return columns + momentum[:, None, :] * (flow.outboard * flow.u_x[:, None, :] - flow.A[:, None, :] * flow.lever_axial)

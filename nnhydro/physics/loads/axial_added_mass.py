@@ -43,5 +43,5 @@ class AxialAddedMass(LinearTerm):
         columns = flow.axial_columns(self.loads(flow))
         if self.reading != "energy":
             return columns
-        slip = flow.A[:, None, :] * flow.lever_normal - flow.B[:, None, :]
-        return columns + (displaced(flow) * flow.L * flow.u_x)[:, None, :] * flow.outboard * slip
+        slip = flow.A[:, None, :] * flow.lever_normal - flow.outboard * flow.B[:, None, :]
+        return columns + (displaced(flow) * flow.L * flow.u_x)[:, None, :] * slip

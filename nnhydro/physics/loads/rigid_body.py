@@ -44,7 +44,7 @@ class RigidBody(LinearTerm):
                    tuple(k.inertia_kg_m2 + k.mass_kg * k.com_m**2 for k in links))
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (m, h, J), (n, joints, 3 links)."""
+        """Return d tau / d (m, h, J), (n, joints, 3 links), with the rows of the hub where the flow has them."""
         links, phi, rate, acc = flow.arm.n_links, flow.phi, flow.A, flow.M
         e = torch.stack([torch.cos(phi), torch.sin(phi)], dim=-1)  # (n, links, 2)
         n = torch.stack([-e[..., 1], e[..., 0]], dim=-1)
@@ -55,10 +55,12 @@ class RigidBody(LinearTerm):
         joint_acc = hub[:, None, :] + torch.cumsum(step, dim=1) - step  # (n, links, 2)
         reach = flow.L[:, None] * e
         joint_pos = torch.cumsum(reach, dim=1) - reach
-        columns = torch.zeros(len(flow.motion), links, 3 * links, dtype=torch.float64)
+        columns = torch.zeros(len(flow.motion), len(flow.outboard), 3 * links, dtype=torch.float64)
         if flow.arm.sliding:
             columns[:, 0, 0] = flow.motion.qdd[:, 0] + (hub * n[:, 0]).sum(dim=-1)
             return columns
+        if flow.hub:
+            columns[:, links:, :links], columns[:, links:, links:2 * links] = joint_acc.transpose(1, 2), swing.transpose(1, 2)
         for j in range(links):
             for i in range(j, links):
                 P = joint_pos[:, i] - joint_pos[:, j]

@@ -1,0 +1,234 @@
+"""A large program of scalars as C: loops over tables instead of one statement a scalar, so that it stays in the cache and vectorises.
+
+All values lie in one vector v. Every round of the schedule (models/export/schedule.py) first computes the sums that it needs, long ones
+over the same atoms as small matrices, the others term by term, then each kind of function as one loop. A matrix whose rows come in pairs
+that differ in the signs of some atoms only (a network and its mirror image) is computed once for both:
+
+    y = E x_even + O x_odd,   y' = E x_even - O x_odd
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import groupby, pairwise
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.models.export.expressions import Program, Scalar, Value
+from nnhydro.models.export.schedule import rounds
+
+Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients; None: the constant 1
+LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
+RUN: Final = 5  # places that follow each other: shorter runs go one by one
+PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
+WIDE: Final = 32  # rows of a matrix that are summed side by side
+LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
+                "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
+                "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
+
+
+def row_of(x: Value) -> Row:
+    """Return the terms of a linear combination, its constant included."""
+    if not isinstance(x, Scalar):
+        return ((None, float(x)),)
+    return (*(((None, x.bias),) if x.bias else ()), *sorted(x.terms.items()))
+
+
+def _paired(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.float64]] | None:
+    """Pairs of rows of W (m, k) that differ by one pattern of signs s (k,) only, and s; None where they do not all pair up."""
+    by_size: dict[bytes, list[int]] = defaultdict(list)
+    for i, row in enumerate(np.abs(W)):
+        by_size[row.tobytes()].append(i)
+    if any(len(found) != 2 for found in by_size.values()):
+        return None
+    pairs = [(a, b) for a, b in by_size.values()]
+    signs = np.array([np.sign(W[a] * W[b]) for a, b in pairs])
+    s = np.where((signs >= 0).all(axis=0), 1.0, -1.0)
+    return (pairs, s) if (s < 0).any() and ((signs == s) | (signs == 0)).all() else None
+
+
+def _stretches(at: list[list[int]]) -> list[tuple[int, int, int]]:
+    """Cut lists of places into stretches (start, stop, width) within which all of them run on by one for `width` places at a time."""
+    n = len(at[0])
+    breaks = [k for k in range(1, n) if any(places[k] != places[k - 1] + 1 for places in at)]
+    runs = [b - a for a, b in pairwise([0, *breaks, n])]
+    found: list[tuple[int, int, int]] = []
+    start = 0
+    for width, group in groupby(runs, key=lambda run: run if run >= RUN else 1):
+        stop = start + sum(group)
+        found.append((start, stop, width))
+        start = stop
+    return found
+
+
+@final
+@dataclass
+class Tables:
+    """Collects the C text of a program: `tables` static const arrays, `lines` the statements; `places` tells where in v values lie."""
+
+    program: Program
+    number: Any  # float -> C literal
+    tables: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    places: dict[Row, int] = field(default_factory=dict)
+    size: int = 0
+    _known: dict[tuple[str, bytes], str] = field(default_factory=dict)
+
+    def slots(self, rows: Sequence[Row]) -> int:
+        """Give `rows` the next places in v; returns the first."""
+        first = self.size
+        for k, row in enumerate(rows):
+            self.places.setdefault(row, first + k)
+        self.size += len(rows)
+        return first
+
+    def table(self, values: Sequence[float] | NDArray[np.float64], whole: bool) -> str:
+        """Return the name of a table of integers (`whole`) or reals; equal ones are kept once."""
+        array = np.asarray(values, dtype=np.int64 if whole else np.float64).ravel()
+        key = ("i" if whole else "r", array.tobytes())
+        if key not in self._known:
+            name = f"{key[0]}{len(self._known)}"
+            kind = "unsigned short" if whole and (not len(array) or array.max() < 65536) else "int" if whole else "real"
+            text = ",".join(str(int(x)) if whole else self.number(float(x)) for x in array)
+            self.tables.append(f"static const {kind} {name}[{len(array)}] = {{{text}}};")
+            self._known[key] = name
+        return self._known[key]
+
+    def index(self, at: Sequence[int]) -> str:
+        """Return the C text of the i-th of the places `at`: a running one where they follow each other, else from a table."""
+        if list(at) == list(range(at[0], at[0] + len(at))):
+            return f"v[{at[0]} + i]"
+        return f"v[{self.table(at, True)}[i]]"
+
+    def _matrix(self, atoms: Sequence[int | None], W: NDArray[np.float64], out: str) -> None:
+        """out[0..m) = W x for the atoms x: `WIDE` rows side by side."""
+        m, k = W.shape
+        at = [self.places[((a, 1.0),)] for a in atoms]
+        running = at == list(range(at[0], at[0] + k))
+        source = f"v + {at[0]}" if running else "x"
+        if not running:
+            self.lines.append(f"for (int i = 0; i < {k}; ++i) x[i] = v[{self.table(at, True)}[i]];")
+        for start in range(0, m, WIDE):
+            block = W[start:start + WIDE]
+            wide = -(-len(block) // PAD) * PAD
+            padded = np.zeros((wide, k))
+            padded[:len(block)] = block
+            self.lines.append(f"dense{wide}({source}, {k}, {self.table(padded.T, False)}, {out} + {start}, {len(block)});")
+            self.widths.add(wide)
+        self.gathered = max(self.gathered, k)
+
+    widths: set[int] = field(default_factory=set)
+    alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
+    gathered: int = 1
+
+    def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
+        """Rows over the same atoms."""
+        W = np.array([[c for _, c in row] for row in rows])
+        paired = _paired(W)
+        if paired is None:
+            first = self.slots(rows)
+            self._matrix(atoms, W, f"v + {first}")
+            return
+        pairs, s = paired
+        ahead, mirror = [rows[a] for a, _ in pairs], [rows[b] for _, b in pairs]
+        m, first = len(pairs), self.slots([*ahead, *mirror])
+        half = W[[a for a, _ in pairs]]
+        for sign, out in ((s > 0, first), (s < 0, first + m)):
+            self._matrix([a for a, chosen in zip(atoms, sign, strict=True) if chosen], half[:, sign], f"v + {out}")
+        self.lines.append(f"for (int i = 0; i < {m}; ++i) {{ const real e = v[{first} + i], o = v[{first + m} + i]; "
+                          f"v[{first} + i] = e + o; v[{first + m} + i] = e - o; }}")
+
+    def sums(self, wanted: Sequence[Row]) -> None:
+        """Compute every row in `wanted` that is not there yet."""
+        fresh = [row for row in dict.fromkeys(wanted) if row not in self.places]
+        by_atoms: dict[tuple[int | None, ...], list[Row]] = defaultdict(list)
+        for row in fresh:
+            atoms = tuple(k for k, _ in row)
+            by_atoms[atoms] = [other for other in self.alike[atoms] if other not in self.places] if len(atoms) > LONG else [
+                *by_atoms[atoms], row]
+        short = []
+        for atoms, rows in by_atoms.items():
+            if len(atoms) > LONG and len(rows) > 2:
+                self._block(atoms, rows)
+            else:
+                short += rows
+        for width in sorted({len(row) for row in short}):
+            self._short([row for row in short if len(row) == width], width)
+
+    def _short(self, rows: list[Row], width: int) -> None:
+        """Rows of the same few terms each: one loop."""
+        first = self.slots(rows)
+        if width > LONG:
+            for k, row in enumerate(rows):
+                table, c = self.table([self.places[((a, 1.0),)] for a, _ in row], True), self.table([c for _, c in row], False)
+                self.lines.append(f"{{ real s = 0; for (int i = 0; i < {width}; ++i) s += {c}[i]*v[{table}[i]]; v[{first + k}] = s; }}")
+            return
+        parts = []
+        for place in range(width):
+            at, weights = [self.places[((row[place][0], 1.0),)] for row in rows], [row[place][1] for row in rows]
+            alike = len(set(weights)) == 1
+            parts.append(f"{self.number(weights[0]) if alike else self.table(weights, False) + '[i]'}*{self.index(at)}")
+        self.lines.append(f"for (int i = 0; i < {len(rows)}; ++i) v[{first} + i] = {' + '.join(parts)};")
+
+    def round(self, kinds: dict[str, list[int]]) -> None:
+        """Compute the atoms `kinds` {kind: atoms}."""
+        operands = {k: [row_of(x) for x in self.program.atoms[k].operands] for atoms in kinds.values() for k in atoms}
+        for kind, atoms in kinds.items():
+            for slot in range(max(len(operands[k]) for k in atoms)):
+                self.sums([operands[k][slot] for k in atoms if slot < len(operands[k])])
+            if kind in ("maxof", "minof"):
+                self._extremes(kind, atoms, operands)
+                continue
+            at = [[self.places[operands[k][slot]] for k in atoms] for slot in range(len(operands[atoms[0]]))]
+            first = self.slots([((k, 1.0),) for k in atoms])
+            for start, stop, width in _stretches(at):
+                self._loop(kind, [places[start:stop] for places in at], first + start, width)
+
+    def _loop(self, kind: str, at: list[list[int]], first: int, width: int) -> None:
+        """One function of values at the places `at`, in runs of `width` places that follow each other, into v[first...)."""
+        n = len(at[0])
+        if width == 1 or n == width:
+            given, head, into = [self.index(places) for places in at], f"for (int i = 0; i < {n}; ++i)", f"v[{first} + i]"
+        else:
+            given = [f"v[{self.table(places[::width], True)}[r] + i]" for places in at]
+            head = f"for (int r = 0; r < {n // width}; ++r) for (int i = 0; i < {width}; ++i)"
+            into = f"v[{first} + {width}*r + i]"
+        text = LOOPS[kind].format(*given) if kind in LOOPS else f"f_{kind}({', '.join(given)})"
+        self.lines.append(f"{head} {into} = {text};")
+
+    def _extremes(self, kind: str, atoms: Sequence[int], operands: dict[int, list[Row]]) -> None:
+        sign = ">" if kind == "maxof" else "<"
+        for k in atoms:
+            table, first = self.table([self.places[row] for row in operands[k]], True), self.slots([((k, 1.0),)])
+            self.lines.append(f"{{ real s = v[{table}[0]]; for (int i = 1; i < {len(operands[k])}; ++i) s = v[{table}[i]] {sign} s ? "
+                              f"v[{table}[i]] : s; v[{first}] = s; }}")
+
+
+def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None, ...], list[Row]]:
+    """Every long row of the program by its atoms: those over the same atoms are one matrix, whenever each is needed."""
+    found: dict[tuple[int | None, ...], dict[Row, None]] = defaultdict(dict)
+    needed = [x for k in sorted(program.needed(list(outputs))) for x in program.atoms[k].operands]
+    for row in map(row_of, [*needed, *outputs]):
+        if len(row) > LONG:
+            found[tuple(k for k, _ in row)][row] = None
+    return {atoms: list(rows) for atoms, rows in found.items()}
+
+
+def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[list[str], list[str], list[str]]:
+    """Return tables, statements and the C text of each output of a program; inputs are read from `in[]`."""
+    made = Tables(program, number, alike=_alike(program, outputs))
+    made.slots([((k, 1.0),) for k in range(program.n_inputs)])
+    made.slots([((None, 1.0),)])
+    for kinds in rounds(program, list(outputs)):
+        made.round(kinds)
+    rows = [row_of(x) for x in outputs]
+    made.sums(rows)
+    begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
+             f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
+    dense = [f"static void dense{m}(const real *x, int k, const real *W, real *y, int n) {{\n"
+             f"    real a[{m}] = {{0}};\n"
+             f"    for (int i = 0; i < k; ++i) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[{m}*i + j];\n"
+             f"    for (int j = 0; j < n; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
+    return [*made.tables, *dense], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]

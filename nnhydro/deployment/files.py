@@ -1,0 +1,30 @@
+"""A model as a file for a controller: ONNX or C, with all that it remembers."""
+
+from pathlib import Path
+from typing import Any
+
+from nnhydro.deployment.c_header import export_c
+from nnhydro.deployment.step import MemoryStep, recorded, without_instruments
+from nnhydro.dynamics.joint_model import steppable
+from nnhydro.models.export.onnx_file import export_onnx
+from nnhydro.models.torque_model import TorqueModel
+
+
+def only_wake(model: TorqueModel) -> bool:
+    """Return whether all that `model` remembers is the wake of features/wake.py, or nothing: then ONNX keeps its older, named inputs."""
+    return all(name.startswith("wake/") for name in MemoryStep(steppable(model), False).layout)
+
+
+def export_step(model: TorqueModel, out: Path, kind: str, precision: str = "double", digest: str = "",
+                bare: bool = False) -> dict[str, Any]:
+    """Write one step of `model` to `out`; `kind` is onnx or c, `bare` leaves out faults of sensors and drives. Returns what it is told of.
+
+    Raises ModelError where the model cannot be stepped, ConfigError for another precision or a place that cannot be written to,
+    MissingExtraError without the library onnx.
+    """
+    made, left_out = without_instruments(model) if bare else (model, ())
+    if kind == "c":
+        told = export_c(made, out, precision, digest, [f"left out: {line}" for line in left_out])
+    else:
+        told = export_onnx(made, out, precision, digest, None if only_wake(made) else lambda: recorded(made))
+    return told | {"left_out": list(left_out)} if bare else told

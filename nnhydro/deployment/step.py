@@ -1,0 +1,122 @@
+"""A model as one step in time with explicit memory: sensor torques of an instant, from its motion and what was remembered before.
+
+    tau, memory' = step(q, qd, qdd, u0, du0, dt, memory),      dt < 0: the run begins with this instant, `memory` is not read
+
+Fed with the rows of a recording, one after the other, it gives what the model gives for the whole. What has no place in a step (a delay,
+an elastic drive) is refused, or left out with `mechanics` (dynamics/joint_model.py).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from typing import Final, final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from nnhydro.dynamics.joint_model import MECHANICAL, mechanics, steppable
+from nnhydro.errors import ModelError, require
+from nnhydro.models.compiled.torque import trial_runs
+from nnhydro.models.export.onnx_file import Recorded
+from nnhydro.models.export.tracing import traced
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.carried import Carried
+from nnhydro.physics.motion import Motion
+
+NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
+ENCODER: Final = "encoder_offset"
+BEGIN: Final = -1.0  # s: dt of the first step
+FOLLOWS: Final = 2e-5  # of the rms torque, run of steps against run as a whole: only Basset's force is not exact
+CLOSE: Final = 1e-9  # of the rms torque, recorded scalars against torch
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class MemoryStep:
+    """One step of `model` with all that it remembers; `with_std` says whether it also gives its standard deviation."""
+
+    model: TorqueModel
+    with_std: bool
+
+    @cached_property
+    def layout(self) -> dict[str, tuple[int, ...]]:
+        """Name and shape of each memory, in the order in which they lie in the vector `memory`."""
+        zero = torch.zeros(1, self.model.arm.n_links, dtype=torch.float64)
+        carried = Carried(torch.zeros(1, dtype=torch.float64))
+        self._answer(Motion(zero[:, 0], zero, zero, zero, zero[:, 0], zero[:, 0], True, None, carried))
+        return {name: tuple(x.shape[1:]) for name, x in carried.after.items()}
+
+    @property
+    def size(self) -> int:
+        """Numbers in the memory."""
+        return sum(prod(shape) for shape in self.layout.values())
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Return the shape of each input."""
+        n = self.model.arm.n_links
+        return dict(zip(NAMES, ((n,), (n,), (n,), (1,), (1,), (1,), (self.size,)), strict=True))
+
+    def parted(self, memory: Tensor) -> dict[str, Tensor]:
+        """Return the vector `memory` (size,) by name, one row each."""
+        sizes = [prod(shape) for shape in self.layout.values()]
+        parts = torch.split(memory, sizes) if sizes else ()
+        return {name: part.reshape(1, *shape) for part, (name, shape) in zip(parts, self.layout.items(), strict=True)}
+
+    def _answer(self, motion: Motion) -> tuple[Tensor, ...]:
+        tau, std = self.model.torque(motion)[0], self.model.std(motion) if self.with_std else None
+        return (tau,) if std is None else (tau, std[0])
+
+    def __call__(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
+        """Return tau (links,) N m, its std where there is one, and the next memory (size,)."""
+        carried = Carried(dt.clamp(min=0.0), self.parted(memory), fresh=dt < 0)
+        answer = self._answer(Motion(torch.zeros(1, dtype=torch.float64), q[None], qd[None], qdd[None], u0, du0, True, None, carried))
+        following = [carried.after[name].reshape(-1) for name in self.layout]
+        return (*answer, torch.cat(following) if following else torch.zeros(0, dtype=torch.float64))
+
+
+def inputs_along(step: MemoryStep, run: Motion) -> Iterator[tuple[list[Tensor], tuple[Tensor, ...]]]:
+    """Yield the inputs and outputs of each step of a run in time order."""
+    memory = torch.zeros(step.size, dtype=torch.float64)
+    for k in range(len(run)):
+        dt = run.t[k:k + 1] - run.t[k - 1] if k else torch.tensor([BEGIN], dtype=torch.float64)
+        given = [run.q[k], run.qd[k], run.qdd[k], run.u0[k:k + 1], run.du0[k:k + 1], dt, memory]
+        answer = step(*given)
+        memory = answer[-1]
+        yield given, answer
+
+
+def _far(got: Tensor, want: Tensor) -> float:
+    far = float((got - want).abs().max() / (want.square().mean().sqrt() + 1e-12))
+    return far if np.isfinite(far) else float("inf")
+
+
+def recorded(model: TorqueModel) -> Recorded:
+    """Return `model` as scalars with its memory; raises ModelError where steps cannot give what the model gives for a whole run."""
+    made = steppable(model)
+    runs = trial_runs(model.arm.n_links)
+    step = MemoryStep(made, made.std(runs[0]) is not None)
+    pairs = [pair for run in runs for pair in inputs_along(step, run)]
+    along = _far(torch.stack([answer[0] for _, answer in pairs]), torch.cat([made.torque(run) for run in runs]))
+    require(along < FOLLOWS, "this model remembers the motion in a way that one step in time cannot carry (an instrument with a delay, a "
+            "drive that gives way): export it --without-instruments, or a model without that effect", ModelError)
+    program, arrays = traced(step, pairs[7][0])
+    names = ["tau", *(["std"] if step.with_std else []), *(["memory_next"] if step.size else [])]
+    outputs = dict(zip(names, arrays, strict=False))
+    got = program.evaluate([x for a in arrays for x in a.ravel()], np.stack([torch.cat(given).numpy() for given, _ in pairs]))
+    want = torch.stack([torch.cat([x.reshape(-1) for x in answer]) for _, answer in pairs])
+    at_states = _far(torch.from_numpy(got), want)
+    require(at_states < CLOSE, "this model decides or computes outside torch, so that no fixed program can stand for it", ModelError)
+    return Recorded(step, program, outputs, {"at_states": at_states, "along_runs": along})
+
+
+def without_instruments(model: TorqueModel) -> tuple[TorqueModel, tuple[str, ...]]:
+    """Return the mechanics of `model` as ideal sensors behind its belt and gears would read them, and what was left out.
+
+    An angle that is read with an offset stays: the controller's angles come from the same encoder.
+    """
+    left_out: list[str] = []
+    return mechanics(model, left_out, (*MECHANICAL, ENCODER)), tuple(dict.fromkeys(left_out))
+
+

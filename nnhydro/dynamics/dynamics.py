@@ -1,0 +1,264 @@
+"""The dynamics of an arm in water from any model, under the names that users of Pinocchio and MuJoCo know.
+
+    tau = inverse_dynamics(q, qd, qdd),    qdd = forward_dynamics(q, qd, tau),    tau = M(q) qdd + bias(q, qd)      [N m, rad/s^2]
+
+Torques are those at the joints, before belt and gears, without faults of sensors (`left_out` lists what of the model is no mechanics).
+A state without memory stands for itself: the wake behind it has developed, as in a long steady run. `reset` begins a run, `step` follows it
+with the water's memory; the `state` they give may be handed to every question, which is then asked with that memory.
+Source: Featherstone (2008), Rigid Body Dynamics Algorithms, for the questions; the answers are those of the model.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final, final
+
+import torch
+from torch import Tensor
+
+from nnhydro.dynamics.arrays import Answer, Form, Number, rows
+from nnhydro.dynamics.hub import HubWrench, hub_wrench
+from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solved, tangent
+from nnhydro.dynamics.joint_model import JointModel, joint_model
+from nnhydro.errors import ModelError, require
+from nnhydro.models.compiled.torque import trial_runs
+from nnhydro.models.gains import gain_matrix
+from nnhydro.models.storage import load_model
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.carried import Carried, Memory
+from nnhydro.physics.motion import Base, Motion
+from nnhydro.recordings.arm import Arm
+
+BASE: Final = ("base_x_m_s", "dbase_x_m_s2", "base_yaw_rad", "base_yaw_rad_s", "dbase_yaw_rad_s2")
+BaseMotion = Mapping[str, Number] | None  # by the keys of BASE, what is not given is 0; the base's velocity along +Y is u0
+FOLLOWS: Final = 2e-5  # of the rms torque: what a run stepped through time may differ from the whole run (sums of exponentials)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ArmState:
+    """An arm, or many, at an instant of a run: angles, rates, carriage speed, and what the water and the contacts remember."""
+
+    q: Answer  # (..., joints) rad
+    qd: Answer  # (..., joints) rad/s
+    u0: Answer  # (...,) m/s
+    t: float  # s since `reset`
+    memory: Memory  # rows first; empty where the model remembers nothing
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Jacobians:
+    """Derivatives of the joint torques; the last axis of q, qd and qdd is the joint that moves."""
+
+    q: Answer  # (..., joints, joints) N m/rad
+    qd: Answer  # (..., joints, joints) N m s/rad
+    qdd: Answer  # (..., joints, joints) kg m^2
+    u0: Answer  # (..., joints) N s
+    du0: Answer  # (..., joints) kg m
+
+
+def _base(given: BaseMotion, form: Form) -> Base | None:
+    """The base's motion as rows; raises ModelError for a key that it does not have."""
+    if given is None:
+        return None
+    unknown = [key for key in given if key not in BASE]
+    require(not unknown, f"base: unknown key {unknown[:1]}: give {', '.join(BASE)}; its velocity along +Y is u0", ModelError)
+    _, values = rows(0, {}, {"": torch.zeros(form.lead, dtype=torch.float64)} | {key: given.get(key, 0.0) for key in BASE})
+    return Base(*values[1:])
+
+
+def _of(model: Any) -> TorqueModel:
+    if isinstance(model, str | Path):
+        return load_model(Path(model))
+    inner = getattr(model, "torque_model", model)
+    require(isinstance(inner, TorqueModel), f"{model!r:.80} is no model: give what load_model, identify, train or diagnose returned, or "
+            "the folder of a model", ModelError)
+    assert isinstance(inner, TorqueModel)
+    return inner
+
+
+@final
+class Dynamics:
+    """The dynamics of `model`: a Model, a torque model, or the folder of one. Raises ModelError where it cannot be stepped."""
+
+    def __init__(self, model: Any) -> None:
+        self.model: JointModel = joint_model(_of(model))
+        self._require_steps()
+
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.model.arm
+
+    @property
+    def nq(self) -> int:
+        """Number of joints."""
+        return self.arm.n_links
+
+    nv = nq
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What of the model is no mechanics of the arm, one line each."""
+        return self.model.left_out
+
+    @cached_property
+    def affine(self) -> bool:
+        """Whether the torque is affine in the acceleration: true of physics models, not of learned ones."""
+        run = trial_runs(self.nq)[1]
+        middle, low, high = (self.model.torque(replace(run, qdd=run.qdd + x, steady=True)) for x in (1.0, -4.0, 6.0))
+        return float((middle - (low + high) / 2).abs().max()) < SAME * (1 + float(high.abs().max()))
+
+    @cached_property
+    def remembers(self) -> bool:
+        """Whether a torque depends on the motion before."""
+        return bool(self.reset([0.0] * self.nq).memory)
+
+    def _require_steps(self) -> None:
+        """Raise ModelError where the model remembers what cannot be carried from instant to instant."""
+        for run in trial_runs(self.nq):
+            memory, worst = None, 0.0
+            want = self.model.torque(run)
+            for k in range(len(run)):
+                dt = run.t[k:k + 1] - run.t[max(k - 1, 0)]
+                carried = Carried(dt, memory)
+                row = Motion(run.t[k:k + 1], run.q[k:k + 1], run.qd[k:k + 1], run.qdd[k:k + 1], run.u0[k:k + 1], run.du0[k:k + 1],
+                             steady=True, carried=carried)
+                worst = max(worst, float((self.model.torque(row)[0] - want[k]).abs().max()))
+                memory = carried.after
+            far = worst / (float(want.square().mean().sqrt()) + 1e-12)
+            require(far < FOLLOWS, f"this model remembers the motion in a way that cannot be stepped through time (a run of steps differs "
+                    f"by {far:.1e} from the run as a whole): use a model without that term", ModelError)
+
+    def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
+                base: Base | None = None) -> Motion:
+        return Motion(torch.zeros(len(q), dtype=torch.float64), q, qd, qdd, u0, du0, steady=True, carried=carried, base=base)
+
+    def _carried(self, state: ArmState | None, count: int, dt: float | None = None) -> Carried | None:
+        """The memory of `state` for `count` rows, `dt` s later, or as it is."""
+        if state is None or not state.memory:
+            return None
+        have = len(next(iter(state.memory.values())))
+        require(have in (1, count), f"the state holds the memory of {have} arm(s), the question is about {count}", ModelError)
+        memory = {name: x.expand(count, *x.shape[1:]) for name, x in state.memory.items()}
+        return Carried(torch.full((count,), dt or 0.0, dtype=torch.float64), memory, held=dt is None)
+
+    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None, base: Base | None = None) -> Any:
+        """The torques (m, k, joints) at k accelerations of each state, as a function of them (m, k, joints)."""
+        def torque(qdd: Tensor) -> Tensor:
+            m, k, n = qdd.shape
+
+            def each(x: Tensor) -> Tensor:
+                return x.repeat_interleave(k, dim=0)
+
+            own = None
+            if carried is not None:
+                memory = None if carried.before is None else {name: each(x) for name, x in carried.before.items()}
+                own = Carried(each(carried.dt), memory, carried.held)
+            turned = None if base is None else base.rows(torch.arange(m).repeat_interleave(k))
+            motion = self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own, turned)
+            return self.model.torque(motion).reshape(m, k, n)
+
+        return torque
+
+    def inverse_dynamics(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Answer:
+        """Return the torques (..., joints) N m at the joints of a motion; q, qd, qdd (..., joints), u0, du0 (...,) of the carriage."""
+        form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
+        return form.out(self.model.torque(self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form))))
+
+    def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
+               base: Base | None = None) -> Tensor:
+        torque = self._at(q, qd, u0, du0, carried, base)
+        if self.affine:
+            mass, bias = mass_and_bias(torque, q)
+            return solved(mass, tau - bias)
+        with torch.no_grad():
+            none = torch.zeros_like(q)
+            start = solved(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
+            return acceleration(torque, tau, start)
+
+    def forward_dynamics(self, q: Number, qd: Number, tau: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Answer:
+        """Return the accelerations (..., joints) rad/s^2 under the joint torques `tau` (..., joints) N m.
+
+        Raises ModelError where the arm has no inertia, or a learned model gives that torque at no acceleration.
+        """
+        form, (q_, qd_, tau_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "tau": tau}, {"u0": u0, "du0": du0})
+        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
+
+    def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0,
+                    state: ArmState | None = None) -> Answer:
+        """Return M (..., joints, joints) kg m^2, added mass included; of a learned model d tau / d qdd at `qdd` (default 1e-3 rad/s^2).
+
+        It need not be symmetric: the document's reading of the added mass and learned models have no kinetic energy behind them.
+        """
+        zero = [0.0] * self.nq
+        vectors = {"q": q, "qd": zero if qd is None else qd, "qdd": [1e-3] * self.nq if qdd is None else qdd}
+        form, (q_, qd_, qdd_, u0_) = rows(self.nq, vectors, {"u0": u0})
+        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._carried(state, len(q_)))
+        return form.out(mass_and_bias(torque, q_)[0] if self.affine else tangent(torque, qdd_))
+
+    def bias(self, q: Number, qd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Answer:
+        """Return the torques (..., joints) N m without joint accelerations: Coriolis, weight, drag, friction, the carriage's part."""
+        return self.inverse_dynamics(q, qd, [0.0] * self.nq, u0, du0, state, base)
+
+    def jacobians(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> Jacobians:
+        """Return d tau / d (q, qd, qdd, u0, du0) at a fixed memory: exact, at kinks the mean of the slopes on both sides."""
+        form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
+        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
+        return Jacobians(*(form.out(getattr(found, name)) for name in ("q", "qd", "qdd", "u0", "du0")))
+
+    def hub_wrench(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
+            base: BaseMotion = None) -> HubWrench:
+        """Return force and moment that the arm exerts on its base at joint 1, in world axes, rigid and fluid part (dynamics/hub.py)."""
+        form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
+        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
+        return HubWrench(form.out(found.rigid), form.out(found.fluid))
+
+    def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:
+        """Return the state at the beginning of a run: what is at rest starts in water at rest, what moves has moved for ever."""
+        form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": [0.0] * self.nq if qd is None else qd}, {"u0": u0})
+        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._remembered(q_, qd_, u0_, None, 0.0))
+
+    def _remembered(self, q: Tensor, qd: Tensor, u0: Tensor, before: Memory | None, dt: float) -> Memory:
+        carried = Carried(torch.full((len(q),), dt, dtype=torch.float64), before)
+        with torch.no_grad():
+            self.model.torque(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried))
+        return carried.after
+
+    def follow(self, state: ArmState, q: Number, qd: Number, dt: float, u0: Number | None = None) -> ArmState:
+        """Return the state after the arm has moved to `q`, `qd` in `dt` s: for a motion that is measured, not computed."""
+        form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": qd}, {"u0": state.u0 if u0 is None else u0})
+        require(dt > 0, f"dt = {dt!r}: give the seconds since the state", ModelError)
+        memory = self._remembered(q_, qd_, u0_, state.memory, dt) if state.memory else {}
+        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), state.t + dt, memory)
+
+    def step(self, state: ArmState, tau: Number, dt: float, du0: Number = 0.0) -> ArmState:
+        """Return the state `dt` s later under the joint torques `tau` (..., joints) N m and the carriage's acceleration, both held.
+
+        One step of the classical Runge-Kutta method, whose stages see the memory advanced to their own instants.
+        """
+        require(dt > 0, f"dt = {dt!r}: give a positive step in s", ModelError)
+        form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})
+
+        def slope(h: float, q: Tensor, qd: Tensor) -> Tensor:
+            return self._solve(q, qd, tau_, u0 + h * du0_, du0_, self._carried(state, len(q), h) if h else self._carried(state, len(q)))
+
+        a1 = slope(0.0, q, qd)
+        v2 = qd + dt / 2 * a1
+        a2 = slope(dt / 2, q + dt / 2 * qd, v2)
+        v3 = qd + dt / 2 * a2
+        a3 = slope(dt / 2, q + dt / 2 * v2, v3)
+        v4 = qd + dt * a3
+        a4 = slope(dt, q + dt * v3, v4)
+        return self._after(state, form, q + dt / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + dt / 6 * (a1 + 2 * a2 + 2 * a3 + a4),
+                           u0 + dt * du0_, dt)
+
+    def _after(self, state: ArmState, form: Form, q: Tensor, qd: Tensor, u0: Tensor, dt: float) -> ArmState:
+        memory = self._remembered(q, qd, u0, state.memory, dt) if state.memory else {}
+        return ArmState(form.out(q), form.out(qd), form.out(u0), state.t + dt, memory)

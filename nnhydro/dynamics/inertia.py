@@ -1,0 +1,79 @@
+"""Acceleration from torque: at once where the torque is affine in the acceleration, by Newton's method where a model was learned.
+
+    affine    tau = M qdd + h,       column k of M: torque at qdd = e_k, minus h            qdd = M^-1 (tau - h)
+    learned   M_jk = d tau_j / d qdd_k at the acceleration asked for (central differences)
+
+A step of Newton's that does not bring the torque closer is halved.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import torch
+from torch import Tensor
+
+from nnhydro.errors import ModelError, require
+
+TorqueOf = Callable[[Tensor], Tensor]  # accelerations (rows, k, joints) at k of each state -> torques (rows, k, joints)
+STEP: Final = 1e-4  # rad/s^2 of the differences: exact to 1e-8 where the torque is smooth
+REACHES: Final = (STEP, 1e-2, 1.0)  # rad/s^2, by turns: a short difference misleads near a kink
+CLOSE: Final = 1e-12  # of the largest torque of the state, beside 1e-12 N m
+ROUNDS, HALVINGS = 40, 12
+SAME: Final = 1e-9
+
+
+def mass_and_bias(torque: TorqueOf, like: Tensor) -> tuple[Tensor, Tensor]:
+    """Return M (m, joints, joints) kg m^2 and h (m, joints) N m of a torque that is affine in the acceleration; `like` (m, joints)."""
+    m, n = like.shape
+    unit = torch.cat([torch.zeros(1, n, dtype=torch.float64), torch.eye(n, dtype=torch.float64)])
+    found = torque(unit.expand(m, n + 1, n))
+    bias = found[:, 0]
+    return (found[:, 1:] - bias[:, None, :]).transpose(1, 2), bias
+
+
+def tangent(torque: TorqueOf, qdd: Tensor, step: float = STEP) -> Tensor:
+    """Return d tau_j / d qdd_k (m, joints, joints) at `qdd` (m, joints), by differences over `step` rad/s^2."""
+    n = qdd.shape[1]
+    shift = step * torch.eye(n, dtype=torch.float64)
+    found = torque(qdd[:, None, :] + torch.cat([shift, -shift]))
+    slopes: Tensor = (found[:, :n] - found[:, n:]) / (2 * step)
+    return slopes.transpose(1, 2)
+
+
+def solved(mass: Tensor, torque: Tensor) -> Tensor:
+    """Return M^-1 tau (m, joints); raises ModelError where a mass matrix is singular."""
+    found: Tensor
+    found, info = torch.linalg.solve_ex(mass, torque)
+    require(not bool(info.any()) and bool(found.isfinite().all()), "the arm has no inertia that a torque could accelerate (masses 0 in "
+            "arm.yaml?): give it masses", ModelError)
+    return found
+
+
+def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
+    """Return the acceleration (m, joints) at which `torque` is `tau` (m, joints), sought from `start`.
+
+    Raises ModelError where there is none to be found.
+    """
+    def residual(qdd: Tensor) -> Tensor:
+        return tau - torque(qdd[:, None, :])[:, 0]
+
+    qdd, left = start, residual(start)
+    goal = CLOSE * (1 + tau.abs().amax(dim=1))
+    for number in range(ROUNDS):
+        open_rows = left.abs().amax(dim=1) > goal
+        if not bool(open_rows.any()):
+            return qdd
+        step, share = solved(tangent(torque, qdd, REACHES[number % len(REACHES)]), left), torch.ones(len(qdd), 1, dtype=torch.float64)
+        size = left.abs().amax(dim=1, keepdim=True)
+        for _ in range(HALVINGS):
+            after = qdd + share * step
+            new = residual(after)
+            worse = (new.abs().amax(dim=1, keepdim=True) >= size) & open_rows[:, None]
+            if not bool(worse.any()):
+                break
+            share = torch.where(worse, share / 2, share)
+        qdd, left = torch.where(open_rows[:, None], after, qdd), torch.where(open_rows[:, None], new, left)
+    far = float((left.abs().amax(dim=1) / (1 + tau.abs().amax(dim=1))).max())
+    require(far < 1e-10, f"no acceleration was found at which the learned model gives this torque (off by {far:.1e} of it): the state lies "
+            "far from its training, or its inertia is not positive there; use a physics model or the hybrid's baseline", ModelError)
+    return qdd

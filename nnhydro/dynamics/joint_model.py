@@ -1,0 +1,117 @@
+"""The mechanics in a model: torques at the joints, without the faults of sensors and drives that a diagnosis may have found.
+
+    tau_joint = (belt and gears)^-1 [ model without instruments ]            [N m]
+
+What is kept of a model's instruments acts on the arm itself: water that flows past it, friction that grows with the load. What is left out
+is listed, with the reason.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Final, final
+
+from torch import Tensor
+
+from nnhydro.dynamics.wake_terms import stepped
+from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.errors import ModelError
+from nnhydro.models.amended import Amended
+from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.transmission import joint_torque
+
+MECHANICAL: Final = ("ambient_current", "load_friction")
+REASONS: Final = {"wave_orbital": "its phase belongs to one recording", "joint_elasticity": "the drive is taken to be rigid",
+                  "backlash": "the drive is taken to be rigid", "sensor_timing": "a delay of the sensors, not of the arm"}
+SENSOR: Final = "a fault of the sensors, not of the arm"
+
+
+def _mechanical(model: StripTheory, left_out: list[str], kept: Sequence[str]) -> StripTheory:
+    """`model` with terms that can be stepped, without its instruments but for those `kept`; what goes is noted in `left_out`."""
+    terms = {}
+    for name, term in model.loads.terms.items():
+        if getattr(term, "own_in_every_recording", False):
+            left_out.append(f"{name}: its phase belongs to one recording")
+        else:
+            terms[name] = stepped(term)
+    instruments: list[InstrumentEffect] = []
+    for one in model.instruments:
+        if one.id in kept:
+            instruments.append(one)
+        else:
+            left_out.append(f"{one.id}: {REASONS.get(one.id, SENSOR)}")
+    return replace(model, loads=Loads(terms), instruments=tuple(instruments))
+
+
+def mechanics(model: TorqueModel, left_out: list[str], kept: Sequence[str] = MECHANICAL) -> TorqueModel:
+    """Return the part of `model` that is mechanics, as its sensors would read it; raises ModelError where that is not all of a torque.
+
+    What of its instruments is not `kept` is noted in `left_out`.
+    """
+    if isinstance(model, StripTheory):
+        return _mechanical(model, left_out, kept)
+    if isinstance(model, LearnedTorque):
+        return model if model.baseline is None else replace(model, baseline=mechanics(model.baseline, left_out, kept))
+    if isinstance(model, Amended):
+        if model.simulation is None:
+            raise ModelError("this model is a correction of torques that were simulated elsewhere: it is no dynamics by itself; diagnose "
+                             "against a baseline of ours (--baseline constant), or add it to your own simulation")
+        before, after = _mechanical(model.before, [], kept), _mechanical(model.after, left_out, kept)
+        return replace(model, simulation=mechanics(model.simulation, left_out, kept), before=before, after=after)
+    return model
+
+
+def steppable(model: TorqueModel) -> TorqueModel:
+    """Return `model` with all its instruments, its terms such that they can be stepped through time."""
+    if isinstance(model, StripTheory):
+        return replace(model, loads=Loads({name: stepped(term) for name, term in model.loads.terms.items()}))
+    if isinstance(model, JointModel):
+        return model
+    if isinstance(model, LearnedTorque) and model.baseline is not None:
+        return replace(model, baseline=steppable(model.baseline))
+    if isinstance(model, Amended):
+        before, after = steppable(model.before), steppable(model.after)
+        assert isinstance(before, StripTheory)
+        assert isinstance(after, StripTheory)
+        return replace(model, simulation=None if model.simulation is None else steppable(model.simulation), before=before, after=after)
+    return model
+
+
+def physical_part(model: TorqueModel) -> StripTheory | None:
+    """Return the sum of load terms in `model` (a hybrid's baseline, a corrected simulation's last state), None where there is none."""
+    if isinstance(model, StripTheory):
+        return model
+    if isinstance(model, LearnedTorque) and model.baseline is not None:
+        return physical_part(model.baseline)
+    return None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class JointModel(TorqueModel):
+    """The torques at the joints; `left_out` says what of the model is no mechanics. Made by `joint_model`, never stored."""
+
+    kind: ClassVar[str] = "joint_model"
+    model: TorqueModel
+    left_out: tuple[str, ...]
+
+    def torque(self, motion: Motion) -> Tensor:
+        """Return the torques at the joints (n, joints) N m."""
+        if isinstance(self.model, StripTheory) and not self.model.instruments:
+            return self.model.loads.torque(Flow(self.arm, motion))
+        return joint_torque(self.model.torque(motion), motion.qd, self.arm)
+
+    def document(self) -> dict[str, Any]:
+        """Return the model's own document."""
+        return self.model.document()
+
+
+def joint_model(model: TorqueModel) -> JointModel:
+    """Return the mechanics of `model`; raises ModelError for a correction of a simulation outside."""
+    left_out: list[str] = []
+    inner = mechanics(model, left_out)
+    return JointModel(model.arm, model.preparation, model.fit, inner, tuple(dict.fromkeys(left_out)))

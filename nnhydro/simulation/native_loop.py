@@ -1,0 +1,84 @@
+"""One arm under control, compiled: the truth and the model that the controller holds both run as machine code.
+
+The same law, the same Runge-Kutta steps and the same hold of the torque as in forward.py, one motion at a time, for studies of hours and
+for truths that were learned. Needs a C compiler.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.deployment.native import NativeArm
+from nnhydro.errors import ConfigError
+from nnhydro.physics.motion import tensor
+from nnhydro.simulation.forward import RUNAWAY
+from nnhydro.simulation.motions.motion_kind import Reference, State
+from nnhydro.simulation.run import Run, grid
+from nnhydro.simulation.torque_law import TorqueLaw
+
+Array = NDArray[np.float64]
+
+
+@final
+@dataclass(eq=False)
+class NativeInside:
+    """A compiled model in a controller."""
+
+    arm: NativeArm
+
+    def begin(self) -> None:
+        """Forget the motion before: a run begins."""
+        self.arm.begin()
+
+    def torque(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: float) -> Tensor:
+        """Return the joint torques (1, joints) N m, `dt` s after the instant asked before."""
+        return torch.from_numpy(self.arm.torque(q[0].numpy(), qd[0].numpy(), qdd[0].numpy(), float(u0[0]), float(du0[0]), dt))[None]
+
+
+def stepped_once(truth: NativeArm, q: Array, qd: Array, tau: Array, carriage: Array, h: float,
+                 guess: Array | None = None) -> tuple[Array, Array, Array]:
+    """Return q, qd after one Runge-Kutta step of `h` s and qdd at its start; `carriage` (3, 2) u0, du0 at its start, middle, end."""
+
+    def acceleration(half: int, q: Array, qd: Array, near: Array | None) -> Array:
+        return truth.acceleration(q, qd, tau, float(carriage[half, 0]), float(carriage[half, 1]), half * h / 2, near)
+
+    a1 = acceleration(0, q, qd, guess)
+    v2 = qd + h / 2 * a1
+    a2 = acceleration(1, q + h / 2 * qd, v2, a1)
+    v3 = qd + h / 2 * a2
+    a3 = acceleration(1, q + h / 2 * v2, v3, a2)
+    v4 = qd + h * a3
+    a4 = acceleration(2, q + h * v3, v4, a3)
+    return q + h / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4), a1
+
+
+def tracked(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, rate_hz: float, hold: int) -> Run:
+    """Return the run of `truth` along `reference` under `law`, which acts every `hold` steps of 1/`rate_hz` s.
+
+    Raises ConfigError where the arm runs away, ModelError where a learned truth has no acceleration for a torque.
+    """
+    t, h = grid(reference, rate_hz), 1.0 / rate_hz
+    goal = reference.at(np.minimum(np.arange(2 * len(t)) * h / 2, reference.duration))
+    q, qd, qdd = goal.q[0].copy(), goal.qd[0].copy(), goal.qdd[0].copy()
+    carriage = np.stack([goal.u0, goal.du0], axis=1)
+    truth.begin()
+    truth.torque(q, qd, np.zeros_like(q), *carriage[0])
+    seen, tau = law.begin(tensor(q)[None], tensor(qd)[None]), np.zeros_like(q)
+    out = [np.empty((len(t), len(q))) for _ in range(4)]
+    for k in range(len(t)):
+        if k % hold == 0:
+            wanted = (tensor(goal.q[2 * k])[None], tensor(goal.qd[2 * k])[None], tensor(goal.qdd[2 * k])[None])
+            tau = law.torque(seen, wanted, tensor(q)[None], tensor(qd)[None], *(tensor(x)[None] for x in carriage[2 * k]))[0].numpy()
+        if not np.abs(qd).max() < RUNAWAY:
+            raise ConfigError(f"motion {name!r}: the arm runs away at t = {k * h:.3g} s: lower the gains or raise the rate")
+        ahead = carriage[[2 * k, 2 * k + 1, min(2 * k + 2, len(carriage) - 1)]]
+        after = stepped_once(truth, q, qd, tau, ahead, h, qdd)
+        for kept, value in zip(out, (q, qd, after[2], tau), strict=True):
+            kept[k] = value
+        q, qd, qdd = after
+        truth.torque(q, qd, qdd, float(ahead[2, 0]), float(ahead[2, 1]), h)
+    return Run(name, rate_hz, State(out[0], out[1], out[2], goal.u0[:2 * len(t):2], goal.du0[:2 * len(t):2]), out[3])

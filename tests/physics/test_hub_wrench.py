@@ -1,0 +1,154 @@
+"""The wrench on the base: momentum balance of the links and of the water they carry, and brute-force strips written out in numpy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from campaigns import GIVEN, planted
+from rigs import arm, run
+
+import nnhydro
+from nnhydro.dynamics.hub import hub_wrench
+from nnhydro.dynamics.joint_model import joint_model
+from nnhydro.effects.ambient_current import AmbientCurrent
+from nnhydro.effects.payload_mass import PayloadMass
+from nnhydro.errors import ModelError
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
+from nnhydro.physics.loads.axial_drag import AxialDrag
+from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.motion import Base
+from nnhydro.physics.state_loads import state_loads
+
+
+def model(a, loads, instruments=()):
+    return joint_model(StripTheory(a, GIVEN, {}, "physics", loads, tuple(instruments)))
+
+
+def moving(a, rows=4001):
+    """A run on a base that goes along X and Y and turns, sampled finely."""
+    m = run(a.n_links, rows)
+    t = m.t
+    heading, rate, yaw = 0.4 * torch.sin(0.9 * t), 0.36 * torch.cos(0.9 * t), -0.324 * torch.sin(0.9 * t)
+    return replace(m, base=Base(0.3 * torch.sin(1.1 * t), 0.33 * torch.cos(1.1 * t), heading, rate, yaw))
+
+
+def geometry(a, m):
+    """Hub position, joint positions (n, links, 2) from the hub, unit vectors and rates of the links, all written out."""
+    phi = np.cumsum(m.q.numpy(), axis=1) + m.base.heading.numpy()[:, None]
+    rate = np.cumsum(m.qd.numpy(), axis=1) + m.base.rate.numpy()[:, None]
+    e, n = np.stack([np.cos(phi), np.sin(phi)], -1), np.stack([-np.sin(phi), np.cos(phi)], -1)
+    hub = np.stack([m.base.vx.numpy(), m.u0.numpy()], -1)
+    joints, speeds = [np.zeros_like(hub)], [hub]
+    for i in range(a.n_links):
+        joints.append(joints[-1] + a.L[i] * e[:, i])
+        speeds.append(speeds[-1] + a.L[i] * rate[:, i, None] * n[:, i])
+    return joints, speeds, e, n, rate, hub
+
+
+def cross(x, y):
+    return x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0]
+
+
+def balanced(wrench, t, momentum, spin, hub):
+    """Force and moment on the base against d/dt of momentum and of spin about the moving hub, away from the ends."""
+    force = -np.gradient(momentum, t, axis=0, edge_order=2)
+    moment = -np.gradient(spin, t, edge_order=2) - cross(hub, momentum)
+    inside = slice(5, -5)
+    scale = np.abs(force).max()
+    np.testing.assert_allclose(wrench[inside, :2], force[inside], atol=2e-5 * scale)
+    np.testing.assert_allclose(wrench[inside, 2], moment[inside], atol=2e-5 * scale)
+
+
+@pytest.mark.parametrize("links", [1, 2, 3])
+def test_the_rigid_part_balances_the_momentum_of_the_links(links):
+    a = arm(links)
+    m = moving(a)
+    wrench = hub_wrench(model(a, Loads({"rigid_body": RigidBody.of_arm(a)})), m)
+    joints, speeds, e, n, rate, hub = geometry(a, m)
+    momentum, spin = np.zeros_like(hub), np.zeros(len(m))
+    for i, link in enumerate(a.links):
+        place, speed = joints[i] + link.com_m * e[:, i], speeds[i] + link.com_m * rate[:, i, None] * n[:, i]
+        momentum += link.mass_kg * speed
+        spin += link.mass_kg * cross(place, speed) + link.inertia_kg_m2 * rate[:, i]
+    assert not wrench.fluid.any()
+    balanced(wrench.rigid.numpy(), m.t.numpy(), momentum, spin, hub)
+
+
+@pytest.mark.parametrize("links", [1, 2])
+def test_the_water_s_part_balances_the_momentum_of_the_water_that_is_carried(links):
+    a = arm(links)
+    m = moving(a)
+    C, Cx = 0.8, 0.2
+    loads = Loads({"added_mass": AddedMass((C,) * links, "energy"), "axial_added_mass": AxialAddedMass((Cx,) * links, "energy")})
+    wrench = hub_wrench(model(a, loads), m)
+    joints, speeds, e, n, rate, hub = geometry(a, m)
+    momentum, spin = np.zeros_like(hub), np.zeros(len(m))
+    x, weight = np.polynomial.legendre.leggauss(4)
+    for i in range(links):
+        mass = 1000 * np.pi * a.D[i]**2 / 4
+        for share, part in zip((x + 1) / 2, weight / 2, strict=True):
+            place, speed = joints[i] + share * a.L[i] * e[:, i], speeds[i] + share * a.L[i] * rate[:, i, None] * n[:, i]
+            across, axial = ((speed * axis[:, i]).sum(-1)[:, None] * axis[:, i] for axis in (n, e))
+            carried = mass * a.L[i] * part * (C * across + Cx * axial)
+            momentum += carried
+            spin += cross(place, carried)
+    balanced(wrench.fluid.numpy(), m.t.numpy(), momentum, spin, hub)
+
+
+def test_drag_on_the_base_is_the_sum_over_many_strips():
+    a = arm(2)
+    m = moving(a, 50)
+    loads = Loads({"normal_drag": NormalDrag((1.1, 0.9)), "axial_drag": AxialDrag((0.03, 0.02)), "rub": CoulombFriction((0.5, 0.5))})
+    current = (0.15, -0.1)
+    wrench = hub_wrench(model(a, loads, [AmbientCurrent((current[0],), (current[1],))]), m).fluid.numpy()
+    joints, speeds, e, n, rate, _ = geometry(a, m)
+    want = np.zeros((len(m), 3))
+    for i, (C, Cx) in enumerate(((1.1, 0.03), (0.9, 0.02))):
+        for s in (np.arange(4000) + 0.5) / 4000:
+            place = joints[i] + s * a.L[i] * e[:, i]
+            speed = speeds[i] + s * a.L[i] * rate[:, i, None] * n[:, i] - np.array(current)
+            w, along = (speed * n[:, i]).sum(-1), (speed * e[:, i]).sum(-1)
+            across, axial = C * (np.abs(w) * w)[:, None] * n[:, i], Cx * (np.abs(along) * along)[:, None] * e[:, i]
+            on_link = -0.5 * 1000 * a.D[i] * a.L[i] / 4000 * (across + axial)
+            want[:, :2] += on_link
+            want[:, 2] += cross(place, on_link)
+    np.testing.assert_allclose(wrench, want, atol=1e-6 * np.abs(want).max())
+
+
+@pytest.mark.parametrize("make", [planted, state_loads, lambda a: planted(a).plus("load", PayloadMass((0.4,), (0.05,)))])
+def test_the_moment_is_the_torque_of_joint_1_without_friction(make):
+    a, m = arm(2), run(2)
+    physics = model(a, make(a))
+    np.testing.assert_allclose(hub_wrench(physics, m).total[:, 2], -physics.torque(m)[:, 0], atol=1e-12)
+    rubbing = model(a, make(a).plus("rub", CoulombFriction((0.5, 0.5))))
+    np.testing.assert_allclose(hub_wrench(rubbing, m).total, hub_wrench(physics, m).total)
+
+
+def test_a_payload_weighs_on_the_base_too():
+    a = arm(1, gravity_m_s2=9.81)
+    loads = Loads({"rigid_body": RigidBody.of_arm(a), "load": PayloadMass((0.5,), (0.0,))})
+    dynamics = nnhydro.Dynamics(StripTheory(a, GIVEN, {}, "physics", loads))
+    wrench = dynamics.hub_wrench([0.0], [0.0], [0.0])
+    np.testing.assert_allclose(wrench.rigid, [0.0, -1.1 * 9.81, -1.1 * 0.27 * 9.81], atol=1e-9)
+    np.testing.assert_allclose(wrench.fluid, [0.0, -0.5 * 9.81, -0.5 * 0.55 * 9.81], atol=1e-9)
+
+
+def test_a_base_that_turns_is_a_first_joint_that_turns():
+    a = arm(2)
+    dynamics = nnhydro.Dynamics(StripTheory(a, GIVEN, {}, "physics", planted(a)))
+    q, qd, qdd = np.array([0.3, -0.5]), np.array([0.7, 0.2]), np.array([1.0, -2.0])
+    turned = dynamics.inverse_dynamics(q - [0.1, 0], qd - [0.4, 0], qdd - [0.6, 0],
+                                       base={"base_yaw_rad": 0.1, "base_yaw_rad_s": 0.4, "dbase_yaw_rad_s2": 0.6})
+    np.testing.assert_allclose(turned, dynamics.inverse_dynamics(q, qd, qdd), atol=1e-12)
+    back = dynamics.forward_dynamics(q, qd, turned, base={"base_x_m_s": 0.5, "dbase_x_m_s2": 0.2})
+    np.testing.assert_allclose(dynamics.inverse_dynamics(q, qd, back, base={"base_x_m_s": 0.5, "dbase_x_m_s2": 0.2}), turned, atol=1e-10)
+    with pytest.raises(ModelError, match="unknown key"):
+        dynamics.bias(q, qd, base={"speed": 1.0})
+    assert Flow(a, run(2), hub=True).lever_normal.shape[1] == 4

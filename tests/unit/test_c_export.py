@@ -1,0 +1,178 @@
+"""The C header: compiled by the system's compiler it gives the model's torques over 10^5 steps, without allocation."""
+
+import ctypes
+import subprocess
+
+import numpy as np
+import pytest
+import torch
+from campaigns import GIVEN, TINY, campaign, planted
+from rigs import arm
+
+from nnhydro.deployment.c_header import export_c
+from nnhydro.deployment.files import export_step, only_wake
+from nnhydro.deployment.native import NativeArm, compiler, run_through
+from nnhydro.deployment.step import recorded
+from nnhydro.dynamics.dynamics import Dynamics
+from nnhydro.effects.coulomb_friction import CoulombFriction
+from nnhydro.effects.flow_memory import FlowMemory
+from nnhydro.effects.sensor_timing import SensorTiming
+from nnhydro.effects.torque_bias import TorqueBias
+from nnhydro.effects.wake_development import WakeDevelopment
+from nnhydro.errors import ConfigError, ModelError
+from nnhydro.identification.train import train
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.state_loads import state_loads
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
+SAME = {"double": 1e-9, "single": 1e-5}  # of the rms torque
+DRIVER = """
+#include "arm.h"
+void drive(long n, const real_t *in, real_t *out) {
+    arm_state s;
+    arm_reset(&s);
+    for (long k = 0; k < n; ++k)
+        arm_step(&s, in + 9*k, in + 9*k + 2, in + 9*k + 4, in[9*k + 6], in[9*k + 7], in[9*k + 8], out + 2*k STD);
+}
+"""
+
+
+def theory(a, loads, instruments=()):
+    return StripTheory(a, GIVEN, {}, "physics", loads, tuple(instruments))
+
+
+def long_run(rows, links=2, dt=2e-3):
+    """A run from rest that turns back and stops again and again, as float32 holds it."""
+    t = torch.arange(rows, dtype=torch.float64) * dt
+    w = torch.tensor([1.7, 2.3][:links], dtype=torch.float64)
+    a = torch.tensor([0.8, 0.5][:links], dtype=torch.float64)
+    phase = w * t[:, None]
+    still = torch.zeros(rows, dtype=torch.float64)
+    return Motion(t, a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase), still, still)
+
+
+def driven(folder, motion, precision, std):
+    """Torques (n, 2) of the header in `folder` for a motion."""
+    kind, real = (np.float64, "double") if precision == "double" else (np.float32, "float")
+    # under -Werror the standard deviation must be asked for where the model has one
+    text = DRIVER.replace("real_t", real).replace(" STD", ", std" if std else "").replace("arm_reset(&s);",
+                                                                                      f"arm_reset(&s);\n    {real} std[2];" if std else
+                                                                                      "arm_reset(&s);")
+    (folder / "drive.c").write_text(text)
+    command = [compiler(), *FLAGS, "drive.c", "-o", f"{precision}.so", "-lm"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    n = len(motion)
+    dt = torch.diff(motion.t, prepend=motion.t[:1])
+    columns = [motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None], dt[:, None]]
+    given = np.ascontiguousarray(torch.cat(columns, dim=1).numpy(), kind)
+    out = np.zeros((n, 2), kind)
+    library = ctypes.CDLL(str(folder / f"{precision}.so"))
+    library.drive(ctypes.c_long(n), given.ctypes.data_as(ctypes.c_void_p), out.ctypes.data_as(ctypes.c_void_p))
+    return out
+
+
+MODELS = {
+    "constant": lambda a: theory(a, planted(a)),
+    "state": lambda a: theory(a, state_loads(a)),
+    "diagnosed": lambda a: theory(a, planted(a).plus("rub", CoulombFriction(joint=1, level=(0.3,), bending=(0.05,)))
+                                  .plus("lag", FlowMemory(share=(0.5,) * 2, response=(0.2,), travel=(0.3,)))
+                                  .plus("grows", WakeDevelopment(*(((0.3 - 0.1 * k,)) for k in range(6)), reach=(8.0,))),
+                                  [TorqueBias(joint=1, offset=(0.5,))]),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("name", MODELS)
+def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, tmp_path):
+    model, motion = MODELS[name](arm(2)), long_run(100_000)
+    told = export_c(model, tmp_path / "arm.h", precision)
+    want = model.torque(motion).numpy()
+    got = driven(tmp_path, motion, precision, told["std"])
+    room = 5 if (name, precision) == ("diagnosed", "single") else 1  # a contact that bends adds up 10^5 steps in single precision
+    assert np.abs(got - want).max() < room * SAME[precision] * np.sqrt((want**2).mean())
+
+
+@pytest.mark.slow
+def test_a_large_program_is_written_as_tables_and_gives_the_same(tmp_path):
+    a = arm(2)
+    model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)
+    motion = long_run(2000)
+    for precision in ("double", "single"):
+        told = export_c(model, tmp_path / "arm.h", precision)
+        assert "static void dense" in (tmp_path / "arm.h").read_text()
+        want = model.torque(motion).numpy()
+        assert np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() < 10 * SAME[precision] * np.sqrt((want**2).mean())
+    assert only_wake(model)
+
+
+def test_the_header_says_what_it_is_and_comes_with_steps_to_try_it(tmp_path):
+    a = arm(2)
+    told = export_c(theory(a, state_loads(a)), tmp_path / "my arm.h", digest="abc")
+    text = (tmp_path / "my arm.h").read_text()
+    assert "my_arm_step(my_arm_state *s" in text
+    assert "malloc" not in text
+    assert "abc" in text
+    rows = np.genfromtxt(tmp_path / "my arm.h.test.csv", delimiter=",", names=True)
+    assert rows.dtype.names[-2:] == ("tau1_Nm", "tau2_Nm")
+    assert (rows["dt_s"] < 0).sum() == 2
+    assert told["memory"] == 2 * 10 * 6 + 2 * 3
+
+
+def test_what_no_step_can_carry_is_refused_or_left_out(tmp_path):
+    a = arm(2)
+    model = theory(a, planted(a), [SensorTiming(lag=(0.05,), low_pass=(0.0,))])
+    with pytest.raises(ModelError, match="--without-instruments"):
+        recorded(model)
+    told = export_step(model, tmp_path / "arm.h", "c", bare=True)
+    assert told["left_out"] == ["sensor_timing: a delay of the sensors, not of the arm"]
+    assert "left out: sensor_timing" in (tmp_path / "arm.h").read_text()
+    with pytest.raises(ConfigError, match="double, single"):
+        export_c(model, tmp_path / "arm.h", "half")
+    with pytest.raises(ConfigError, match="is a folder"):
+        export_c(model, tmp_path, "double")
+
+
+@pytest.mark.slow
+def test_a_state_dependent_model_steps_in_onnxruntime(tmp_path):
+    import onnxruntime
+
+    a = arm(2)
+    model = theory(a, state_loads(a))
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    session = onnxruntime.InferenceSession(str(tmp_path / "arm.onnx"), providers=["CPUExecutionProvider"])
+    motion, memory, found = long_run(2000), np.zeros(126), []
+    names = {x.name for x in session.get_inputs()}
+    for k in range(len(motion)):
+        given = {"q": motion.q[k].numpy(), "qd": motion.qd[k].numpy(), "qdd": motion.qdd[k].numpy(), "u0": np.zeros(1), "du0": np.zeros(1),
+                 "dt": np.array([2e-3 if k else -1.0]), "memory": memory}
+        tau, memory = session.run(["tau", "memory_next"], {key: x for key, x in given.items() if key in names})
+        found.append(tau)
+    want = model.torque(motion).numpy()
+    assert np.abs(np.stack(found) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+@pytest.mark.parametrize("make", [planted, state_loads])
+def test_a_compiled_arm_moves_as_the_dynamics_do(make):
+    a = arm(2)
+    dynamics = Dynamics(theory(a, make(a)))
+    native, state = NativeArm(dynamics.model, dynamics.affine), dynamics.reset([0.1, 0.2])
+    native.torque([0.1, 0.2], [0, 0], [0, 0])
+    for _ in range(5):
+        got = native.acceleration(state.q, state.qd, [1.0, -0.5])
+        np.testing.assert_allclose(got, dynamics.forward_dynamics(state.q, state.qd, [1.0, -0.5], state=state), atol=1e-9)
+        state = dynamics.follow(state, state.q + 0.01, state.qd + 0.3, 0.01)
+        native.torque(state.q, state.qd, got, dt=0.01)
+    motion = long_run(200)
+    through = run_through(native, motion.q.numpy(), motion.qd.numpy(), motion.qdd.numpy(), 2e-3)
+    np.testing.assert_allclose(through, dynamics.model.torque(motion), atol=1e-9)
+
+
+def test_a_few_hundred_steps_in_c_are_the_model_s_torques(tmp_path):
+    model, motion = MODELS["state"](arm(2)), long_run(300)
+    told = export_c(model, tmp_path / "arm.h")
+    want = model.torque(motion).numpy()
+    assert np.abs(driven(tmp_path, motion, "double", told["std"]) - want).max() < 1e-9 * np.sqrt((want**2).mean())

@@ -1,0 +1,287 @@
+"""Dynamics: forward undoes inverse, energy balances, steps give what whole runs give, and what cannot be stepped is refused."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from campaigns import GIVEN, TINY, campaign, planted
+from rigs import arm, run, states
+
+import nnhydro
+from nnhydro.dynamics.joint_model import joint_model
+from nnhydro.effects.ambient_current import AmbientCurrent
+from nnhydro.effects.coulomb_friction import CoulombFriction
+from nnhydro.effects.flow_memory import FlowMemory
+from nnhydro.effects.load_friction import LoadFriction
+from nnhydro.effects.torque_bias import TorqueBias
+from nnhydro.effects.vortex_shedding import VortexShedding
+from nnhydro.effects.wake_development import WakeDevelopment
+from nnhydro.effects.wake_reentry import WakeReentry
+from nnhydro.errors import ModelError
+from nnhydro.identification.train import train
+from nnhydro.models.amended import Amended
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.carried import Carried
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
+from nnhydro.physics.loads.history_force import HistoryForce
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.state_loads import bspline_loads, state_loads
+
+ROUNDING = 1e-10  # of the torque
+STEPPED = 1e-9  # of the rms torque: the same recursions, their sums in another order
+PAST = 2e-5  # of the rms torque: the boundary layer's past as a sum of exponentials
+
+
+def theory(a, loads=None, instruments=()):
+    return StripTheory(a, GIVEN, {}, "physics", planted(a) if loads is None else loads, tuple(instruments))
+
+
+def conservative(a):
+    """Rigid body and water whose added mass has a kinetic energy."""
+    n = a.n_links
+    return Loads({"rigid_body": RigidBody.of_arm(a), "added_mass": AddedMass((0.8,) * n, "energy"),
+                  "axial_added_mass": AxialAddedMass((0.1,) * n, "energy")})
+
+
+def along(model, motion):
+    """The torques of a run that is stepped through time row by row, two copies side by side."""
+    memory, found = None, []
+    for k in range(len(motion)):
+        at = [k, k]
+        carried = Carried((motion.t[k] - motion.t[max(k - 1, 0)]).repeat(2), memory)
+        row = Motion(motion.t[at], motion.q[at], motion.qd[at], motion.qdd[at], motion.u0[at], motion.du0[at], True, None, carried)
+        torque = model.torque(row)
+        assert bool((torque[0] == torque[1]).all())
+        memory = carried.after
+        found.append(torque[0])
+    return torch.stack(found)
+
+
+@pytest.fixture(scope="module")
+def hybrid():
+    a = arm(2)
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)
+
+
+@pytest.mark.parametrize("links", [1, 2, 3])
+@pytest.mark.parametrize("make", [planted, state_loads, conservative])
+def test_forward_dynamics_undoes_inverse_dynamics(links, make):
+    a = arm(links)
+    dynamics = nnhydro.Dynamics(theory(a, make(a)))
+    s = states(links, 20)
+    given = [x.numpy() for x in (s.q, s.qd, s.qdd, s.u0, s.du0)]
+    q, qd, qdd, u0, du0 = given
+    tau = dynamics.inverse_dynamics(*given)
+    np.testing.assert_allclose(dynamics.forward_dynamics(q, qd, tau, u0, du0), qdd, atol=ROUNDING)
+    torque = np.einsum("njk,nk->nj", dynamics.mass_matrix(q, qd, u0=u0), qdd) + dynamics.bias(q, qd, u0, du0)
+    np.testing.assert_allclose(torque, tau, atol=ROUNDING)
+
+
+def test_forward_dynamics_of_a_learned_model_undoes_its_inverse(hybrid):
+    dynamics = nnhydro.Dynamics(hybrid)
+    assert not dynamics.affine
+    rng = np.random.default_rng(3)
+    q, qd, qdd = rng.uniform(-1, 1, (3, 8, 2))
+    tau = dynamics.inverse_dynamics(q, qd, qdd)
+    found = dynamics.forward_dynamics(q, qd, tau)
+    np.testing.assert_allclose(dynamics.inverse_dynamics(q, qd, found), tau, atol=ROUNDING)
+    np.testing.assert_allclose(found, qdd, atol=1e-8)
+
+
+def test_the_torque_answers_for_every_change_of_energy():
+    a = arm(2)
+    loads = conservative(a)
+    drag = NormalDrag((1.1, 0.9))
+    dynamics = nnhydro.Dynamics(theory(a, loads.plus("normal_drag", drag)))
+    tau, dt = np.array([1.0, -0.4]), 2e-3
+    state = dynamics.reset(np.array([[0.2, 0.5], [-1.0, 0.8]]), np.array([[1.0, 0.7], [2.0, -3.0]]))
+
+    def energy_and_power(s):
+        M = dynamics.mass_matrix(s.q)
+        flow = Flow(a, Motion.at(s.q, s.qd, 0.0))
+        return np.einsum("nj,njk,nk->n", s.qd, M, s.qd) / 2, (s.qd * (tau - drag.torque(flow).numpy())).sum(-1)
+
+    energies, powers = [], []
+    for _ in range(101):
+        energy, power = energy_and_power(state)
+        energies.append(energy)
+        powers.append(power)
+        state = dynamics.step(state, tau, dt)
+    weights = np.array([1.0, *([4.0, 2.0] * 49), 4.0, 1.0]) * dt / 3  # Simpson's rule
+    work = weights @ np.array(powers)
+    np.testing.assert_allclose(energies[-1] - energies[0], work, atol=1e-8 * np.max(energies))
+
+
+def test_the_mass_matrix_of_an_arm_with_kinetic_energy_is_symmetric_and_positive():
+    a = arm(3)
+    M = nnhydro.Dynamics(theory(a, conservative(a))).mass_matrix(states(3, 20).q.numpy())
+    np.testing.assert_allclose(M, np.swapaxes(M, 1, 2), atol=1e-12)
+    assert np.linalg.eigvalsh(M).min() > 0
+
+
+STEPPABLE = {
+    "state": state_loads, "keep": lambda a: state_loads(a, at_reversal="keep"), "decay": lambda a: state_loads(a, at_reversal="decay"),
+    "dwell": lambda a: state_loads(a, dwell_s=0.05), "B-splines": lambda a: bspline_loads(a, 5),
+    "Keulegan and Carpenter": lambda a: state_loads(a, laws=("keulegan_carpenter",)),
+    "a contact that bends": lambda a: planted(a).plus("rub", CoulombFriction(joint=1, level=(0.3,), bending=(0.05,))),
+    "drag that lags": lambda a: planted(a).plus("lag", FlowMemory(share=(0.5,) * 2, response=(0.2,), travel=(0.3,))),
+    "its own wake": lambda a: planted(a).plus("again", WakeReentry((0.3,), (0.2,), (0.4,), (5.0,), (0.4,), (0.5,))),
+    "its own wake at once": lambda a: planted(a).plus("again", WakeReentry((0.3,), (0.2,), (0.4,), (5.0,), (0.0,))),
+    "a wake that develops": lambda a: planted(a).plus("grows", WakeDevelopment(*(((0.3 - 0.1 * k,)) for k in range(6)), reach=(8.0,))),
+}
+
+
+@pytest.mark.parametrize("name", STEPPABLE)
+def test_a_run_of_steps_is_the_run_as_a_whole(name):
+    a = arm(2)
+    model = joint_model(theory(a, STEPPABLE[name](a)))
+    motion = run(2, 150)
+    want = model.torque(motion)
+    far = (along(model, motion) - want).abs().max() / want.square().mean().sqrt()
+    assert float(far) < STEPPED
+
+
+def test_the_boundary_layer_remembers_by_a_sum_of_exponentials():
+    a = arm(2)
+    model = joint_model(theory(a, Loads({"history": HistoryForce((50.0, 50.0))})))
+    motion = run(2, 120)
+    want = model.torque(motion)
+    assert float((along(model, motion) - want).abs().max() / want.square().mean().sqrt()) < PAST
+
+
+@pytest.mark.parametrize("sets", [("travel",), ("low-pass",), ("wake",)])
+def test_features_with_memory_are_stepped(sets):
+    a = arm(2)
+    model = train(campaign(a, state_loads(a), 3, seconds=1.0, rate=50.0),
+                  TINY.model_copy(update={"features": ("groups", *sets), "law": (), "epochs": 1}))
+    motion = run(2, 100)
+    want = model.torque(motion)
+    assert float((along(joint_model(model), motion) - want).abs().max() / want.square().mean().sqrt()) < STEPPED
+
+
+def test_a_state_is_asked_with_its_memory():
+    a = arm(2)
+    dynamics = nnhydro.Dynamics(theory(a, state_loads(a)))
+    state = dynamics.reset([0.0, 0.3])
+    assert dynamics.remembers
+    moved = dynamics.follow(state, [0.01, 0.31], [1.0, 0.5], 0.02)
+    young, old = (dynamics.bias([0.01, 0.31], [1.0, 0.5], state=s) for s in (moved, None))
+    assert np.all(np.abs(young) < 0.5 * np.abs(old)), "the wake of a link that has hardly moved gives little drag"
+    again = dynamics.bias([0.01, 0.31], [1.0, 0.5], state=moved)
+    np.testing.assert_array_equal(young, again)
+    assert state.t == 0.0
+    assert moved.t == 0.02
+
+
+def test_steps_converge_at_the_second_order_of_the_memory_or_better():
+    a = arm(2)
+    dynamics, ends = nnhydro.Dynamics(theory(a, state_loads(a))), []
+    for count in (10, 20, 40):
+        state = dynamics.reset([0.1, 0.4])
+        for _ in range(count):
+            state = dynamics.step(state, [1.0, -0.2], 0.2 / count)
+        ends.append(state.q)
+    assert np.abs(ends[1] - ends[2]).max() < np.abs(ends[0] - ends[1]).max() / 3
+
+
+def test_jacobians_are_the_slopes_of_the_torque(hybrid):
+    rng = np.random.default_rng(4)
+    q, qd, qdd = rng.uniform(-1, 1, (3, 5, 2))
+    for model in (theory(arm(2), state_loads(arm(2))), hybrid):
+        dynamics = nnhydro.Dynamics(model)
+        state = dynamics.follow(dynamics.reset(q), q + 0.01, qd, 0.02)
+        found, h = dynamics.jacobians(q, qd, qdd, 0.3, state=state), 1e-6
+        for name, place in (("q", 0), ("qd", 1), ("qdd", 2)):
+            for j in range(2):
+                shift = h * np.eye(2)[j]
+                ahead, behind = ([x + sign * shift if k == place else x for k, x in enumerate((q, qd, qdd))] for sign in (1, -1))
+                taus = [dynamics.inverse_dynamics(*moved, 0.3, state=state) for moved in (ahead, behind)]
+                np.testing.assert_allclose(getattr(found, name)[..., j], (taus[0] - taus[1]) / (2 * h), atol=1e-5)
+
+
+def test_numbers_come_back_as_they_were_given():
+    dynamics = nnhydro.Dynamics(theory(arm(2)))
+    assert dynamics.inverse_dynamics([0.1, 0.2], [0, 0], [0, 0]).shape == (2,)
+    assert dynamics.mass_matrix(np.zeros((4, 3, 2))).shape == (4, 3, 2, 2)
+    q = torch.zeros(5, 2, dtype=torch.float64, requires_grad=True)
+    tau = dynamics.inverse_dynamics(q, torch.ones(2), torch.ones(2))
+    assert isinstance(tau, torch.Tensor)
+    tau.sum().backward()
+    assert q.grad is not None
+
+
+def test_sensors_are_no_mechanics_but_currents_and_load_friction_are():
+    a = arm(2)
+    instruments = (TorqueBias(joint=1, offset=(0.5,)), AmbientCurrent((0.2,), (0.1,)), LoadFriction(joint=2, coefficient=(0.1,)))
+    loads = planted(a).plus("hum", VortexShedding((0.2,) * 2, (0.1,) * 2, (0.2,), (0.0,)))
+    dynamics = nnhydro.Dynamics(theory(a, loads, instruments))
+    assert [line.split(":")[0] for line in dynamics.left_out] == ["hum", "torque_bias"]
+    plain = nnhydro.Dynamics(theory(a, planted(a), instruments[1:]))
+    s = states(2, 10)
+    q, qd, qdd = (x.numpy() for x in (s.q, s.qd, s.qdd))
+    tau = dynamics.inverse_dynamics(q, qd, qdd)
+    np.testing.assert_allclose(tau, plain.inverse_dynamics(q, qd, qdd), atol=1e-12)
+    np.testing.assert_allclose(dynamics.forward_dynamics(q, qd, tau), qdd, atol=1e-9)
+
+
+def test_gears_and_belts_are_taken_off():
+    a = arm(2, drive={"kind": "remote", "pulley_ratio": 1.5}, gear={"ratio": 20.0, "efficiency": 0.8, "torque_at": "motor"})
+    plain = arm(2)
+    s = states(2, 10)
+    q, qd, qdd = (x.numpy() for x in (s.q, s.qd, s.qdd))
+    instruments = (LoadFriction(joint=2, coefficient=(0.0,)),)
+    for given in ((), instruments):
+        np.testing.assert_allclose(nnhydro.Dynamics(theory(a, planted(a), given)).inverse_dynamics(q, qd, qdd),
+                                   nnhydro.Dynamics(theory(plain)).inverse_dynamics(q, qd, qdd), atol=1e-10)
+
+
+@pytest.mark.slow
+def test_a_dynamics_is_pickled(hybrid):
+    for model in (theory(arm(2), state_loads(arm(2))), hybrid):
+        again = pickle.loads(pickle.dumps(nnhydro.Dynamics(model)))
+        state = again.step(again.reset([0.1, 0.2]), [0.2, 0.0], 0.01)
+        assert np.isfinite(state.q).all()
+
+
+def test_what_is_no_dynamics_is_said():
+    a = arm(2)
+    with pytest.raises(ModelError, match="correction of torques that were simulated elsewhere"):
+        nnhydro.Dynamics(Amended(a, GIVEN, {}, None, theory(a), theory(a)))
+    with pytest.raises(ModelError, match="is no model"):
+        nnhydro.Dynamics(3)
+    dynamics = nnhydro.Dynamics(theory(a))
+    with pytest.raises(ModelError, match="last axis must have 2"):
+        dynamics.bias([0.1, 0.2, 0.3], [0.0, 0.0])
+    with pytest.raises(ModelError, match="NaN"):
+        dynamics.bias([0.1, np.nan], [0.0, 0.0])
+    with pytest.raises(ModelError, match="leading axes"):
+        dynamics.bias(np.zeros((3, 2)), np.zeros((4, 2)))
+    with pytest.raises(ModelError, match="positive step"):
+        dynamics.step(dynamics.reset([0.0, 0.0]), [0.0, 0.0], 0.0)
+    massless = nnhydro.Dynamics(theory(a, Loads({"normal_drag": NormalDrag((1.0, 1.0))})))
+    with pytest.raises(ModelError, match="no inertia"):
+        massless.forward_dynamics([0.1, 0.2], [0.0, 0.0], [1.0, 1.0])
+
+
+def test_a_model_that_cannot_be_stepped_is_refused():
+    a = arm(2)
+
+    class Whole(type(theory(a)).__mro__[1]):
+        kind = "whole"
+
+        def torque(self, motion):
+            return motion.qd.cumsum(0)
+
+        def document(self):
+            return {}
+
+    with pytest.raises(ModelError, match="cannot be stepped"):
+        nnhydro.Dynamics(Whole(a, GIVEN, {}))
+    assert replace(theory(a)).name == "physics"
