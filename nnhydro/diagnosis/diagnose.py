@@ -29,6 +29,7 @@ from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.refinement import refined
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
 from nnhydro.diagnosis.unexplained.where import locate
 from nnhydro.identification.identify import versions
@@ -140,7 +141,10 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     z_after = posterior(search.whitened, search.view.joined(claimed.chosen), off).mean[: search.whitened.p]
     base = found.design.baseline
     noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
-    return Diagnosis(base.as_model(z_before), corrected_model(base, z_before, z_after, findings), base.name, time.perf_counter() - start,
+    before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
+    record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
+    before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
+    return Diagnosis(before, corrected, base.name, time.perf_counter() - start,
                      _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
                      _checks(found, proof.before, proof.after, proof.recordings), None, _recalibrated(base.at(z_before)),
                      versions() | {"campaign_sha256": campaign.sha256()}, [])

@@ -29,9 +29,9 @@ def seen_record(used: Iterable[Unit], *models: TorqueModel | None) -> list[str] 
     return union(*(unit.content() for unit in used), *(seen_by(model) for model in models if model is not None))
 
 
-def seen_campaign(campaign: Campaign, *models: TorqueModel | None) -> list[str] | None:
-    """Return what a model's record says after every recording and steady run of `campaign` was looked at."""
-    every = [campaign.content(name) for name in campaign.names]
+def seen_campaign(campaign: Campaign, *models: TorqueModel | None, names: Iterable[str] | None = None) -> list[str] | None:
+    """Return what a model's record says after the recordings `names` (all by default) and every steady run of `campaign` were looked at."""
+    every = [campaign.content(name) for name in (campaign.names if names is None else names)]
     every += [one for table in campaign.steady for one in steady_sha256(table)]
     return union(every, *(seen_by(model) for model in models if model is not None))
 

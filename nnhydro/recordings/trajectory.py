@@ -12,16 +12,16 @@ because regressors that are noise bias every coefficient towards 0 by the ratio 
 Source: regression splines, de Boor (1978); bias of errors in variables, Fuller (1987), section 1.1.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.recordings.preprocessing import resampled, stretches
+from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.preprocessing import Preparation, resampled, stretches, surroundings
 from nnhydro.recordings.recording import Recording
-from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
 KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
@@ -41,7 +41,7 @@ THIRD = np.sqrt(20.0)  # white noise of unit variance has third differences of v
 @final
 @dataclass(frozen=True)
 class Trajectory:
-    """Motion on an even grid: t (n,) s, q, qd, qdd (n, links), u0, du0 (n,)."""
+    """Motion on an even grid: t (n,) s, q, qd, qdd (n, links), u0, du0 (n,); `around`: base, heading and water as a segment holds them."""
 
     t: Array
     q: Array
@@ -49,6 +49,7 @@ class Trajectory:
     qdd: Array
     u0: Array
     du0: Array
+    around: dict[str, Array]
 
 
 def white_level(x: Array | None) -> Array | None:
@@ -88,9 +89,12 @@ def _channels(part: Recording) -> list[tuple[str, Array, int, tuple[Array | None
     joints = tuple(white_level(x) for x in (part.q, part.qd, part.qdd))
     found = [(f"{power} {joint}", x[:, joint], power, joints, joint)
              for x, power in ((part.q, 4), (part.qd, 2), (part.qdd, 0)) if x is not None for joint in range(part.n_links)]
-    speed, acceleration = (None if x is None else x[:, None] for x in (part.u0, part.du0))
-    carriage = (None, white_level(speed), white_level(acceleration))
-    return found + [(f"{power} u", x[:, 0], power, carriage, 0) for x, power in ((speed, 2), (acceleration, 0)) if x is not None]
+    carriage = tuple(None if x is None else x[:, None] for x in (part.u0, part.du0))
+    for name, (speed, slope) in {"u": carriage, "base": (part.base, part.dbase), "water": (part.current, part.dcurrent)}.items():
+        levels = (None, white_level(speed), white_level(slope))
+        found += [(f"{power} {name} {column}", x[:, column], power, levels, column)
+                  for x, power in ((speed, 2), (slope, 0)) if x is not None for column in range(x.shape[1]) if x[:, column].any()]
+    return found
 
 
 def _plateau(motion: Array) -> float:
@@ -190,6 +194,17 @@ def _weights(level: Array | None, floor: Array) -> Array:
     return 1.0 / np.maximum(level, floor) ** 2
 
 
+def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
+    """How the base of `r` moves and turns and the water flows at the times `at` (n,) s, low-passed as the angles of any recording are."""
+    from scipy.interpolate import make_interp_spline
+
+    if r.base is None and r.heading is None and r.current is None:
+        return {}
+    found: dict[str, Any] = surroundings(r, Preparation(LowPass(edge)))
+    return {name: np.asarray(make_interp_spline(r.t, x, k=3)(at)) for name, x in found.items()
+            if x is not None and name not in ("u0", "du0")}
+
+
 def trajectory(r: Recording, edge: float, at: Array) -> Trajectory:
     """Return the motion of an evenly sampled stretch `r` at the times `at` (n,) s, as all its channels tell it, band-limited above `edge` Hz."""
     t = np.asarray(r.t)
@@ -197,9 +212,10 @@ def trajectory(r: Recording, edge: float, at: Array) -> Trajectory:
     channels = [(order, x, _weights(white_level(x), 1e-7 * spread * (2 * np.pi * edge) ** order))
                 for order, x in ((0, r.q), (1, r.qd), (2, r.qdd)) if x is not None]
     q, qd, qdd = _fitted(t, at, edge, channels)
+    around = _around(r, edge, at)
     if r.u0 is None:
-        return Trajectory(at, q, qd, qdd, np.zeros(len(at)), np.zeros(len(at)))
+        return Trajectory(at, q, qd, qdd, np.zeros(len(at)), np.zeros(len(at)), around)
     carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
                 for order, x in ((0, r.u0), (1, r.du0)) if x is not None]
     u0, du0, _ = _fitted(t, at, edge, carriage)
-    return Trajectory(at, q, qd, qdd, u0[:, 0], du0[:, 0])
+    return Trajectory(at, q, qd, qdd, u0[:, 0], du0[:, 0], around)

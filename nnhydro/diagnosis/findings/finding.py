@@ -110,6 +110,8 @@ def finding_of(search: Search, found: Scored, k: int) -> Finding:
     families = {effect.family, *(search.view.library.hypotheses[a.number].effect.family for a in inside)}
     statement = effect.statement(spans)
     statement = statement if h.activity is None else f"{statement} It acts {h.activity.sentence()} only."
+    own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
+    parameters = {name: one | {"unit": own(one["unit"])} for name, one in parameters.items()}
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * NEAR][:5]
-    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, statement, parameters, rivals,
-                   values.covariance, k, h.activity)
+    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
+                   rivals, values.covariance, k, h.activity)

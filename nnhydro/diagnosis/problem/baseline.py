@@ -18,6 +18,7 @@ from nnhydro.models.amended import Amended
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.baselines import Baseline as NamedBaseline
 from nnhydro.models.baselines import baseline as baseline_called
+from nnhydro.models.seen import SEEN
 from nnhydro.models.storage import MODEL, load_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -113,13 +114,14 @@ def baseline_of(named: str | None, arm: Arm, units: tuple[Unit, ...], how: Prepa
     if model.arm.n_links != arm.n_links:
         raise ConfigError(f"--baseline {named}: is a model of {model.arm.n_links} joints, the campaign's arm has {arm.n_links}")
     if isinstance(model, StripTheory) and not model.instruments and model.loads.linear():
-        return _physics(NamedBaseline(model.name, "a model file", lambda _: model.loads, calibrated=True), arm, units, how)
+        own = _physics(NamedBaseline(model.name, "a model file", lambda _: model.loads, calibrated=True), arm, units, how)
+        return replace(own, physics=replace(own.physics, fit={SEEN: model.fit.get(SEEN)}))
     return replace(beside, name=named, simulated=model)
 
 
 def _physics(chosen: NamedBaseline, arm: Arm, units: tuple[Unit, ...], how: Preparation) -> Baseline:
     loads = started(chosen, units, arm)
-    return Baseline(chosen.name, StripTheory(arm, how, {}, chosen.name, loads), _widened(prior(loads, arm), loads))
+    return Baseline(chosen.name, StripTheory(arm, how, {SEEN: []}, chosen.name, loads), _widened(prior(loads, arm), loads))
 
 
 def _widened(known: Prior, loads: Loads) -> Prior:

@@ -166,7 +166,7 @@ def _scale_direction(design: Design) -> Array:
 
     def part(stretch: Stretch) -> Array:
         s = stretch.segment
-        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0)
+        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None, current=None, dcurrent=None)
         Y, c0 = columns_and_offset(base.physics.loads, still if design.heavy else s, arm)
         return np.concatenate([Y @ base.prior.F, (c0 + Y @ base.prior.mean)[..., None]], axis=2)
 

@@ -1,4 +1,4 @@
-"""The data of a diagnosis: stretches of recordings on band-limited grids, cut into blocks, and the cosine transform in which they are compared.
+"""The data of a diagnosis: stretches of recordings on band-limited grids, cut into blocks, and the cosine transform that compares them.
 
     x_k = sqrt(2 dt / n) sum_m x(t_m) cos(pi k (m + 1/2) / n),   f_k = k / (2 n dt) <= edge        [unit of x times s^(1/2)]
 
@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import resampled, steady_segment, stretches
+from nnhydro.recordings.preprocessing import resampled, stretches
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
+from nnhydro.recordings.surroundings import with_heading
 from nnhydro.recordings.trajectory import ROWS_PER_PERIOD, trajectory, trusted_edge
 
 Array = NDArray[np.float64]
@@ -35,7 +36,7 @@ PAUSE = 1.0  # s between recordings whose times of the day are not known
 @final
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A gap-free run of rows of one recording (number `group`), or one steady table; `place` (n,) -1 to 1 over the campaign, None: unknown."""
+    """A gap-free run of rows of one recording (number `group`), or one steady table; `place` (n,) -1 to 1 over the campaign where known."""
 
     group: int
     name: str
@@ -66,8 +67,9 @@ def _band_limited(x: Array | None, rows: int) -> Array | None:
     return result
 
 
-def segments_of(r: Recording, edge: float) -> Iterator[tuple[Segment, Recording]]:
-    """Yield the stretches of `r` as band-limited segments, each with the evenly sampled rows from which it was made."""
+def segments_of(r: Recording, edge: float, sliding: bool = False) -> Iterator[Segment]:
+    """Yield the stretches of `r` as band-limited segments, base and water included; `sliding`: of a linear axis."""
+    r = with_heading(r)
     for start, stop in stretches(r):
         part = resampled(r, start, stop)
         n, dt = len(part), float(part.t[1] - part.t[0])
@@ -78,7 +80,8 @@ def segments_of(r: Recording, edge: float) -> Iterator[tuple[Segment, Recording]
         trim = min(round(MARGIN / edge / (dt * n / rows)), rows // 8)
         keep[:trim] = keep[rows - trim:] = False
         tau, tau_sim = _band_limited(part.tau, rows), _band_limited(part.tau_sim, rows)
-        yield Segment(r.name, at, motion.q, motion.qd, motion.qdd, motion.u0, motion.du0, tau, keep, None, tau_sim, tau, False, start, stop), part
+        yield Segment(r.name, at, motion.q, motion.qd, motion.qdd, motion.u0, motion.du0, tau, keep, None, tau_sim, tau, False, start, stop,
+                      **motion.around, sliding=sliding)
 
 
 def _clock_origin(campaign: Campaign, names: tuple[str, ...]) -> tuple[float, float] | None:
@@ -175,7 +178,7 @@ class Problem:
 
 
 def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: float | None = None) -> Problem:
-    """Return the recordings `names` of `campaign` (all by default) ready for diagnosis; the band's edge in Hz from the data where not given.
+    """Return the recordings `names` of `campaign` (all by default) ready for diagnosis; the band's edge in Hz from the data by default.
 
     Raises CampaignError or RecordingError where the data cannot be used.
     """
@@ -185,14 +188,14 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: f
     made: list[Stretch] = []
     for group, name in enumerate(names):
         recording = campaign.load(name)
-        for segment, part in segments_of(recording, upper):
+        for segment in segments_of(recording, upper, campaign.arm.sliding):
             place = None
             if clock is not None and recording.clock is not None:
                 time = recording.clock[segment.start_row] + segment.t - recording.t[segment.start_row]
                 place = 2 * (time - clock[0]) / max(clock[1] - clock[0], 1e-9) - 1
             made.append(Stretch(group, name, segment, place))
-    for number, table in enumerate(campaign.steady):
-        made.append(Stretch(len(names) + number, table.name, steady_segment(table), None))
+    for number, (table, segment) in enumerate(zip(campaign.steady, campaign.steady_segments(), strict=True)):
+        made.append(Stretch(len(names) + number, table.name, segment, None))
     if not made:
         raise CampaignError("no recording holds a stretch of finite rows long enough to diagnose: see nnhydro check")
     return Problem(campaign.arm, upper, names, tuple(made))
