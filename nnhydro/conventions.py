@@ -46,6 +46,11 @@ def joint_text(text: str, sliding: bool) -> str:
     return text
 
 
+def with_units(page: str, sliding: bool) -> str:
+    """Return a page or picture with the units in square brackets, [N m], [rad], [rad/s], as a joint that slides has them."""
+    return re.sub(r"\[(?:N m|rad)[^\]\n]{0,12}\]", lambda unit: joint_text(unit[0], sliding), page)
+
+
 @dataclass(frozen=True)
 class Channel:
     """One kind of column of a recording: its stem, its unit suffix and whether there is one a joint."""

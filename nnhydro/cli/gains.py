@@ -37,11 +37,12 @@ def gains(
     result = document(loaded, around, made)
     with whole_folder(out, "gains.json") as folder:
         (folder / "gains.json").write_text(json_text(result), encoding="utf-8")
-        gain_figure(made, result["model"], folder / "gains")
+        gain_figure(made, result["model"], folder / "gains", loaded.arm.sliding)
     if json:
         emit(result)
         return
     columns, rows = gain_rows(made)
+    columns = [loaded.arm.text(name) for name in columns]
     table(f"{result['model']}: gains of joints that move alone, wake developed", columns, rows)
-    conclude(gain_verdict(made), [out / "gains.json", out / "gains.png"],
+    conclude(loaded.arm.text(gain_verdict(made)), [out / "gains.json", out / "gains.png"],
              f"nnhydro export {model} --format onnx --out {model.name}.onnx   (for a controller)")

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, final
@@ -95,11 +95,14 @@ class Campaign:
 
     def segments(self, name: str, how: Preparation) -> tuple[Segment, ...]:
         """Return the segments of the recording called `name`."""
-        return tuple(prepare(self.load(name), how))
+        return tuple(self._own(segment) for segment in prepare(self.load(name), how))
+
+    def _own(self, segment: Segment) -> Segment:
+        return replace(segment, sliding=True) if self.arm.sliding else segment
 
     def steady_segments(self) -> tuple[Segment, ...]:
         """Return one segment a steady table."""
-        return tuple(steady_segment(table) for table in self.steady)
+        return tuple(self._own(steady_segment(table)) for table in self.steady)
 
     def sha256(self) -> str:
         """Return one sha256 over the arm and every file, in order of name."""

@@ -37,6 +37,7 @@ class Segment:
     heading: Array | None = None  # (n,) rad of the base
     current: Array | None = None  # (n, 2) m/s of the water along +X, +Y
     dcurrent: Array | None = None  # (n, 2) m/s^2
+    sliding: bool = False  # of a linear axis: m and N where others have rad and N m
 
     def __post_init__(self) -> None:
         """Complete what belongs together: accelerations that nobody gave are 0."""

@@ -63,6 +63,7 @@ class Survey:
     how: Preparation | None  # None where an error keeps the recordings from being prepared
     floor: NoiseFloor | None
     links: tuple[LinkFacts, ...]
+    sliding: bool = False  # a linear axis: m and N
 
     @property
     def errors(self) -> tuple[Oddity, ...]:
@@ -190,4 +191,4 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
     found = [replace(oddity, where=say(oddity.where), what=say(oddity.what), remedy=say(oddity.remedy)) for oddity in found]
     ordered = sorted(found, key=lambda oddity: ORDER.index(oddity.severity))
     tables = tuple((table.name, len(table)) for table in campaign.steady)
-    return Survey(tuple(one.entry for one in seen), tables, tuple(ordered), how, floor, links)
+    return Survey(tuple(one.entry for one in seen), tables, tuple(ordered), how, floor, links, campaign.arm.sliding)

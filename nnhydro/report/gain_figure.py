@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.conventions import joint_text
 from nnhydro.models.gain_sweeps import Sweep
 from nnhydro.report.figure_file import new_figure, save_figure
 
@@ -52,8 +53,11 @@ def _limit(ax: "Axes", lines: Sequence[Any], quantity: str) -> None:
     ax.set_ylim(1.05 * low, 1.08 * top if top > low else 1.0)
 
 
-def gain_figure(made: Sequence[Sweep], name: str, stem: Path) -> list[Path]:
-    """Draw the sweeps, a row a joint: damping and inertia over speed and, where there is an elbow, inertia over its angle."""
+def gain_figure(made: Sequence[Sweep], name: str, stem: Path, sliding: bool = False) -> list[Path]:
+    """Draw the sweeps, a row a joint: damping and inertia over speed and, where there is an elbow, inertia over its angle.
+
+    Of a linear axis (`sliding`) in its own units.
+    """
     joints = max(sweep.joint for sweep in made) + 1
     panels = [[("speed_rad_s", "damping"), ("speed_rad_s", "inertia")] + [("angle_rad", "inertia")] * (joints > 1)] * joints
     figure = new_figure(4.1 * len(panels[0]), 2.9 * joints + 0.7)
@@ -61,6 +65,7 @@ def gain_figure(made: Sequence[Sweep], name: str, stem: Path) -> list[Path]:
     for joint, row in enumerate(panels):
         for ax, (over, quantity) in zip(axes[joint], row, strict=True):
             _panel(ax, next(s for s in made if s.joint == joint and s.over == over), quantity, name)
+            ax.set(xlabel=joint_text(ax.get_xlabel(), sliding), ylabel=joint_text(ax.get_ylabel(), sliding))
     handles, labels = axes[0, 1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=4, frameon=False)
     return save_figure(figure, stem)

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
+from nnhydro.conventions import joint_text
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.survey import Survey
 from nnhydro.report.screen import conclude, say, show
@@ -81,7 +82,8 @@ def _print_arm(found: Survey) -> None:
         show(tips_sheet(found))
     if found.floor is not None:
         std = ", ".join(f"{x:.2g}" for x in found.floor.std)
-        say(f"Repeats: a perfect model would score {found.floor.error:.3g} (sum|error| / sum|torque|); noise {std} N m (joint 1, 2, ...).")
+        say(joint_text(f"Repeats: a perfect model would score {found.floor.error:.3g} (sum|error| / sum|torque|); noise {std} N m "
+                       "(joint 1, 2, ...).", found.sliding))
 
 
 def verdict(found: Survey) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.conventions import joint_text
 from nnhydro.recordings.segment import Segment
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.page.history import varied
@@ -39,8 +40,8 @@ def draw_joint_panels(figure: "Figure", segment: Segment, lines: dict[str, Array
         for (name, tau), style in zip(lines.items(), STYLES, strict=False):
             above.plot(segment.t, tau[:, joint], label=name, **style)
             below.plot(segment.t, (segment.tau - tau)[:, joint], **style)
-        above.set_ylabel(f"torque {joint + 1} [N m]")
-        below.set_ylabel("residual\n[N m]")
+        above.set_ylabel(joint_text(f"torque {joint + 1} [N m]", segment.sliding))
+        below.set_ylabel(joint_text("residual\n[N m]", segment.sliding))
         below.axhline(0, color=INK, linewidth=0.6)
         _fit_residuals(below, np.concatenate([(segment.tau - tau)[segment.keep, joint] for tau in lines.values()]))
         _shade_ends(above, segment)
@@ -61,7 +62,7 @@ def draw_steady(segment: Segment, models: Mapping[str, Array], stem: Path) -> li
         for (model, tau), style, marker in zip(models.items(), STYLES, "x+1", strict=False):
             ax.plot(x, tau[:, joint], marker, color=style["color"], markersize=6, label=model)
         ax.set_xlabel(name)
-        ax.set_ylabel(f"torque {joint + 1} [N m]" if column == 0 else "")
+        ax.set_ylabel(joint_text(f"torque {joint + 1} [N m]", segment.sliding) if column == 0 else "")
         ax.spines[["top", "right"]].set_visible(False)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False)
     return save_figure(figure, stem)

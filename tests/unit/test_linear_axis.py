@@ -158,6 +158,13 @@ def test_a_linear_axis_goes_from_folder_to_prediction_by_commands(folder, tmp_pa
     assert (tmp_path / "t" / "run0.csv").read_text().startswith("t_s,tau1_N,outside\n")
     assert run(["benchmark", str(folder), "--models", "rigid", "--folds", "2", "--out", str(tmp_path / "b"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["models"]["rigid"]["error"] < 0.1
+    page = (tmp_path / "b" / "report.html").read_text()
+    assert "force 1 [N]" in page
+    assert "[N m]" not in page
+    assert run(["gains", str(tmp_path / "m"), "--out", str(tmp_path / "g")]) == 0
+    told = capsys.readouterr().out + (tmp_path / "g" / "gains.csv").read_text()
+    assert "N s/m" in told
+    assert "rad" not in told
 
 
 def test_columns_in_radians_are_not_taken_for_metres(tmp_path):

@@ -115,7 +115,7 @@ def _no_text(path: Path, cause: Exception) -> RecordingError:
     return RecordingError(f"{path}: is not UTF-8 text{place}, nor what its beginning looks like: save it as UTF-8 CSV or as Parquet")
 
 
-def _moments(text: "pd.Series", iso: bool) -> "pd.Series":
+def _moments(text: "pd.Series", iso: bool) -> "pd.Series[pd.Timestamp]":
     """Dates with times; those that are not ISO by the format of the first one, which is quick, else one by one."""
     import pandas as pd
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from nnhydro.conventions import with_units
 from nnhydro.evaluation.benchmark import Benchmark
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.models.baselines import BASELINES
@@ -60,7 +61,7 @@ def benchmark_page(result: Benchmark) -> str:
     protocol = f"{len(result.folds)} folds, every recording held out once." if result.protocol == DEFAULT else \
         f"Protocol {result.protocol}: {protocol_called(result.protocol).meaning}."
     rows = [(name, models[name]["error"], (models[name]["error_ci95"][0], models[name]["error_ci95"][1])) for name in names]
-    return rendered(
+    page = rendered(
         "benchmark.html", arm=result.campaign.arm.name, verdict=result.verdict(), d=document, styles=styles, protocol=protocol,
         errors=error_chart("Error of every model on held-out recordings, with 95 % interval", rows, styles, result.noise_floor),
         models=models_sheet(result, document), folds=None if result.protocol == DEFAULT else folds_sheet(result),
@@ -68,3 +69,4 @@ def benchmark_page(result: Benchmark) -> str:
         shown_first=shown_models(result), maps=maps, heat=largest(maps),
         shown=len({t.recording for t in traces if not t.segment.steady}), of=sum(not unit.steady for unit in result.units),
         reliability=reliability(covered, styles) if covered else None, coverage=coverage_sheet(result, document))
+    return with_units(page, result.campaign.arm.sliding)

@@ -11,6 +11,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from nnhydro.conventions import joint_text
 from nnhydro.recordings.segment import Segment
 from nnhydro.report.page.svg import FINE, Scale, drawing, joined, path, rule, tag, thinned, x_axis, y_axis
 from nnhydro.report.page.trace import Trace
@@ -78,7 +79,8 @@ class _Frame:
         kind = {name: f"m{number}" for name, number in self.styles.items()} | {"measured": "measured"}
         lines = [tag("path", class_=f"{kind[name]} marks" if steady else kind[name], data_series=name,
                      d=self.runs(name, y, up) if steady else _line(self.x, y, self.across, up, self.most)) for name, y in curves.items()]
-        axis = y_axis(up, LEFT, WIDTH - RIGHT, f"{'left' if residual else 'torque'} {joint + 1} [N m]", 3 if residual else 6)
+        label = joint_text(f"{'left' if residual else 'torque'} {joint + 1} [N m]", trace.segment.sliding)
+        axis = y_axis(up, LEFT, WIDTH - RIGHT, label, 3 if residual else 6)
         zero = rule("axis", LEFT, up(0.0), WIDTH - RIGHT, up(0.0)) if residual else Markup("")
         inside = tag("svg", tag("g", *lines, transform=f"scale({1 / FINE})"), y=top, width=WIDTH, height=bottom - top,
                      viewBox=f"0 {top} {WIDTH} {bottom - top}")
@@ -119,7 +121,7 @@ def varied(segment: Segment) -> dict[str, Array]:
     found = {"towing speed [m/s]": segment.u0}
     for j in range(segment.n_links):
         found |= {f"rate of joint {j + 1} [rad/s]": segment.qd[:, j], f"angle of joint {j + 1} [rad]": segment.q[:, j]}
-    return {name: x for name, x in found.items() if np.ptp(x) > DIFFERENT}
+    return {joint_text(name, segment.sliding): x for name, x in found.items() if np.ptp(x) > DIFFERENT}
 
 
 def history(trace: Trace, styles: Mapping[str, int], most: int, first: Sequence[str], part: str = "") -> list[History]:
