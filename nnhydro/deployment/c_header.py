@@ -147,6 +147,7 @@ static inline void {name}_step({arguments}) {{
 }}
 #undef real
 #undef R
+#undef DOTTED
 {chr(10).join(f"#undef f_{f}" for f in PLAIN)}
 #endif
 """

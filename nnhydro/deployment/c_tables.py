@@ -27,6 +27,11 @@ WIDE: Final = 32  # rows of a matrix that are summed side by side
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
+# a long sum in eight parts side by side: one part alone would wait for each addition
+DOTTED: Final = """#define DOTTED(out, c, at, n) { real s[8] = {0}; int i = 0; \\
+    for (; i + 8 <= n; i += 8) for (int j = 0; j < 8; ++j) s[j] += c[i + j]*v[at[i + j]]; \\
+    for (; i < n; ++i) s[0] += c[i]*v[at[i]]; \\
+    out = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7])); }"""
 
 
 def row_of(x: Value) -> Row:
@@ -163,7 +168,7 @@ class Tables:
         if width > LONG:
             for k, row in enumerate(rows):
                 table, c = self.table([self.places[((a, 1.0),)] for a, _ in row], True), self.table([c for _, c in row], False)
-                self.lines.append(f"{{ real s = 0; for (int i = 0; i < {width}; ++i) s += {c}[i]*v[{table}[i]]; v[{first + k}] = s; }}")
+                self.lines.append(f"DOTTED(v[{first + k}], {c}, {table}, {width})")
             return
         parts = []
         for place in range(width):
@@ -231,4 +236,4 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
              f"    real a[{m}] = {{0}};\n"
              f"    for (int i = 0; i < k; ++i) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[{m}*i + j];\n"
              f"    for (int j = 0; j < n; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
-    return [*made.tables, *dense], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
+    return [*made.tables, DOTTED, *dense], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]

@@ -46,7 +46,7 @@ class Inside:
 
 @final
 @dataclass(eq=False)
-class Seen:
+class LawMemory:
     """What a controller keeps from instant to instant within a run."""
 
     integral: Tensor  # (m, joints) rad s
@@ -74,14 +74,14 @@ class TorqueLaw:
     step: float | None = None  # rad of an encoder
     smoothing: float = 1.0  # of the rate from encoder steps: share of the newest difference
 
-    def begin(self, q: Tensor, qd: Tensor) -> Seen:
+    def begin(self, q: Tensor, qd: Tensor) -> LawMemory:
         """Return what is kept at the beginning of a run from `q`, `qd` (m, joints)."""
         if self.inside is not None:
             self.inside.begin()
         none = torch.zeros_like(q)
-        return Seen(none, deque([none.clone() for _ in range(self.late)]), None, qd.clone())
+        return LawMemory(none, deque([none.clone() for _ in range(self.late)]), None, qd.clone())
 
-    def _see(self, seen: Seen, q: Tensor, qd: Tensor) -> tuple[Tensor, Tensor]:
+    def _see(self, seen: LawMemory, q: Tensor, qd: Tensor) -> tuple[Tensor, Tensor]:
         """Angles and rates as the controller sees them."""
         if self.step is None:
             return q, qd
@@ -92,7 +92,7 @@ class TorqueLaw:
         seen.q = read
         return read, seen.qd
 
-    def torque(self, seen: Seen, reference: tuple[Tensor, Tensor, Tensor], q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor) -> Tensor:
+    def torque(self, seen: LawMemory, reference: tuple[Tensor, Tensor, Tensor], q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor) -> Tensor:
         """Return tau (m, joints) N m that acts now; `reference` q, qd, qdd, actual q, qd (m, joints), carriage u0, du0 (m,)."""
         q, qd = self._see(seen, q, qd)
         e, de, dt = reference[0] - q, reference[1] - qd, self.period if seen.instants else 0.0
