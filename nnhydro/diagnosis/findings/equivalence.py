@@ -38,6 +38,7 @@ def plain(search: Search, found: Scored) -> Scored:
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
         plainer = [i for i, h in enumerate(library.hypotheses) if search.place(i) == search.place(k) and h.key != library.hypotheses[k].key
+                   and not h.effect.general
                    and _parameters(search, i) < _parameters(search, k)]
         if not plainer:
             continue
@@ -49,11 +50,12 @@ def plain(search: Search, found: Scored) -> Scored:
 
 
 def simplest(search: Search, found: Scored) -> Scored:
-    """Return `found` with each member replaced by the equivalent effect of the fewest parameters."""
+    """Return `found` with each member replaced by the equivalent effect of the fewest parameters, never by the general form of a family."""
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
         _, others = alternatives(search, found, k)
-        near = [a.number for a in others if a.equivalent and a.deficit < NEAR and _parameters(search, a.number) < _parameters(search, k)]
+        near = [a.number for a in others if a.equivalent and a.deficit < NEAR and _parameters(search, a.number) < _parameters(search, k)
+                and not search.view.library.hypotheses[a.number].effect.general]
         if near:
             least = min(_parameters(search, n) for n in near)
             found = max((search.score((*rest, n)) for n in near if _parameters(search, n) == least), key=lambda s: s.score)

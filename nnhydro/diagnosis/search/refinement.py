@@ -1,17 +1,22 @@
 """Finer values of what was found: half-way grid values of nonlinear parameters, instruments linearised about their values."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import final
-from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
+from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.transmission import sensed
 
 ROUNDS = 3
 
@@ -33,6 +38,18 @@ def scaled_values(view: View, found: Scored, k: int) -> torch.Tensor:
     value = beta[0] if len(beta) == 1 else np.sqrt((beta**2).mean(axis=0))
     low, high = library.bounds(k)
     return torch.from_numpy(np.clip(value, low, high) * library.scale[library.at(k)])
+
+
+def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: StripTheory) -> tuple[Hypothesis, ...]:
+    """Return hypotheses linearised about the values from which an instrument's card wants to be tried, too, on the longest stretch."""
+    moving = [s for s in problem.stretches if not s.segment.steady]
+    if not moving:
+        return ()
+    longest = max(moving, key=lambda stretch: len(stretch.segment))
+    flow = Flow(model.arm, Motion.of(longest.segment))
+    view = SensorView(flow, lambda f: sensed(model.loads.torque(f), f.motion.qd, model.arm))
+    return tuple(replace(h, effect=start, working_model=model) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
+                 for start in h.effect.starts(view))
 
 
 def _finer(view: View, found: Scored, k: int, model: StripTheory) -> list[Hypothesis]:
@@ -67,7 +84,3 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
             break
     return Refined(search, best)
 
-
-def selected(search: Search, chosen: Sequence[int]) -> list[Hypothesis]:
-    """Return the hypotheses `chosen`."""
-    return [search.view.library.hypotheses[k] for k in chosen]

@@ -25,6 +25,7 @@ class Values:
 
     mean: Array
     covariance: Array
+    bounded: bool = False  # whether a value was cut at a physical bound other than 0
 
 
 def values_of(search: Search, found: Scored, k: int) -> Values:
@@ -40,7 +41,8 @@ def values_of(search: Search, found: Scored, k: int) -> Values:
         mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)
     low, high = library.bounds(k)
     scale = library.scale[library.at(k)]
-    return Values(np.clip(mean, low, high) * scale, covariance * scale[:, None] * scale)
+    bounded = bool(np.any(((mean > high) & (high != 0)) | ((mean < low) & (low != 0))))
+    return Values(np.clip(mean, low, high) * scale, covariance * scale[:, None] * scale, bounded)
 
 
 def _pooled(beta: Array, covariance: Array, width: int) -> tuple[Array, Array]:
