@@ -1,15 +1,22 @@
-"""What the wake remembers: a causal average of the flow past each station of a link over the distance travelled.
+"""What a strip's water remembers: a bank of generic fading filters of the strip's own motion, over travel and over time.
 
-    dm/ds = (w - m)/(lambda D),   ds = |w| dt,      lambda = 1, 2, 3 and 5 diameters         [m/s]
+    dp/dt = c (w - p)/(lambda D),  dm/dt = c (p - m)/(lambda D),  c^2 = w^2 + m^2,  lambda in TRAVEL    two stages over the way  [m/s]
+    dv/dt = (w - v)/T,                                                              T in LASTING D^2/nu     one stage over time  [m/s]
 
-A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the old sign. It is the travel
-s/D of McLain & Rock in a form that needs no rule for reversals: from rest at constant acceleration m/w is a function of s/D alone.
-Steady runs, and runs that begin under tow, have m = w.
+No filter is a law of the flow: what m and v mean for the load is learned (strip_law.py). Two stages rise late, as a wake does; their clock c
+goes on while the strip stands in what it has set in motion. None of them obeys the first-order equation over |w| dt that
+datasets/rivera_tank plants. A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the
+old sign. Steady runs, and runs that begin under tow, have m = v = w. Stable by construction: p, m, v stay within the range of w.
 
-Source: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); the average is ours.
+Sources: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); gamma filters: de Vries & Principe (1992), Neural Networks 5, 565; times of
+the boundary layer, D^2/nu: Basset (1888). The bank and its clock are ours.
 """
 
+from collections.abc import Sequence
+
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
@@ -17,8 +24,12 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 from nnhydro.physics.wake_memory import relaxed
 
+Array = NDArray[np.float64]
+
 STRIPS = 10  # a link; McLain & Rock found no gain beyond four
-MEMORIES = (1.0, 2.0, 3.0, 5.0)  # diameters, from the vortex pair's growth to the street's
+TRAVEL = (0.25, 0.5, 1.0, 2.0, 4.0)  # diameters, from the vortex pair's growth to the street's
+LASTING = (1e-4, 1e-3, 1e-2)  # of D^2/nu
+STATES = 2 * len(TRAVEL) + len(LASTING)  # numbers that a station carries from row to row
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
 
@@ -33,23 +44,65 @@ def under_way(flow: Flow) -> bool:
     return bool(flow.motion.u0[0].abs() > STILL)
 
 
+def _lengths(values: Sequence[float]) -> Tensor:
+    return torch.tensor(values, dtype=torch.float64)[:, None, None]
+
+
+def following(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Tensor:
+    """Return the state (STATES, links, s) after dt s at the speed w (links, s) m/s, from the `state` before."""
+    first, second, slow = state.split([len(TRAVEL), len(TRAVEL), len(LASTING)])
+    stay = torch.exp(-torch.hypot(w.expand_as(second), second) * dt / (_lengths(TRAVEL) * D[:, None]))
+    p = w + (first - w) * stay
+    fading = torch.exp(-dt * nu / (_lengths(LASTING) * D[:, None] ** 2))
+    return torch.cat([p, p + (second - p) * stay, w + (slow - w) * fading])
+
+
+def _over_travel(w: Array, dt: Array, D: Array, start: Array) -> Array:
+    """p and m, (n, 2 k, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m."""
+    count, length = len(TRAVEL), np.asarray(TRAVEL)[:, None, None] * D
+    found = np.empty((len(w), 2 * count, *w.shape[1:]))
+    found[0] = start
+    p, m = found[0, :count], found[0, count:]
+    for k in range(1, len(w)):
+        stay = np.exp(np.sqrt(w[k] ** 2 + m * m) * (-dt[k] / length))
+        p = w[k] + (p - w[k]) * stay
+        m = p + (m - p) * stay
+        found[k, :count], found[k, count:] = p, m
+    return found
+
+
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
-    """Return w (n, links, s) m/s at the stations x (links, s) m and m for each memory."""
+    """Return w (n, links, s) m/s at the stations x (links, s) m and the STATES numbers that each station carries."""
     w = flow.A[:, :, None] * x + flow.B[:, :, None]
     if flow.motion.wake is not None:
         return w, list(flow.motion.wake)
     if flow.motion.steady or len(flow.motion) < 2:
-        return w, [w for _ in MEMORIES]
+        return w, [w for _ in range(STATES)]
+    return w, flow.kept.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _bank(flow, w))
+
+
+def _bank(flow: Flow, w: Tensor) -> list[Tensor]:
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
-    every = w[:, None].expand(-1, len(MEMORIES), -1, -1)
-    start = every[0] if under_way(flow) else torch.zeros_like(every[0])
-    travel = (w.abs() * dt[:, None, None] / flow.D[:, None])[:, None] / torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
-    return w, list(relaxed(every, travel, start).unbind(1))
+    start = w[0] if under_way(flow) else torch.zeros_like(w[0])
+    travel = torch.from_numpy(_over_travel(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], start.numpy()))
+    fading = (dt[:, None, None, None] * flow.nu / (_lengths(LASTING) * flow.D[:, None] ** 2)).expand(-1, -1, -1, w.shape[2])
+    v = relaxed(w[:, None].expand_as(fading), fading, start.expand_as(fading[0]))
+    return [*travel.unbind(1), *v.unbind(1)]
 
 
-def ends(remembered: list[Tensor]) -> tuple[Tensor, Tensor]:
-    """Return the shortest and the longest memory."""
-    return remembered[0], remembered[-1]
+def travelled(state: Sequence[Tensor]) -> list[Tensor]:
+    """Return the memories over travel, second stage."""
+    return list(state[len(TRAVEL):2 * len(TRAVEL)])
+
+
+def lasting(state: Sequence[Tensor]) -> list[Tensor]:
+    """Return the memories over time."""
+    return list(state[2 * len(TRAVEL):])
+
+
+def ends(state: Sequence[Tensor]) -> tuple[Tensor, Tensor]:
+    """Return a short and a long memory: one and four diameters in the mean."""
+    return state[len(TRAVEL) + 1], state[len(TRAVEL) + 3]
 
 
 @feature_set("wake")

@@ -24,10 +24,12 @@ from nnhydro.models.learned import LearnedTorque, spread_of
 Array = NDArray[np.float64]
 RIDGE = 1e-4  # lambda, of the largest eigenvalue of C: directions that the recordings hardly move in are not counted
 LIMIT = 200.0  # beyond it held-out residuals of the learner grew past those of the baseline
-CREDIT = 1.5  # below 2, where a residual that held-out recordings do not confirm would break even
-HALF = 0.5  # of the squares that the baseline leaves; from there on the residual is trusted whole
+SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)  # t: of what is learned beside the baseline, the smallest first
+NETWORKS = (0.0, 0.5, 1.0)  # b: of the networks beside the linear part
+WARY = 2.0
+HAIR = 0.01
 TINY = 1e-300
-LEVELS = (0.5, 0.8, 0.95)
+LEVEL = 0.95
 MOST = 200_000  # watched rows looked at: quantiles are then known to 0.1 %
 ROUNDS = 5
 
@@ -88,37 +90,67 @@ def _variance_terms(r: Array, s: Array, S: Array) -> Array:
     return found
 
 
-def _factor(ratio: Array, unit: Array) -> float:
-    """Factor on the standard deviation so that the shares LEVELS of |r| / std lie within their Gaussian bounds; recordings count alike."""
+def conformal_quantile(ratio: Array, unit: Array, level: float) -> float:
+    """Return q with P(ratio of a row of a new recording <= q) >= `level`, recordings exchangeable and rows drawn at random in each.
+
+    The mixture of the recordings' empirical distributions, each with mass 1/(n + 1), the new one at infinity. Fewer recordings than level
+    over 1 - level cannot promise that much (19 for 95 %): then the mixture of those there are, which promises level n/(n + 1). Source:
+    Dunn, Wasserman & Ramdas (2023), J. Am. Stat. Assoc. 118, 2491, section 3.1 (pooled distributions of groups).
+    """
     _, place, count = np.unique(unit, return_inverse=True, return_counts=True)
+    n = len(count)
+    wanted = level * (n + 1) / n if level * (n + 1) / n < 1 else level
     order = np.argsort(ratio)
-    cumulated = np.cumsum((1 / count[place])[order])
-    found = []
-    for level in LEVELS:
-        at = min(int(np.searchsorted(cumulated, level * cumulated[-1])), len(order) - 1)
-        found.append(max(float(ratio[order[at]]), 1e-6) / NormalDist().inv_cdf(0.5 + level / 2))
-    return float(np.exp(np.mean(np.log(found))))
+    cumulated = np.cumsum((1 / count[place])[order]) / n
+    at = min(int(np.searchsorted(cumulated, wanted * (1 - 1e-12))), len(order) - 1)
+    return float(ratio[order[at]])
+
+
+def _factor(ratio: Array, unit: Array) -> float:
+    """Factor on the standard deviation with which LEVEL of |r| / std lies within its Gaussian bounds."""
+    return max(conformal_quantile(ratio, unit, LEVEL), 1e-6) / NormalDist().inv_cdf(0.5 + LEVEL / 2)
+
+
+def _ratios(target: Tensor, correction: Tensor, unit: Tensor) -> Tensor:
+    """Error that a correction leaves over the error of the baseline, a recording each, (recordings, joints)."""
+    _, place = torch.unique(unit, return_inverse=True)
+    count = int(place.max()) + 1
+    left, whole = (torch.zeros(count, target.shape[1], dtype=torch.float64).index_add_(0, place, x.abs()) for x in (target - correction, target))
+    ratio: Tensor = left / whole.clamp(min=TINY)
+    return ratio
+
+
+def _loss(ratio: Tensor) -> Tensor:
+    """Mean ratio (joints,), what lies above 1 counting WARY times more."""
+    return (ratio + WARY * (ratio - 1).clamp(min=0.0)).mean(dim=0)
 
 
 def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
-    """Return a hybrid with its residual shrunk where recordings that members watch say so.
+    """Return `model` stacked on the recordings that its members watch: how much of the networks and, of a hybrid, of all that is learned.
 
-        t_j = min(1, CREDIT best_j),   best_j = sum residual target / sum residual^2,   trust_j = t_j min(1, explained_j / HALF)
+        trust_j = sqrt(t_j);  minimise over b in NETWORKS and, joint by joint, t_j in SHARES   mean over recordings of  r + WARY max(0, r - 1),
+        r = sum |target - t_j S bounded(linear + b y)| / sum |target|
 
-    best_j leaves the least squares; a residual of twice best_j times its size does neither good nor harm, and the members judged had fewer
-    recordings than the ensemble, hence the credit. explained_j is the share of the squares of the target that t_j residual takes away: one
-    that explains little of what the baseline leaves cannot gain much, and may be wrong where other motions are asked for. A network, and a
-    model none of whose recordings was watched, stays as it is.
+    t_j is 1 for a network, whose target is the whole torque; the root is credit for what the model knows that its members did not, who had
+    fewer recordings. A recording on which the hybrid would do worse than its baseline weighs
+    against the others; the smallest share within a hair of the best is taken. A model none of whose recordings was watched stays as it
+    is. Source: stacking, Wolpert (1992), Breiman (1996); the loss is ours.
     """
-    if model.baseline is None or not bool(watched.any()):
+    if not bool(watched.any()):
         return model
-    r, _, _, _, unit, target = _out_of_fold(model, rows, watched)
-    weight = 1 / torch.bincount(unit)[unit][:, None]  # recordings count alike
-    residual = target - r
-    product, square, left = ((weight * x).sum(dim=0).clamp(min=TINY) for x in (residual * target, residual**2, target**2))
-    t = (CREDIT * product / square).clamp(0.0, 1.0)
-    explained = (2 * t * product - t**2 * square) / left
-    return replace(model, trust=t * (explained / HALF).clamp(0.0, 1.0))
+    shares = SHARES if model.baseline is not None else (1.0,)
+    best, found = torch.inf, (1.0, torch.ones(rows.target.shape[1], dtype=torch.float64))
+    for b in NETWORKS:
+        trial = replace(model, ensemble=model.ensemble.scaled(torch.full((model.ensemble.members, 1, 1), b, dtype=torch.float64)))
+        r, _, _, _, unit, target = _out_of_fold(trial, rows, watched)
+        losses = torch.stack([_loss(_ratios(target, t * (target - r), unit)) for t in shares])
+        least = losses.amin(dim=0)
+        if float(least.mean()) < (1 - HAIR) * best:
+            first = (losses <= (1 + HAIR) * least).int().argmax(dim=0)
+            best, found = float(least.mean()), (b, torch.tensor(shares, dtype=torch.float64)[first])
+    b, t = found
+    ensemble = model.ensemble.scaled(torch.full((model.ensemble.members, 1, 1), b, dtype=torch.float64))
+    return replace(model, ensemble=ensemble, trust=None if model.baseline is None else t.sqrt())
 
 
 def with_doubt(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:

@@ -17,8 +17,9 @@ from nnhydro.identification.linear_columns import Linear
 from nnhydro.identification.linear_part import LinearPart, linear_part
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import calibrated_on, on_arm
-from nnhydro.identification.training_rows import CHUNK, Rows, law_of, rows_and_linear, standardised, torque_rms, watched_units
+from nnhydro.identification.training_rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardised, torque_rms, watched_units
 from nnhydro.models.baselines import BASELINES, baseline
+from nnhydro.models.free_part import FreePart
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.storage import load_model
@@ -70,9 +71,10 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
     """
     base = hybrid_baseline(config, chosen, arm, how)
     floor = config.floor * torque_rms(chosen)
-    watched = watched_units(chosen, config)
+    watched = watched_units(chosen, config, arm)
     with RowStore(int(config.memory_mb * 1e6), None if checkpoint is None else checkpoint.parent) as store:
-        rows, linear = rows_and_linear(chosen, arm, config, floor, base, store)
+        free = free_range(chosen, arm) if config.free else None
+        rows, linear = rows_and_linear(chosen, arm, config, floor, base, store, free)
         centre, spread, lowest, highest = standardised(rows)
         own, part = linear_part(rows, linear, watched, inertial_directions(arm).shape[1])
         rows = _with_linear(rows, own, linear.columns)
@@ -84,7 +86,8 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         record: dict[str, Any] = {"config": config.model_dump(mode="json"), "epochs": state.epoch, "best_epoch": state.best_epoch.tolist(),
                                   "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen]}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
-                             linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)))
+                             linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
+                             FreePart(free, part.free) if free is not None and part.open else None)
         return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
 
 
