@@ -22,14 +22,14 @@ from torch import Tensor
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
-from nnhydro.physics.wake_memory import relaxed
 
 Array = NDArray[np.float64]
 
 STRIPS = 10  # a link; McLain & Rock found no gain beyond four
 TRAVEL = (0.25, 0.5, 1.0, 2.0, 4.0)  # diameters, from the vortex pair's growth to the street's
 LASTING = (1e-4, 1e-3, 1e-2)  # of D^2/nu
-STATES = 2 * len(TRAVEL) + len(LASTING)  # numbers that a station carries from row to row
+STATES = 2 * len(TRAVEL) + len(LASTING) + 1  # numbers that a station carries from row to row: p, m, v and w itself
+TINY, COARSE = 1e-12, 1e-3  # rates of a step: none at all, and large enough for differences of ones
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
 
@@ -48,26 +48,41 @@ def _lengths(values: Sequence[float]) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)[:, None, None]
 
 
+def _hold(rate: Tensor) -> tuple[Tensor, Tensor]:
+    """exp(-r) and (1 - exp(-r))/r: a filter's answer to what it remembers, and to a straight change of its input, exact."""
+    r = rate.clamp(min=TINY)
+    return torch.exp(-r), -torch.expm1(-r) / r
+
+
 def following(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Tensor:
-    """Return the state (STATES, links, s) after dt s at the speed w (links, s) m/s, from the `state` before."""
-    first, second, slow = state.split([len(TRAVEL), len(TRAVEL), len(LASTING)])
-    stay = torch.exp(-torch.hypot(w.expand_as(second), second) * dt / (_lengths(TRAVEL) * D[:, None]))
-    p = w + (first - w) * stay
-    fading = torch.exp(-dt * nu / (_lengths(LASTING) * D[:, None] ** 2))
-    return torch.cat([p, p + (second - p) * stay, w + (slow - w) * fading])
+    """Return the state (STATES, links, s) after dt s in which the speed went straight to w (links, s) m/s, from the `state` before."""
+    first, second, slow, before = state.split([len(TRAVEL), len(TRAVEL), len(LASTING), 1])
+    stay, turn = _hold(torch.hypot(((w + before) / 2).expand_as(second), second) * dt / (_lengths(TRAVEL) * D[:, None]))
+    p = w + (first - before) * stay - (w - before) * turn
+    m = p + (second - first) * stay - (p - first) * turn
+    stay, turn = _hold(dt * nu / (_lengths(LASTING) * D[:, None] ** 2).expand_as(slow))
+    return torch.cat([p, m, w + (slow - before) * stay - (w - before) * turn, w[None]])
 
 
-def _over_travel(w: Array, dt: Array, D: Array, start: Array) -> Array:
-    """p and m, (n, 2 k, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m."""
-    count, length = len(TRAVEL), np.asarray(TRAVEL)[:, None, None] * D
-    found = np.empty((len(w), 2 * count, *w.shape[1:]))
-    found[0] = start
-    p, m = found[0, :count], found[0, count:]
+def _bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
+    """The states (n, STATES, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m."""
+    count, slow = len(TRAVEL), len(LASTING)
+    length, lag = np.asarray(TRAVEL)[:, None, None] * D, np.asarray(LASTING)[:, None, None] * D**2 / nu
+    found = np.empty((len(w), STATES, *w.shape[1:]))
+    found[0, :-1], found[:, -1] = start, w
+    rate = np.empty((count + slow, *w.shape[1:]))
+    p, m, v = found[0, :count], found[0, count:2 * count], found[0, 2 * count:-1]
     for k in range(1, len(w)):
-        stay = np.exp(np.sqrt(w[k] ** 2 + m * m) * (-dt[k] / length))
-        p = w[k] + (p - w[k]) * stay
-        m = p + (m - p) * stay
-        found[k, :count], found[k, count:] = p, m
+        now, before, change = w[k], w[k - 1], w[k] - w[k - 1]
+        rate[:count] = np.sqrt((0.5 * (now + before)) ** 2 + m * m) * (dt[k] / length)
+        rate[count:] = dt[k] / lag
+        np.maximum(rate, TINY, out=rate)
+        stay = np.exp(-rate)
+        turn = (1 - stay) / rate if rate.min() > COARSE else -np.expm1(-rate) / rate
+        old, p = p, now + (p - before) * stay[:count] - change * turn[:count]
+        m = p + (m - old) * stay[:count] - (p - old) * turn[:count]
+        v = now + (v - before) * stay[count:] - change * turn[count:]
+        found[k, :count], found[k, count:2 * count], found[k, 2 * count:-1] = p, m, v
     return found
 
 
@@ -78,16 +93,13 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
         return w, list(flow.motion.wake)
     if flow.motion.steady or len(flow.motion) < 2:
         return w, [w for _ in range(STATES)]
-    return w, flow.kept.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _bank(flow, w))
+    return w, flow.kept.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _of_run(flow, w))
 
 
-def _bank(flow: Flow, w: Tensor) -> list[Tensor]:
+def _of_run(flow: Flow, w: Tensor) -> list[Tensor]:
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
     start = w[0] if under_way(flow) else torch.zeros_like(w[0])
-    travel = torch.from_numpy(_over_travel(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], start.numpy()))
-    fading = (dt[:, None, None, None] * flow.nu / (_lengths(LASTING) * flow.D[:, None] ** 2)).expand(-1, -1, -1, w.shape[2])
-    v = relaxed(w[:, None].expand_as(fading), fading, start.expand_as(fading[0]))
-    return [*travel.unbind(1), *v.unbind(1)]
+    return list(torch.from_numpy(_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy())).unbind(1))
 
 
 def travelled(state: Sequence[Tensor]) -> list[Tensor]:
@@ -97,7 +109,7 @@ def travelled(state: Sequence[Tensor]) -> list[Tensor]:
 
 def lasting(state: Sequence[Tensor]) -> list[Tensor]:
     """Return the memories over time."""
-    return list(state[2 * len(TRAVEL):])
+    return list(state[2 * len(TRAVEL):-1])
 
 
 def ends(state: Sequence[Tensor]) -> tuple[Tensor, Tensor]:

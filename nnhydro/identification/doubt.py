@@ -5,9 +5,9 @@
 
 `limit` is LIMIT times the mean distance of the training rows; held-out recordings of the same campaign reach three to ten times that mean.
 Each member watches recordings that it does not train on. k, c and a are the non-negative least squares of r^2 on s^2, S^2 and 1, r what
-the members that watch a row leave of it; then one factor a joint makes 50, 80 and 95 % of the rows lie within their intervals, every
-watched recording counting alike. u is the rms of target / S: far from the data the error is that of the baseline.
-Source: split-conformal calibration, Vovk et al. (2005), Lei et al. (2018); the split by recording and the terms are ours.
+the members that watch a row leave of it; then one factor a joint makes 95 % of the rows of a new recording lie within their intervals
+(`conformal_quantile`), every watched recording counting alike. u is the rms of target / S: far from the data the error is that of the baseline.
+Source: split-conformal calibration, Vovk et al. (2005), Lei et al. (2018); groups: Dunn, Wasserman & Ramdas (2023); the terms are ours.
 """
 
 from dataclasses import replace
@@ -18,17 +18,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from nnhydro.identification.stacking import NETWORKS, SHARES, stacked
 from nnhydro.identification.training_rows import CHUNK, Rows
 from nnhydro.models.learned import LearnedTorque, spread_of
 
 Array = NDArray[np.float64]
 RIDGE = 1e-4  # lambda, of the largest eigenvalue of C: directions that the recordings hardly move in are not counted
 LIMIT = 200.0  # beyond it held-out residuals of the learner grew past those of the baseline
-SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)  # t: of what is learned beside the baseline, the smallest first
-NETWORKS = (0.0, 0.5, 1.0)  # b: of the networks beside the linear part
-WARY = 2.0
-HAIR = 0.01
-TINY = 1e-300
 LEVEL = 0.95
 MOST = 200_000  # watched rows looked at: quantiles are then known to 0.1 %
 ROUNDS = 5
@@ -111,46 +107,24 @@ def _factor(ratio: Array, unit: Array) -> float:
     return max(conformal_quantile(ratio, unit, LEVEL), 1e-6) / NormalDist().inv_cdf(0.5 + LEVEL / 2)
 
 
-def _ratios(target: Tensor, correction: Tensor, unit: Tensor) -> Tensor:
-    """Error that a correction leaves over the error of the baseline, a recording each, (recordings, joints)."""
-    _, place = torch.unique(unit, return_inverse=True)
-    count = int(place.max()) + 1
-    left, whole = (torch.zeros(count, target.shape[1], dtype=torch.float64).index_add_(0, place, x.abs()) for x in (target - correction, target))
-    ratio: Tensor = left / whole.clamp(min=TINY)
-    return ratio
-
-
-def _loss(ratio: Tensor) -> Tensor:
-    """Mean ratio (joints,), what lies above 1 counting WARY times more."""
-    return (ratio + WARY * (ratio - 1).clamp(min=0.0)).mean(dim=0)
+def _with_networks(model: LearnedTorque, b: float) -> LearnedTorque:
+    factor = torch.full((model.ensemble.members, 1, model.ensemble.outputs), b, dtype=torch.float64)
+    return replace(model, ensemble=model.ensemble.scaled(factor))
 
 
 def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
-    """Return `model` stacked on the recordings that its members watch: how much of the networks and, of a hybrid, of all that is learned.
-
-        trust_j = sqrt(t_j);  minimise over b in NETWORKS and, joint by joint, t_j in SHARES   mean over recordings of  r + WARY max(0, r - 1),
-        r = sum |target - t_j S bounded(linear + b y)| / sum |target|
-
-    t_j is 1 for a network, whose target is the whole torque; the root is credit for what the model knows that its members did not, who had
-    fewer recordings. A recording on which the hybrid would do worse than its baseline weighs
-    against the others; the smallest share within a hair of the best is taken. A model none of whose recordings was watched stays as it
-    is. Source: stacking, Wolpert (1992), Breiman (1996); the loss is ours.
+    """Return `model` stacked on the recordings that its members watch (stacking.py): how much of its networks and, of a hybrid, of all
+    that is learned. A model none of whose recordings was watched stays as it is.
     """
     if not bool(watched.any()):
         return model
-    shares = SHARES if model.baseline is not None else (1.0,)
-    best, found = torch.inf, (1.0, torch.ones(rows.target.shape[1], dtype=torch.float64))
+    candidates = {}
     for b in NETWORKS:
-        trial = replace(model, ensemble=model.ensemble.scaled(torch.full((model.ensemble.members, 1, 1), b, dtype=torch.float64)))
-        r, _, _, _, unit, target = _out_of_fold(trial, rows, watched)
-        losses = torch.stack([_loss(_ratios(target, t * (target - r), unit)) for t in shares])
-        least = losses.amin(dim=0)
-        if float(least.mean()) < (1 - HAIR) * best:
-            first = (losses <= (1 + HAIR) * least).int().argmax(dim=0)
-            best, found = float(least.mean()), (b, torch.tensor(shares, dtype=torch.float64)[first])
-    b, t = found
-    ensemble = model.ensemble.scaled(torch.full((model.ensemble.members, 1, 1), b, dtype=torch.float64))
-    return replace(model, ensemble=ensemble, trust=None if model.baseline is None else t.sqrt())
+        r, _, _, _, unit, target = _out_of_fold(_with_networks(model, b), rows, watched)
+        candidates[b] = target - r
+    hybrid = model.baseline is not None
+    b, trust = stacked(target, candidates, unit, SHARES if hybrid else (1.0,))
+    return replace(_with_networks(model, b), trust=trust if hybrid else None)
 
 
 def with_doubt(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
