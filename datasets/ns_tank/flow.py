@@ -76,8 +76,8 @@ class Grid:
 class Flow:
     """B independent flows of viscosity `nu` (D^2/s), all with the same time step, at rest at first."""
 
-    def __init__(self, batch: int, nu: float, grid: Grid = Grid()) -> None:
-        self.grid, self.nu, self.batch = grid, nu, batch
+    def __init__(self, batch: int, nu: float, grid: Grid = Grid(), fades: float = np.inf) -> None:
+        self.grid, self.nu, self.fades = grid, nu, fades
         self.xi = grid.xi()
         self.r = np.exp(self.xi) / 2
         self.D1, self.D2 = differences(self.xi, 1), differences(self.xi, 2)
@@ -157,17 +157,22 @@ class Flow:
         flux = (self.D1[0] @ one.view(float)).view(complex)
         return -np.pi * self.nu * (flux - one[0]).imag + np.pi / 4 * du
 
+    def _wavering(self, u: Array) -> Complex:
+        """Speed along and (imaginary) across the way."""
+        found: Complex = u * (1 + 1j * WAVER * np.sin(self.travel) * np.exp(-self.travel / self.fades))
+        return found
+
     def step(self, dt: float, before: Array, after: Array, speed: float) -> None:
         """Go on by dt s; the speeds (B,) at its beginning and end in D/s, at most `speed`."""
         H, far = self._stepper(dt, speed)
-        drive = before * (1 + 1j * WAVER * np.sin(self.travel))
+        drive = self._wavering(before)
         self.travel = self.travel + dt * (np.abs(before) + np.abs(after)) / 2
         self.past = [(dt, self.advection(drive)), *self.past[:2]]
         rhs = self.w.copy()
         for weight, (_, N) in zip(bashforth([h for h, _ in self.past]), self.past, strict=True):
             rhs += weight * N
         self.w = self._apply(H, rhs)
-        self.w[1] += far[:, None] * 1j * np.conj(after * (1 + 1j * WAVER * np.sin(self.travel)))
+        self.w[1] += far[:, None] * 1j * np.conj(self._wavering(after))
 
 
 def bashforth(steps: list[float]) -> list[float]:
@@ -178,12 +183,14 @@ def bashforth(steps: list[float]) -> list[float]:
     return list(h * np.linalg.solve(powers, 1.0 / np.arange(1, len(steps) + 1)))
 
 
-def forces(t: Array, u: Array, du: Array, nu: float, grid: Grid = Grid(), longest: float = 0.01) -> Array:
+def forces(t: Array, u: Array, du: Array, nu: float, grid: Grid = Grid(), longest: float = 0.01,
+           fades: float = np.inf) -> Array:
     """F (n, B) over rho D^3 [1/s^2] at the times t (n,) s of B strips with speeds u and accelerations du (n, B) in D/s, D/s^2.
 
     Steps of at most `longest` s, as short as the flow asks for, in levels of LEVEL; the first ones are short, as the wall's layer is thin.
+    The strips' wavering fades over `fades` diameters.
     """
-    flow, speed = Flow(u.shape[1], nu, grid), float(np.abs(u).max())
+    flow, speed = Flow(u.shape[1], nu, grid, fades), float(np.abs(u).max())
     now, level, times, found = float(t[0]), FIRST, [float(t[0])], [-np.pi / 4 * du[0]]
 
     def at(x: Array, when: float) -> Array:

@@ -22,7 +22,7 @@ from nnhydro.features.strip_law import MEAN, REMEMBERED, SURROUNDED
 from nnhydro.identification.linear_columns import Linear
 from nnhydro.identification.training_rows import CHUNK, Rows
 
-PENALTIES = tuple(10.0 ** (k / 2) for k in range(2, -11, -1))  # lambda of a tier
+PENALTIES = tuple(10.0**k for k in range(1, -6, -1))  # lambda of a tier
 CLOSED = 1e9  # lambda that leaves a tier out
 MEAN_PENALTY = 1e-4
 FREE = 3

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.body_columns import inertial_directions
+from nnhydro.identification.base_choice import baseline_choice
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.doubt import support, with_doubt, with_trust
 from nnhydro.identification.gradient_fit import Progress, TrainingState, gradient_fit
@@ -37,7 +38,7 @@ def hybrid_baseline(config: TrainingConfig, chosen: Sequence[Unit], arm: Arm, ho
     """Return the calibrated baseline of a hybrid, or the stored model that the configuration names; None for a network."""
     if config.model == "network":
         return None
-    name = config.baseline if config.baseline != "auto" else "rigid" if arm.dry else "constant"
+    name = config.baseline if config.baseline != "auto" else "rigid" if arm.dry else baseline_choice(chosen, arm, how)
     if name not in BASELINES:
         return on_arm(load_model(Path(name)), arm)
     return calibrated_on(baseline(name), chosen, arm, how)
@@ -58,7 +59,8 @@ def _skip(part: LinearPart, rows: Rows, spread: Tensor) -> Tensor:
 
 
 def _law(part: LinearPart, linear: Linear, names: tuple[str, ...]) -> StripLaw:
-    return StripLaw(names, linear.seen.lowest, linear.seen.highest, part.shared[:, :linear.law_size], part.shared[:, linear.law_size:])
+    return StripLaw(names, linear.seen.lowest, linear.seen.highest, part.shared[:, :linear.law_size].contiguous(),
+                    part.shared[:, linear.law_size:].contiguous())
 
 
 @one_thread()
@@ -87,7 +89,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
                                   "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen]}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
-                             FreePart(free, part.free) if free is not None and part.open else None)
+                             FreePart(free, part.free.contiguous()) if free is not None and part.open else None)
         return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
 
 
