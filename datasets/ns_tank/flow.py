@@ -5,8 +5,9 @@
 
 Frame of the cylinder. w vorticity, psi stream function; lengths in diameters, times in seconds. Fourier in theta (2/3 rule), five-point
 differences on a stretched grid in xi; Adams-Bashforth of third order for advection, backward Euler for diffusion (steps are a few
-thousandths of the time for one diameter); every step meets no-slip exactly (influence matrix). From NEAR diameters on nu_s grows, so that the coarse grid far away can carry the wake out. In-line force of
-the water on the cylinder from the wall's vorticity w and its flux, with the force of the frame's acceleration:
+thousandths of the time for one diameter); every step meets no-slip exactly (influence matrix). From NEAR diameters on nu_s grows, so that
+the coarse grid far away can carry the wake out. In-line force of the water on the cylinder from the wall's vorticity w and its flux, with
+the force of the frame's acceleration:
 
     F/(rho D^3) = -2 pi Im[ nu (w_xi - w)_1 / 2 ] + pi/4 du/dt                                           [1/s^2 a unit of D]
 

@@ -1,7 +1,7 @@
 """Writes the data set: python datasets/ns_tank/make.py [--out DIR] [--only NAME] [--flow]
 
-The strip forces of every motion lie in strips/ as the flow solver made them; `--flow` computes them again (about a minute of one core each),
-as does a motion whose file is missing, so that a run that was stopped goes on where it was.
+The strip forces of every motion lie in strips/ as the flow solver made them; `--flow` computes them again (about a minute of one core
+each), as does a motion whose file is missing, so that a run that was stopped goes on where it was.
 """
 
 from __future__ import annotations
@@ -163,7 +163,8 @@ def record(run: Run, again: bool) -> tuple[dict[str, Array], Array]:
     low_pass = signal.butter(4, ANTI_ALIAS_HZ, fs=RATE, output="sos")
     q = np.column_stack([m.phi[:, 0], m.phi[:, 1] - m.phi[:, 0]])
     channels = np.column_stack([q, torque, m.u0])
-    seen = signal.sosfilt(low_pass, channels, axis=0, zi=signal.sosfilt_zi(low_pass)[:, :, None] * channels[0])[0][::int(RATE / RECORDER_HZ)]
+    settled = signal.sosfilt_zi(low_pass)[:, :, None] * channels[0]
+    seen = signal.sosfilt(low_pass, channels, axis=0, zi=settled)[0][::int(RATE / RECORDER_HZ)]
     clean = seen[:, 2:4]
     noisy = clean + TORQUE_NOISE * np.sqrt((clean**2).mean(axis=0)) * rng.standard_normal(clean.shape)
     angles = np.round(seen[:, :2] / ENCODER) * ENCODER

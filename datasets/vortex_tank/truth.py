@@ -5,8 +5,8 @@
     F_s = -f_s n,   f_s force of the water on a unit of span of a cylinder that moves at w_s(t) = n.v_s           [N/m]
 
 Each link carries GAUSS strips at Gauss-Legendre points; every strip is a flow of its own (vortices.py), at rest at first. Only the velocity
-normal to the link moves its cylinder; flow along the link and lift, which points out of the arm's plane, load no drive. Rigid body: two point
-masses a link. No law of drag or added mass stands here. Units: SI, rad; q relative angles; torques are what the drives exert.
+normal to the link moves its cylinder; flow along the link and lift, which points out of the arm's plane, load no drive. Rigid body: two
+point masses a link. No law of drag or added mass stands here. Units: SI, rad; q relative angles; torques are what the drives exert.
 """
 
 from __future__ import annotations

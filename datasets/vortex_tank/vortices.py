@@ -5,10 +5,10 @@
     F/rho   = -pi a^2 du/dt - d/dt sum_k G_k y_k (1 - a^2/|z_k|^2)                                          a unit of span
 
 The wake stays symmetric: the vortices of the lower half are mirror images of those of the upper half, which alone are stored. The boundary
-layer leaves the wall at the angle SEPARATION behind the front, whichever side that is; what it feeds is one vortex until the flow has gone on
-by RELEASE diameters, then another. A share of the circulation is lost at the wall, more by cancellation as the vortex ages. Lengths in
-diameters (a = 1/2). Sources: Sarpkaya & Shoaff (1979), AIAA J. 17, 1193, and McLain & Rock (1998), section 2 (potential, impulse, feeding);
-Kiya & Arie (1977), J. Fluid Mech. 82, 223 (loss of circulation). No law of drag or added mass stands here.
+layer leaves the wall at the angle SEPARATION behind the front, whichever side that is; what it feeds is one vortex until the flow has
+gone on by RELEASE diameters, then another. A share of the circulation is lost at the wall, more by cancellation as the vortex ages.
+Lengths in diameters (a = 1/2). Sources: Sarpkaya & Shoaff (1979), AIAA J. 17, 1193, and McLain & Rock (1998), section 2 (potential,
+impulse, feeding); Kiya & Arie (1977), J. Fluid Mech. 82, 223 (loss of circulation). No law of drag or added mass stands here.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@
     u_i angle of joint i, from -1 to 1 over the range of training and held there; q_1 is the absolute angle of link 1
 
 A hose, a slack line, a current, a tilted plane and a bent link load the arm in ways that no mirror image of its motion shows. The functions
-know nothing of any of them; s_j is the rms torque. Their coefficients are penalised apart, and used only where recordings held out of the fit
-ask for them (identification/linear_part.py). Source: radial basis functions, Broomhead & Lowe (1988); the choice is ours.
+know nothing of any of them; s_j is the rms torque. Their coefficients are penalised apart, and used only where recordings held out of the
+fit ask for them (identification/linear_part.py). Source: radial basis functions, Broomhead & Lowe (1988); the choice is ours.
 """
 
 from dataclasses import dataclass

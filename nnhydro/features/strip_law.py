@@ -9,11 +9,11 @@
     m, v      what the strip's water remembers over travel and over time T (wake.py), V^2 = mean of w^2 and all m^2
     z         variables of the strip's surroundings (strip_state.py), even and bounded; w, dw its normal speed and acceleration
 
-The loads are all products of the right dimension of the motion and its fading averages that change sign in the mirror: which of them the water
-uses is for the data to say. (w - v)/T are fading averages of dw, of which Basset's history force is a sum. A law of the flow past a piece of
-cylinder, whichever link it belongs to: what link 2 shows of it, link 1 need not show again. A link that has stopped is still pushed by
-its wake. Source: Morison's equation; McLain & Rock (1998), eqs. (1), (28); Basset (1888); a law inside the strip integral: the idea of
-arXiv 2509.13783; the products are ours.
+The loads are all products of the right dimension of the motion and its fading averages that change sign in the mirror: which of them the
+water uses is for the data to say. (w - v)/T are fading averages of dw, of which Basset's history force is a sum. A law of the flow past a
+piece of cylinder, whichever link it belongs to: what link 2 shows of it, link 1 need not show again. A link that has stopped is still
+pushed by its wake. Source: Morison's equation; McLain & Rock (1998), eqs. (1), (28); Basset (1888); a law inside the strip integral: the
+idea of arXiv 2509.13783; the products are ours.
 """
 
 from collections.abc import Iterator, Sequence
@@ -100,7 +100,9 @@ def _pieces(view: StripView, z: Tensor, of_three: Sequence[int]) -> Iterator[tup
 
 def law_columns(view: StripView, z: Tensor, of_three: Sequence[int]) -> Tensor:
     """Return d tau / d coefficient (n, joints, coefficients) N m: drag, inertia, then load by load what remembers."""
-    straight, forces, moments = 1 + z.shape[2], [], []
+    straight = 1 + z.shape[2]
+    forces: list[Tensor] = []
+    moments: list[Tensor] = []
     for loads, phi in _pieces(view, z, of_three):
         for weight, sums in ((loads, forces), (loads * view.x[:, None], moments)):
             own = torch.einsum("nlqs,nlps->nlqp", weight[:, :, :MORISON], phi)
@@ -116,7 +118,8 @@ def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], c: Tensor) -
     own, rest = c[:, :MORISON * bent].reshape(E * MORISON, bent), c[:, MORISON * bent:].reshape(-1, straight)
     found = []
     for loads, phi in _pieces(view, z, of_three):
-        C = torch.cat([(own @ phi).unflatten(2, (E, -1)), (rest @ phi[:, :, :straight]).unflatten(2, (E, -1))], dim=3)
+        every = (own @ phi, rest @ phi[:, :, :straight])
+        C = torch.cat([part.reshape(*part.shape[:2], E, -1, part.shape[3]) for part in every], dim=3)
         found.append((C * loads[:, :, None]).sum(dim=3))  # (m, links, E, s) N
     f = torch.cat(found)
     return to_sensors(view.flow, f.sum(dim=3), (f * view.x[:, None]).sum(dim=3)).permute(2, 0, 1)

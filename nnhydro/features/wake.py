@@ -3,13 +3,13 @@
     dp/dt = c (w - p)/(lambda D),  dm/dt = c (p - m)/(lambda D),  c^2 = w^2 + m^2,  lambda in TRAVEL    two stages over the way  [m/s]
     dv/dt = (w - v)/T,                                                              T in LASTING D^2/nu     one stage over time  [m/s]
 
-No filter is a law of the flow: what m and v mean for the load is learned (strip_law.py). Two stages rise late, as a wake does; their clock c
-goes on while the strip stands in what it has set in motion. None of them obeys the first-order equation over |w| dt that
+No filter is a law of the flow: what m and v mean for the load is learned (strip_law.py). Two stages rise late, as a wake does; their
+clock c goes on while the strip stands in what it has set in motion. None of them obeys the first-order equation over |w| dt that
 datasets/rivera_tank plants. A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the
 old sign. Steady runs, and runs that begin under tow, have m = v = w. Stable by construction: p, m, v stay within the range of w.
 
-Sources: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); gamma filters: de Vries & Principe (1992), Neural Networks 5, 565; times of
-the boundary layer, D^2/nu: Basset (1888). The bank and its clock are ours.
+Sources: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); gamma filters: de Vries & Principe (1992), Neural Networks 5, 565;
+times of the boundary layer, D^2/nu: Basset (1888). The bank and its clock are ours.
 """
 
 from collections.abc import Sequence
@@ -56,7 +56,7 @@ def _hold(rate: Tensor) -> tuple[Tensor, Tensor]:
 
 def following(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Tensor:
     """Return the state (STATES, links, s) after dt s in which the speed went straight to w (links, s) m/s, from the `state` before."""
-    first, second, slow, before = state.split([len(TRAVEL), len(TRAVEL), len(LASTING), 1])
+    first, second, slow, before = torch.split(state, [len(TRAVEL), len(TRAVEL), len(LASTING), 1])
     stay, turn = _hold(torch.hypot(((w + before) / 2).expand_as(second), second) * dt / (_lengths(TRAVEL) * D[:, None]))
     p = w + (first - before) * stay - (w - before) * turn
     m = p + (second - first) * stay - (p - first) * turn

@@ -2,7 +2,8 @@
 
     error_b = sum |tau - model_b| / sum |tau|   over each half of the recordings, fitted to the other half
 
-`constant` unless another is better by CLEARLY: the plainer baseline extrapolates better. Source: cross-validation, Stone (1974); the rule is ours.
+`constant` unless another is better by CLEARLY: the plainer baseline extrapolates better. Source: cross-validation, Stone (1974); the rule
+is ours.
 """
 
 from collections.abc import Sequence

@@ -27,7 +27,7 @@ class TrainingConfig(Settings):
     """Architecture, features and optimisation of a network or hybrid; the defaults are what the benchmark uses."""
 
     model: Literal["network", "hybrid"] = "hybrid"
-    baseline: str = "auto"  # of the hybrid: a name, or the folder of any model; auto: constant or state in water, as base_choice.py finds; rigid in air
+    baseline: str = "auto"  # of the hybrid: a name, or the folder of any model; auto: as base_choice.py finds in water, rigid in air
     features: tuple[str, ...] = ("morison", "groups", "angles", "rates", "wake", "arm", "friction", "interference")
     law: tuple[str, ...] = ("reynolds", "span", "bend", "shadow")  # what the strips' drag and added mass depend on; () for no law
     free: bool = True  # whether a part that the mirror need not repeat may be learned, where held-out recordings ask for it

@@ -6,8 +6,9 @@
 `limit` is LIMIT times the mean distance of the training rows; held-out recordings of the same campaign reach three to ten times that mean.
 Each member watches recordings that it does not train on. k, c and a are the non-negative least squares of r^2 on s^2, S^2 and 1, r what
 the members that watch a row leave of it; then one factor a joint makes 95 % of the rows of a new recording lie within their intervals
-(`conformal_quantile`), every watched recording counting alike. u is the rms of target / S: far from the data the error is that of the baseline.
-Source: split-conformal calibration, Vovk et al. (2005), Lei et al. (2018); groups: Dunn, Wasserman & Ramdas (2023); the terms are ours.
+(`conformal_quantile`), every watched recording counting alike. u is the rms of target / S: far from the data the error is that of the
+baseline. Source: split-conformal calibration, Vovk et al. (2005), Lei et al. (2018); groups: Dunn, Wasserman & Ramdas (2023); the terms
+are ours.
 """
 
 from dataclasses import replace

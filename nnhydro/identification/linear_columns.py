@@ -48,8 +48,8 @@ class Seen:
 class Linear:
     """Columns (n, joints, p) N m of n rows, filtered as the torque is, and what the rows hold.
 
-    The first `law_size` columns are those of the strips' law, then come the body's, both shared by the joints; then scale times odd features,
-    and last the `free_size` functions of the free part.
+    The first `law_size` columns are those of the strips' law, then come the body's, both shared by the joints; then scale times odd
+    features, and last the `free_size` functions of the free part.
     """
 
     columns: Tensor

@@ -3,12 +3,12 @@
     minimise  sum over rows and joints of [ (A theta - target) / s_j ]^2  +  sum_p lambda_tier(p) h_p theta_p^2  +  kappa sum_b theta_b^2
 
 A holds the columns of the strips' law and of the body, whose coefficients all joints share, and for each joint the odd features times its
-scale and the free functions, all passed through the filter that the torque has passed. h_p is the sum of A_p^2 / s_j^2; what is stated of the
-masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers with a weight each: Morison's two;
-what the strips' water remembers; what their surroundings and the arm's state add; what the mirror need not repeat. A member solves on the rows
-that it trains on; the weights are those with which all members together do best on the recordings that they watch, every member's share
-counting alike, found tier by tier: a tier is opened only where that gains WORTH. One pass over the rows: memory is that of the
-normal matrices. Source: ridge regression, Hoerl & Kennard (1970); the tiers are ours.
+scale and the free functions, all passed through the filter that the torque has passed. h_p is the sum of A_p^2 / s_j^2; what is stated of
+the masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers with a weight each: Morison's
+two; what the strips' water remembers; what their surroundings and the arm's state add; what the mirror need not repeat. A member solves
+on the rows that it trains on; the weights are those with which all members together do best on the recordings that they watch, every
+member's share counting alike, found tier by tier: a tier is opened only where that gains WORTH. One pass over the rows: memory is that of
+the normal matrices. Source: ridge regression, Hoerl & Kennard (1970); the tiers are ours.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ FLAT = 1e-12  # of the largest: columns that hardly move are left out
 @final
 @dataclass(frozen=True, eq=False)
 class LinearPart:
-    """Coefficients of law and body (E, p), of the odd features (E, odd features, joints) as they are, and of the free functions, (E, f, joints).
+    """Coefficients of law and body (E, p), of odd features (E, odd features, joints) and free functions (E, f, joints).
 
     `open` says whether the free functions are used.
     """

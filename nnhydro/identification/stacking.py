@@ -3,9 +3,9 @@
     minimise over b in NETWORKS and, joint by joint, t_j in SHARES     mean over recordings of  r + WARY max(0, r - 1),
     r = sum |target - t_j correction_b| / sum |target|,      trust_j = sqrt(t_j)
 
-`target` is what the baseline leaves, correction_b what the members that did not train on a recording make of it with b times their networks.
-A recording on which the hybrid would do worse than its baseline (r > 1) weighs against the others. The smallest share within a hair of the
-best is taken; the root is credit for what the model knows that its members did not, who had fewer recordings.
+`target` is what the baseline leaves, correction_b what the members that did not train on a recording make of it with b times their
+networks. A recording on which the hybrid would do worse than its baseline (r > 1) weighs against the others. The smallest share within a
+hair of the best is taken; the root is credit for what the model knows that its members did not, who had fewer recordings.
 Source: stacking, Wolpert (1992), Neural Networks 5, 241, Breiman (1996), Machine Learning 24, 49; the loss is ours.
 """
 
@@ -25,7 +25,8 @@ def error_ratios(target: Tensor, correction: Tensor, unit: Tensor) -> Tensor:
     """Return r (recordings, joints) of `correction` for `target` (n, joints) N m, rows of the recordings `unit` (n,)."""
     _, place = torch.unique(unit, return_inverse=True)
     count = int(place.max()) + 1
-    left, whole = (torch.zeros(count, target.shape[1], dtype=torch.float64).index_add_(0, place, x.abs()) for x in (target - correction, target))
+    none = torch.zeros(count, target.shape[1], dtype=torch.float64)
+    left, whole = (none.index_add(0, place, x.abs()) for x in (target - correction, target))
     ratio: Tensor = left / whole.clamp(min=TINY)
     return ratio
 

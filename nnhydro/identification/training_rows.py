@@ -13,8 +13,8 @@ from nnhydro.errors import CampaignError
 from nnhydro.features.feature_set import features
 from nnhydro.features.free_part import FreeRange
 from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.linear_columns import Linear, linear_columns
 from nnhydro.identification.kinds import of_one_kind
+from nnhydro.identification.linear_columns import Linear, linear_columns
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.learned import view_of

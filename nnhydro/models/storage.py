@@ -78,7 +78,8 @@ def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
         if f"{FREE}coefficients" in tensors else None
     made = None if base is None else _KINDS[base["kind"]](base["model"], inner, parse_arm(base["arm"], MODEL), how, {})
     return LearnedTorque(arm, how, fit, tuple(document["features"]), float(document["bound"]), **scaling, ensemble=ensemble,
-                         baseline=made, law=law, free=free, support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
+                         baseline=made, law=law, free=free,
+                         support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
 
 
 def _amended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> Amended:

@@ -14,8 +14,8 @@ from nnhydro.identification import doubt
 from nnhydro.identification import gradient_fit as gradient
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.doubt import _factor, _variance_terms, conformal_quantile, support, with_doubt, with_trust
-from nnhydro.identification.stacking import error_ratios, stacked
 from nnhydro.identification.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
+from nnhydro.identification.stacking import error_ratios, stacked
 from nnhydro.identification.training_rows import Rows, _chosen, standardised, torque_rms, watched_units
 from nnhydro.models.learned import spread_of
 from nnhydro.models.network import Ensemble, mirrored

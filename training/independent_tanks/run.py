@@ -16,7 +16,7 @@ from nnhydro.recordings.campaign import open_campaign
 
 HERE = Path(__file__).parent
 BASES = ("constant", "state")
-SHARES_AN_EQUATION = {"rivera_tank": "memory over travel is planted there by a first-order equation; no filter of features/wake.py obeys it"}
+SHARES_AN_EQUATION = {"rivera_tank": "none exactly: the planted memory is of first order, those of features/wake.py are not"}
 
 
 def worst_over_base(result: Benchmark, name: str) -> dict[str, float]:
@@ -37,16 +37,18 @@ def table(results: dict) -> str:
     """The page."""
     lines = ["# Learned models on independent tanks", "",
              "`python training/independent_tanks/run.py`; every choice stands in `config.toml`, every number in `results.json`.",
-             "error = sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit. Which feature shares an",
-             "equation with the data: none, except as said below. `95 %` is the share of held-out rows within the hybrid's 95 % intervals.", ""]
+             "error = sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit. Which feature",
+             "shares an equation with the data: none, except as said below.",
+             "`95 %`: share of held-out rows within the model's 95 % intervals.", ""]
     for key, entry in results.items():
         name = key.split(":")[0]
-        lines += [f"## {key.replace(':', ', ')}", "", "| model | error | fit s | worst recording over constant | 95 % |", "| --- | --- | --- | --- | --- |"]
+        lines += [f"## {key.replace(':', ', ')}", "", "| model | error | fit s | worst recording over constant | 95 % |",
+                  "| --- | --- | --- | --- | --- |"]
         for model, own in sorted(entry["models"].items(), key=lambda item: item[1]["error"]):
             worst = entry["worst"].get(model)
             covered = own.get("coverage", {}).get("held_out", {}).get("shares", {}).get("95")
-            lines.append(f"| {model} | {100 * own['error']:.1f} | {own['fit_s']:.0f} | {'' if worst is None else format(worst['over_constant'], '.2f')} "
-                         f"| {'' if covered is None else format(100 * covered, '.0f')} |")
+            cells = ("" if worst is None else f"{worst['over_constant']:.2f}", "" if covered is None else f"{100 * covered:.0f}")
+            lines.append(f"| {model} | {100 * own['error']:.1f} | {own['fit_s']:.0f} | {cells[0]} | {cells[1]} |")
         if name in SHARES_AN_EQUATION:
             lines += ["", f"Which feature shares its equation: {SHARES_AN_EQUATION[name]}."]
         lines += ["", f"Made by {entry['commit']} in {entry['seconds']} s.", ""]

@@ -2,8 +2,8 @@
 
     m' = bank(w, dt, m),     tau = model(q, qd, qdd, u0, du0, m')
 
-w is the normal velocity of each strip, the bank is that of features/wake.py. Fed with the rows of a recording, one after the other, it gives
-what `nnhydro predict` gives for the whole.
+w is the normal velocity of each strip, the bank is that of features/wake.py. Fed with the rows of a recording, one after the other, it
+gives what `nnhydro predict` gives for the whole.
 """
 
 from dataclasses import dataclass, replace
