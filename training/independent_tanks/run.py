@@ -1,4 +1,4 @@
-"""Learned models on tanks without a planted law: `python training/independent_tanks/run.py [SET[:PROTOCOL] ...]`, from the repository root.
+"""Learned models on tanks without a planted law: `python training/independent_tanks/run.py [SET[:PROTOCOL] ...] [models=A,B]`, from the root.
 
 Writes results.json and README.md after every benchmark; what is not named on the command line is kept.
 """
@@ -61,12 +61,13 @@ def main() -> None:
     path = HERE / "results.json"
     results = json.loads(path.read_text()) if path.exists() else {}
     every = [f"{name}:{protocol}" for name, one in config["sets"].items() for protocol in one["protocols"]]
-    asked = sys.argv[1:] or every
+    given = [word.removeprefix("models=").split(",") for word in sys.argv[1:] if word.startswith("models=")]
+    asked = [word for word in sys.argv[1:] if not word.startswith("models=")] or every
     for key in (key for key in every if key in asked or key.split(":")[0] in asked):
         name, protocol = key.split(":")
         chosen, start = config["sets"][name], time.perf_counter()
-        result = benchmark(open_campaign(Path(chosen["campaign"])), chosen.get("models", config["models"]), config["folds"], config["seed"],
-                           protocol=protocol)
+        models = given[0] if given else chosen.get("models", config["models"])
+        result = benchmark(open_campaign(Path(chosen["campaign"])), models, config["folds"], config["seed"], protocol=protocol)
         entry = result.document()
         worst = {model: worst_over_base(result, model) for model in result.standings if model not in BASES}
         results[key] = entry | {"worst": worst, "seconds": round(time.perf_counter() - start), "commit": commit()}
