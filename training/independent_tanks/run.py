@@ -46,7 +46,7 @@ def table(results: dict) -> str:
                   "| --- | --- | --- | --- | --- |"]
         for model, own in sorted(entry["models"].items(), key=lambda item: item[1]["error"]):
             worst = entry["worst"].get(model)
-            covered = own.get("coverage", {}).get("held_out", {}).get("shares", {}).get("95")
+            covered = own.get("coverage", {}).get("shares", {}).get("95")
             cells = ("" if worst is None else f"{worst['over_constant']:.2f}", "" if covered is None else f"{100 * covered:.0f}")
             lines.append(f"| {model} | {100 * own['error']:.1f} | {own['fit_s']:.0f} | {cells[0]} | {cells[1]} |")
         if name in SHARES_AN_EQUATION:
