@@ -13,7 +13,7 @@ def benchmark(
     out: Path = typer.Option(..., "--out", help="Folder for benchmark.json and the plots."),
     models: str = typer.Option("", "--models", help="Comma-separated: baselines, network, hybrid, rivals, model folders; or all."),
     protocol: str = typer.Option("leave-recordings-out", "--protocol", help="leave-recordings-out, leave-speed-range-out, "
-                                 "leave-angle-sector-out, leave-arm-out or learning-curve."),
+                                 "leave-angle-sector-out, leave-kind-out, leave-arm-out or learning-curve."),
     folds: int = typer.Option(5, "--folds", min=2, help="Each recording is held out once, in so many rounds."),
     config: Path | None = typer.Option(None, "--config", help="TOML file with the network's choices."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),

@@ -1,17 +1,22 @@
-"""A law of drag and added mass for every strip of the arm, linear in its coefficients, which all links and joints share.
+"""A law of the load on every strip of the arm, linear in its coefficients, which all links and joints share; its memory is learned.
 
-    f = 1/2 rho D |w| w sum_p c_p phi_p(z) + rho pi D^2/4 dw sum_p m_p phi_p(z)        [N/m]
-    tau_j = sum over strips of f ds times the strip's lever about joint j, behind belt and gears           [N m]
+    f = sum_q b_q(w, dw, m, v) sum_p c_qp phi_p(z)                                                              [N/m]
+    tau_j = sum over strips of f ds times the strip's lever about joint j, behind belt and gears                 [N m]
 
-    z        variables of the strip's state (strip_state.py), even and bounded; w, dw its normal speed and acceleration
-    phi_p    1, z_i, z_i z_k, and z_i z_k z_l of variables of degree 3
+    b_1, b_2  1/2 rho D |w| w  and  rho pi D^2/4 dw: Morison's loads                                             phi: 1, z, z z
+    b_q       1/2 rho D {V w, V m, |m| w, |w| m, |m| m};  rho nu w, rho nu m;                                     phi: 1, z
+              rho pi D^2/4 {dw w^2, dw m^2, dw w m}/V^2,  rho pi D^2/4 (w - v)/T
+    m, v      what the strip's water remembers over travel and over time T (wake.py), V^2 = mean of w^2 and all m^2
+    z         variables of the strip's surroundings (strip_state.py), even and bounded; w, dw its normal speed and acceleration
 
-A law of the flow past a piece of cylinder, whichever link it belongs to: what link 2 shows of it, link 1 need not show again. The torque is
-odd under the mirror for any coefficients and zero at rest. Source: McLain & Rock (1998), eqs. (1), (28); a law of more variables inside
-the strip integral: the idea of arXiv 2509.13783; the polynomial is ours.
+The loads are all products of the right dimension of the motion and its fading averages that change sign in the mirror: which of them the
+water uses is for the data to say. (w - v)/T are fading averages of dw, of which Basset's history force is a sum. A law of the flow past a
+piece of cylinder, whichever link it belongs to: what link 2 shows of it, link 1 need not show again. A link that has stopped is still
+pushed by its wake. Source: Morison's equation; McLain & Rock (1998), eqs. (1), (28); Basset (1888); a law inside the strip integral: the
+idea of arXiv 2509.13783; the products are ours.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations_with_replacement
 from math import pi
@@ -21,12 +26,14 @@ from torch import Tensor
 
 from nnhydro.features.scaling import gear_ratios
 from nnhydro.features.strip_state import StripView
-from nnhydro.features.wake import STRIPS
+from nnhydro.features.wake import LASTING, STRIPS
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
-LOADS = 2  # drag and inertia
+MEAN, REMEMBERED, SURROUNDED = 0, 1, 2  # tiers of coefficients: Morison's two, those of memory alone, those that z bends
+MORISON = 2  # drag and inertia: the loads whose coefficients may bend with z
 CHUNK = 128  # rows at a time: their products stay in the processor's cache
+FAINT = 1e-3  # m/s: below it ratios of speeds fade to zero
 
 
 @lru_cache(maxsize=32)
@@ -38,49 +45,83 @@ def _products(k: int, of_three: tuple[int, ...]) -> tuple[Tensor, ...]:
     return tuple(torch.tensor([one[side] for one in chosen], dtype=torch.long) for chosen in (pairs, triples) for side in (0, 1))
 
 
-def size(k: int, of_three: Sequence[int]) -> int:
+def size(k: int, of_three: Sequence[int] = ()) -> int:
     """Return how many monomials there are of k variables, those at `of_three` of degree 3."""
     a, _, c, _ = _products(k, tuple(of_three))
     return 1 + k + len(a) + len(c)
 
 
+def tiers(k: int, of_three: Sequence[int], count: int) -> Tensor:
+    """Return the tier of each of `count` coefficients of a law of k variables: MEAN, REMEMBERED or SURROUNDED."""
+    bent, straight = size(k, of_three), 1 + k
+    found = torch.full((count,), SURROUNDED)
+    found[[load * bent for load in range(MORISON)]] = MEAN
+    found[MORISON * bent::straight] = REMEMBERED
+    return found
+
+
 def monomials(z: Tensor, of_three: Sequence[int]) -> Tensor:
-    """Return phi (n, links, p, s) of the variables z (n, links, k, s)."""
+    """Return phi (n, links, p, s) of the variables z (n, links, k, s); the first 1 + k of them are 1 and z."""
     a, b, c, d = _products(z.shape[2], tuple(of_three))
     two = z.index_select(2, a) * z.index_select(2, b)
     three = two.index_select(2, c) * z.index_select(2, d)
-    one = torch.ones_like(two[:, :, :1]) if len(a) else z.new_ones((*z.shape[:2], 1, z.shape[3]))
+    one = z.new_ones((*z.shape[:2], 1, z.shape[3]))
     return torch.cat([one, z, two, three], dim=2)
 
 
-def unit_loads(view: StripView) -> Tensor:
-    """Return the strip loads (n, links, 2, s) N for C_D = 1 and for C_M = 1."""
-    flow = view.flow
-    dw = flow.M[:, :, None] * view.x + flow.N[:, :, None]
+def unit_loads(view: StripView, rows: slice = slice(None)) -> Tensor:
+    """Return the strip loads b ds (n, links, q, s) N: Morison's two, then those that remember."""
+    flow, w, m = view.flow, view.w[rows], [x[rows] for x in view.travelled]
+    dw = flow.M[rows][:, :, None] * view.x + flow.N[rows][:, :, None]
     ds, D = (flow.L / STRIPS)[:, None], flow.D[:, None]
-    return torch.stack([0.5 * flow.rho * D * ds * view.w.abs() * view.w, flow.rho * pi / 4 * D**2 * ds * dw], dim=2)
+    squares = torch.stack([x**2 for x in (w, *m)])
+    V2 = squares.mean(dim=0)
+    V, share = V2.sqrt(), dw / (V2 + FAINT**2)
+    drag = [V * x for x in (w, *m)] + [x.abs() * w for x in m] + [w.abs() * x for x in m] + [x.abs() * x for x in m]
+    inertia = [*(share * squares), *(share * w * x for x in m)]
+    history = [(w - v[rows]) * flow.nu / (f * D**2) for v, f in zip(view.lasting, LASTING, strict=True)]
+    pressure, water, viscous = 0.5 * flow.rho * D * ds, flow.rho * pi / 4 * D**2 * ds, flow.rho * flow.nu * ds
+    return torch.stack([pressure * w.abs() * w, water * dw, *(pressure * x for x in drag), *(water * x for x in inertia),
+                        *(water * x for x in history), *(viscous * x for x in (w, *m))], dim=2)
 
 
 def to_sensors(flow: Flow, force: Tensor, moment: Tensor) -> Tensor:
     """Return the sensor torques (n, joints, p) of normal loads: force N and moment N m about the link's own joint, (n, links, p) each."""
+    if flow.arm.sliding:
+        return to_drives(force, flow.arm) / gear_ratios(flow.arm)[:, None]
     joint = torch.einsum("ji,nip->njp", flow.outboard, moment) + torch.einsum("nji,nip->njp", flow.lever_normal, force)
     return to_drives(joint, flow.arm) / gear_ratios(flow.arm)[:, None]
 
 
+def _pieces(view: StripView, z: Tensor, of_three: Sequence[int]) -> Iterator[tuple[Tensor, Tensor]]:
+    """Loads (m, links, q, s) and monomials (m, links, p, s), CHUNK rows at a time."""
+    for start in range(0, len(z), CHUNK):
+        rows = slice(start, start + CHUNK)
+        yield unit_loads(view, rows), monomials(z[rows], of_three)
+
+
 def law_columns(view: StripView, z: Tensor, of_three: Sequence[int]) -> Tensor:
-    """Return d tau / d coefficient (n, joints, 2 p) N m: all of drag, then all of inertia."""
-    loads = unit_loads(view)
-    both = torch.cat([loads, loads * view.x[:, None]], dim=2)  # (n, links, 4, s)
-    pieces = zip(torch.split(both, CHUNK), torch.split(z, CHUNK), strict=True)
-    sums = torch.cat([part @ monomials(state, of_three).transpose(2, 3) for part, state in pieces])
-    return torch.cat([to_sensors(view.flow, sums[:, :, load], sums[:, :, LOADS + load]) for load in range(LOADS)], dim=2)
+    """Return d tau / d coefficient (n, joints, coefficients) N m: drag, inertia, then load by load what remembers."""
+    straight = 1 + z.shape[2]
+    forces: list[Tensor] = []
+    moments: list[Tensor] = []
+    for loads, phi in _pieces(view, z, of_three):
+        for weight, sums in ((loads, forces), (loads * view.x[:, None], moments)):
+            own = torch.einsum("nlqs,nlps->nlqp", weight[:, :, :MORISON], phi)
+            rest = torch.einsum("nlqs,nlps->nlqp", weight[:, :, MORISON:], phi[:, :, :straight])
+            sums.append(torch.cat([own.flatten(2), rest.flatten(2)], dim=2))
+    return to_sensors(view.flow, torch.cat(forces), torch.cat(moments))
 
 
-def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], coefficients: Tensor) -> Tensor:
-    """Return the torques (E, n, joints) N m of E sets of `coefficients` (E, 2 p)."""
-    E = len(coefficients)
-    c = coefficients.reshape(E * LOADS, -1)
-    C = torch.cat([c @ monomials(state, of_three) for state in torch.split(z, CHUNK)])
-    C = C.reshape(*C.shape[:2], E, LOADS, -1)
-    f = (C * unit_loads(view)[:, :, None]).sum(dim=3)  # (n, links, E, s) N
+def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], c: Tensor) -> Tensor:
+    """Return the torques (E, n, joints) N m of E sets of coefficients c (E, coefficients)."""
+    E, straight = len(c), 1 + z.shape[2]
+    bent = size(z.shape[2], of_three)
+    own, rest = c[:, :MORISON * bent].reshape(E * MORISON, bent), c[:, MORISON * bent:].reshape(-1, straight)
+    found = []
+    for loads, phi in _pieces(view, z, of_three):
+        every = (own @ phi, rest @ phi[:, :, :straight])
+        C = torch.cat([part.reshape(*part.shape[:2], E, -1, part.shape[3]) for part in every], dim=3)
+        found.append((C * loads[:, :, None]).sum(dim=3))  # (m, links, E, s) N
+    f = torch.cat(found)
     return to_sensors(view.flow, f.sum(dim=3), (f * view.x[:, None]).sum(dim=3)).permute(2, 0, 1)

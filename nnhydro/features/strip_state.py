@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ConfigError
-from nnhydro.features.wake import memories, stations
+from nnhydro.features.wake import lasting, memories, stations, travelled
 from nnhydro.physics.flow import Flow
 
 
@@ -43,8 +43,18 @@ class StripView:
 
     @property
     def wake(self) -> list[Tensor]:
-        """What the wake remembers (n, links, s) m/s, one for each length of features/wake.py."""
+        """All that the stations carry from row to row, features/wake.py."""
         return self._speeds[1]
+
+    @cached_property
+    def travelled(self) -> list[Tensor]:
+        """Memories over travel (n, links, s) m/s."""
+        return travelled(self.wake)
+
+    @cached_property
+    def lasting(self) -> list[Tensor]:
+        """Memories over time (n, links, s) m/s."""
+        return lasting(self.wake)
 
 
 StateSet = Callable[[StripView], Tensor]  # (n, links, k, s), even

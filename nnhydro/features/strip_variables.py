@@ -1,6 +1,6 @@
 """Variables of a strip's state: what its wake remembers, its Reynolds number, where on the link it lies, how the arm is bent.
 
-    memory    2 m w/(m^2 + w^2), (w^2 - m^2)/(m^2 + w^2)     for each memory m of the wake (wake.py): 1 and 0 where the flow has lasted
+    memory    2 m w/(m^2 + w^2), (w^2 - m^2)/(m^2 + w^2)     for the short and the long memory m (wake.py): 1, 0 where the flow has lasted
     reynolds  log10(1 + |w| D/nu / 1e3) - 1
     span      exp(-(L - x)/D) near the outer end, x/L, and the place of the link in the arm, -1 first to 1 last
     bend      mean cosine of the angles with the links next to it
@@ -13,14 +13,14 @@ from torch import Tensor
 
 from nnhydro.features.groups import RE0
 from nnhydro.features.strip_state import StripView, state_set
-from nnhydro.features.wake import STILL
+from nnhydro.features.wake import STILL, ends
 
 
 @state_set("memory", degree=3)
 def memory(view: StripView) -> Tensor:
-    """Return two variables for each memory."""
+    """Return two variables for the short and the long memory."""
     w, found = view.w, []
-    for m in view.wake:
+    for m in ends(view.wake):
         size = m**2 + w**2 + STILL**2
         found += [2 * m * w / size, (w**2 - m**2) / size]
     return torch.stack(found, dim=2)

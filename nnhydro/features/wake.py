@@ -1,25 +1,36 @@
-"""What the wake remembers: a causal average of the flow past each station of a link over the distance travelled.
+"""What a strip's water remembers: a bank of generic fading filters of the strip's own motion, over travel and over time.
 
-    dm/ds = (w - m)/(lambda D),   ds = |w| dt,      lambda = 1, 2, 3 and 5 diameters         [m/s]
+    dp/dt = c (w - p)/(lambda D),  dm/dt = c (p - m)/(lambda D),  c^2 = w^2 + m^2,  lambda in TRAVEL    two stages over the way  [m/s]
+    dv/dt = (w - v)/T,                                                              T in LASTING D^2/nu     one stage over time  [m/s]
 
-A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the old sign. It is the travel
-s/D of McLain & Rock in a form that needs no rule for reversals: from rest at constant acceleration m/w is a function of s/D alone.
-Steady runs, and runs that begin under tow, have m = w.
+No filter is a law of the flow: what m and v mean for the load is learned (strip_law.py). Two stages rise late, as a wake does; their
+clock c goes on while the strip stands in what it has set in motion. None of them obeys the first-order equation over |w| dt that
+datasets/rivera_tank plants. A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the
+old sign. Steady runs, and runs that begin under tow, have m = v = w. Stable by construction: p, m, v stay within the range of w.
 
-Source: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); the average is ours.
+Sources: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); gamma filters: de Vries & Principe (1992), Neural Networks 5, 565;
+times of the boundary layer, D^2/nu: Basset (1888). The bank and its clock are ours.
 """
 
+from collections.abc import Sequence
+
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
-from nnhydro.physics.wake_memory import relaxed
+
+Array = NDArray[np.float64]
 
 STRIPS = 10  # a link; McLain & Rock found no gain beyond four
-MEMORIES = (1.0, 2.0, 3.0, 5.0)  # diameters, from the vortex pair's growth to the street's
+TRAVEL = (0.25, 0.5, 1.0, 2.0, 4.0)  # diameters, from the vortex pair's growth to the street's
+LASTING = (1e-4, 1e-3, 1e-2)  # of D^2/nu
+STATES = 2 * len(TRAVEL) + len(LASTING) + 1  # numbers that a station carries from row to row: p, m, v and w itself
+TINY, COARSE = 1e-12, 1e-3  # rates of a step: none at all, and large enough for differences of ones
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
 
@@ -41,38 +52,91 @@ def each_under_way(flow: Flow) -> Tensor:
     return torch.hypot(rx, ry).amax(dim=1) > STILL
 
 
+def _lengths(values: Sequence[float]) -> Tensor:
+    return torch.tensor(values, dtype=torch.float64)[:, None, None]
+
+
+def _hold(rate: Tensor) -> tuple[Tensor, Tensor]:
+    """exp(-r) and (1 - exp(-r))/r: a filter's answer to what it remembers, and to a straight change of its input, exact."""
+    r = rate.clamp(min=TINY)
+    return torch.exp(-r), -torch.expm1(-r) / r
+
+
+def following(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Tensor:
+    """Return the state (..., STATES, links, s) after dt s in which the speed went straight to w (..., links, s) m/s, from that before."""
+    first, second, slow, before = torch.split(state, [len(TRAVEL), len(TRAVEL), len(LASTING), 1], dim=-3)
+    w = w.unsqueeze(-3)
+    stay, turn = _hold(torch.hypot(((w + before) / 2).expand_as(second), second) * dt / (_lengths(TRAVEL) * D[:, None]))
+    p = w + (first - before) * stay - (w - before) * turn
+    m = p + (second - first) * stay - (p - first) * turn
+    stay, turn = _hold(dt * nu / (_lengths(LASTING) * D[:, None] ** 2).expand_as(slow))
+    return torch.cat([p, m, w + (slow - before) * stay - (w - before) * turn, w], dim=-3)
+
+
+def _bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
+    """The states (n, STATES, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m."""
+    count, slow = len(TRAVEL), len(LASTING)
+    length, lag = np.asarray(TRAVEL)[:, None, None] * D, np.asarray(LASTING)[:, None, None] * D**2 / nu
+    found = np.empty((len(w), STATES, *w.shape[1:]))
+    found[0, :-1], found[:, -1] = start, w
+    rate = np.empty((count + slow, *w.shape[1:]))
+    p, m, v = found[0, :count], found[0, count:2 * count], found[0, 2 * count:-1]
+    for k in range(1, len(w)):
+        now, before, change = w[k], w[k - 1], w[k] - w[k - 1]
+        rate[:count] = np.sqrt((0.5 * (now + before)) ** 2 + m * m) * (dt[k] / length)
+        rate[count:] = dt[k] / lag
+        np.maximum(rate, TINY, out=rate)
+        stay = np.exp(-rate)
+        turn = (1 - stay) / rate if rate.min() > COARSE else -np.expm1(-rate) / rate
+        old, p = p, now + (p - before) * stay[:count] - change * turn[:count]
+        m = p + (m - old) * stay[:count] - (p - old) * turn[:count]
+        v = now + (v - before) * stay[count:] - change * turn[count:]
+        found[k, :count], found[k, count:2 * count], found[k, 2 * count:-1] = p, m, v
+    return found
+
+
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
-    """Return w (n, links, s) m/s at the stations x (links, s) m and m for each memory."""
+    """Return w (n, links, s) m/s at the stations x (links, s) m and the STATES numbers that each station carries."""
     w = flow.A[:, :, None] * x + flow.B[:, :, None]
     if flow.motion.wake is not None:
         return w, list(flow.motion.wake)
     if flow.motion.carried is not None:
         return w, list(_carried_memories(flow, flow.motion.carried, w).unbind(1))
     if flow.motion.steady or len(flow.motion) < 2:
-        return w, [w for _ in MEMORIES]
+        return w, [w for _ in range(STATES)]
+    return w, flow.kept.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _of_run(flow, w))
+
+
+def _of_run(flow: Flow, w: Tensor) -> list[Tensor]:
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
-    every = w[:, None].expand(-1, len(MEMORIES), -1, -1)
-    start = every[0] if under_way(flow) else torch.zeros_like(every[0])
-    travel = (w.abs() * dt[:, None, None] / flow.D[:, None])[:, None] / torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
-    return w, list(relaxed(every, travel, start).unbind(1))
+    start = w[0] if under_way(flow) else torch.zeros_like(w[0])
+    return list(torch.from_numpy(_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy())).unbind(1))
 
 
 def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
-    """m (n, memories, links, s) of arms that are stepped through time; w (n, links, s) m/s."""
-    every = w[:, None].expand(-1, len(MEMORIES), -1, -1)
-    lengths = torch.tensor(MEMORIES, dtype=torch.float64)[:, None, None]
+    """States (n, STATES, links, s) of arms that are stepped through time; w (n, links, s) m/s."""
     moves = each_under_way(flow)[:, None, None, None]
 
-    def following(old: Tensor) -> Tensor:
-        path = w.abs() * carried.steps(3) / flow.D[:, None]
-        return every + (old - every) * torch.exp(-path[:, None] / lengths)
+    def start() -> Tensor:
+        every = w[:, None].expand(-1, STATES - 1, -1, -1)
+        return torch.cat([torch.where(moves, every, torch.zeros_like(every)), w[:, None]], dim=1)
 
-    return carried.value(f"wake/{w.shape[2]}", lambda: torch.where(moves, every, torch.zeros_like(every)), following)
+    return carried.value(f"wake/{w.shape[2]}", start, lambda old: following(w, carried.steps(4), flow.D, flow.nu, old))
 
 
-def ends(remembered: list[Tensor]) -> tuple[Tensor, Tensor]:
-    """Return the shortest and the longest memory."""
-    return remembered[0], remembered[-1]
+def travelled(state: Sequence[Tensor]) -> list[Tensor]:
+    """Return the memories over travel, second stage."""
+    return list(state[len(TRAVEL):2 * len(TRAVEL)])
+
+
+def lasting(state: Sequence[Tensor]) -> list[Tensor]:
+    """Return the memories over time."""
+    return list(state[2 * len(TRAVEL):-1])
+
+
+def ends(state: Sequence[Tensor]) -> tuple[Tensor, Tensor]:
+    """Return a short and a long memory: one and four diameters in the mean."""
+    return state[len(TRAVEL) + 1], state[len(TRAVEL) + 3]
 
 
 @feature_set("wake")

@@ -27,9 +27,10 @@ class TrainingConfig(Settings):
     """Architecture, features and optimisation of a network or hybrid; the defaults are what the benchmark uses."""
 
     model: Literal["network", "hybrid"] = "hybrid"
-    baseline: str = "auto"  # of the hybrid: a name, or the folder of any model; auto is constant in water, rigid in air
-    features: tuple[str, ...] = ("morison", "groups", "angles", "rates", "wake", "arm", "friction", "strips", "interference")
-    law: tuple[str, ...] = ("memory", "reynolds", "span", "bend", "shadow")  # what the strips' drag and added mass depend on; () for no law
+    baseline: str = "auto"  # of the hybrid: a name, or the folder of any model; auto: as base_choice.py finds in water, rigid in air
+    features: tuple[str, ...] = ("morison", "groups", "angles", "rates", "wake", "arm", "friction", "interference")
+    law: tuple[str, ...] = ("reynolds", "span", "bend", "shadow")  # what the strips' drag and added mass depend on; () for no law
+    free: bool = True  # whether a part that the mirror need not repeat may be learned, where held-out recordings ask for it
     layers: Literal["common", "parallel"] = "common"  # hidden layers for all torques, or a stack for each
     hidden: tuple[int, ...] = Field(default=(32, 32), min_length=1, max_length=64)  # neurons of each layer
     members: int = Field(default=6, ge=1, le=64)

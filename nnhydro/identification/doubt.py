@@ -5,9 +5,10 @@
 
 `limit` is LIMIT times the mean distance of the training rows; held-out recordings of the same campaign reach three to ten times that mean.
 Each member watches recordings that it does not train on. k, c and a are the non-negative least squares of r^2 on s^2, S^2 and 1, r what
-the members that watch a row leave of it; then one factor a joint makes 50, 80 and 95 % of the rows lie within their intervals, every
-watched recording counting alike. u is the rms of target / S: far from the data the error is that of the baseline.
-Source: split-conformal calibration, Vovk et al. (2005), Lei et al. (2018); the split by recording and the terms are ours.
+the members that watch a row leave of it; then one factor a joint makes 95 % of the rows of a new recording lie within their intervals
+(`conformal_quantile`), every watched recording counting alike. u is the rms of target / S: far from the data the error is that of the
+baseline. Source: split-conformal calibration, Vovk et al. (2005), Lei et al. (2018); groups: Dunn, Wasserman & Ramdas (2023); the terms
+are ours.
 """
 
 from dataclasses import replace
@@ -18,16 +19,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from nnhydro.identification.stacking import NETWORKS, SHARES, stacked
 from nnhydro.identification.training_rows import CHUNK, Rows
 from nnhydro.models.learned import LearnedTorque, spread_of
 
 Array = NDArray[np.float64]
 RIDGE = 1e-4  # lambda, of the largest eigenvalue of C: directions that the recordings hardly move in are not counted
 LIMIT = 200.0  # beyond it held-out residuals of the learner grew past those of the baseline
-CREDIT = 1.5  # below 2, where a residual that held-out recordings do not confirm would break even
-HALF = 0.5  # of the squares that the baseline leaves; from there on the residual is trusted whole
-TINY = 1e-300
-LEVELS = (0.5, 0.8, 0.95)
+LEVEL = 0.95
 MOST = 200_000  # watched rows looked at: quantiles are then known to 0.1 %
 ROUNDS = 5
 
@@ -88,37 +87,45 @@ def _variance_terms(r: Array, s: Array, S: Array) -> Array:
     return found
 
 
-def _factor(ratio: Array, unit: Array) -> float:
-    """Factor on the standard deviation so that the shares LEVELS of |r| / std lie within their Gaussian bounds; recordings count alike."""
+def conformal_quantile(ratio: Array, unit: Array, level: float) -> float:
+    """Return q with P(ratio of a row of a new recording <= q) >= `level`, recordings exchangeable and rows drawn at random in each.
+
+    The mixture of the recordings' empirical distributions, each with mass 1/(n + 1), the new one at infinity. Fewer recordings than level
+    over 1 - level cannot promise that much (19 for 95 %): then the mixture of those there are, which promises level n/(n + 1). Source:
+    Dunn, Wasserman & Ramdas (2023), J. Am. Stat. Assoc. 118, 2491, section 3.1 (pooled distributions of groups).
+    """
     _, place, count = np.unique(unit, return_inverse=True, return_counts=True)
+    n = len(count)
+    wanted = level * (n + 1) / n if level * (n + 1) / n < 1 else level
     order = np.argsort(ratio)
-    cumulated = np.cumsum((1 / count[place])[order])
-    found = []
-    for level in LEVELS:
-        at = min(int(np.searchsorted(cumulated, level * cumulated[-1])), len(order) - 1)
-        found.append(max(float(ratio[order[at]]), 1e-6) / NormalDist().inv_cdf(0.5 + level / 2))
-    return float(np.exp(np.mean(np.log(found))))
+    cumulated = np.cumsum((1 / count[place])[order]) / n
+    at = min(int(np.searchsorted(cumulated, wanted * (1 - 1e-12))), len(order) - 1)
+    return float(ratio[order[at]])
+
+
+def _factor(ratio: Array, unit: Array) -> float:
+    """Factor on the standard deviation with which LEVEL of |r| / std lies within its Gaussian bounds."""
+    return max(conformal_quantile(ratio, unit, LEVEL), 1e-6) / NormalDist().inv_cdf(0.5 + LEVEL / 2)
+
+
+def _with_networks(model: LearnedTorque, b: float) -> LearnedTorque:
+    factor = torch.full((model.ensemble.members, 1, model.ensemble.outputs), b, dtype=torch.float64)
+    return replace(model, ensemble=model.ensemble.scaled(factor))
 
 
 def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
-    """Return a hybrid with its residual shrunk where recordings that members watch say so.
-
-        t_j = min(1, CREDIT best_j),   best_j = sum residual target / sum residual^2,   trust_j = t_j min(1, explained_j / HALF)
-
-    best_j leaves the least squares; a residual of twice best_j times its size does neither good nor harm, and the members judged had fewer
-    recordings than the ensemble, hence the credit. explained_j is the share of the squares of the target that t_j residual takes away: one
-    that explains little of what the baseline leaves cannot gain much, and may be wrong where other motions are asked for. A network, and a
-    model none of whose recordings was watched, stays as it is.
+    """Return `model` stacked on the recordings that its members watch (stacking.py): how much of its networks and, of a hybrid, of all
+    that is learned. A model none of whose recordings was watched stays as it is.
     """
-    if model.baseline is None or not bool(watched.any()):
+    if not bool(watched.any()):
         return model
-    r, _, _, _, unit, target = _out_of_fold(model, rows, watched)
-    weight = 1 / torch.bincount(unit)[unit][:, None]  # recordings count alike
-    residual = target - r
-    product, square, left = ((weight * x).sum(dim=0).clamp(min=TINY) for x in (residual * target, residual**2, target**2))
-    t = (CREDIT * product / square).clamp(0.0, 1.0)
-    explained = (2 * t * product - t**2 * square) / left
-    return replace(model, trust=t * (explained / HALF).clamp(0.0, 1.0))
+    candidates = {}
+    for b in NETWORKS:
+        r, _, _, _, unit, target = _out_of_fold(_with_networks(model, b), rows, watched)
+        candidates[b] = target - r
+    hybrid = model.baseline is not None
+    b, trust = stacked(target, candidates, unit, SHARES if hybrid else (1.0,))
+    return replace(_with_networks(model, b), trust=trust if hybrid else None)
 
 
 def with_doubt(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:

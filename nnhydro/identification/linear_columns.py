@@ -1,4 +1,5 @@
-"""The columns of the linear part of a learned model, row by row as the torque is seen: law of the strips, body, odd features.
+"""The columns of the linear part of a learned model, row by row as the torque is seen: law of the strips, body, odd features,
+free functions.
 
 Columns are many: a stretch of a recording is worked on at a time, with what the filter needs of the rows around it. What the wake remembers
 is known from the whole.
@@ -15,7 +16,8 @@ from torch import Tensor
 
 from nnhydro.features.body_columns import body_columns
 from nnhydro.features.feature_set import Features, View
-from nnhydro.features.strip_law import law_columns
+from nnhydro.features.free_part import FreeRange, free_functions
+from nnhydro.features.strip_law import law_columns, tiers
 from nnhydro.features.strip_state import StripView, strip_states
 from nnhydro.identification.seen_rows import reach, seen_rows
 from nnhydro.models.learned import swiftness
@@ -46,16 +48,20 @@ class Seen:
 class Linear:
     """Columns (n, joints, p) N m of n rows, filtered as the torque is, and what the rows hold.
 
-    The first `law_size` columns are those of the strips' law, then come the body's, then scale times odd features.
+    The first `law_size` columns are those of the strips' law, then come the body's, both shared by the joints; then scale times odd
+    features, and last the `free_size` functions of the free part.
     """
 
     columns: Tensor
     law_size: int
+    shared: int
+    free_size: int
+    tiers: Tensor  # (law_size,), features/strip_law.py
     seen: Seen
 
     def and_of(self, other: "Linear") -> "Linear":
         """Return the rows of both."""
-        return Linear(torch.cat([self.columns, other.columns]), self.law_size, self.seen.and_of(other.seen))
+        return replace(self, columns=torch.cat([self.columns, other.columns]), seen=self.seen.and_of(other.seen))
 
 
 def _stretches(flow: Flow, segment: Segment, chosen: NDArray[np.int64]) -> Iterator[tuple[slice, Flow, NDArray[np.int64]]]:
@@ -66,18 +72,25 @@ def _stretches(flow: Flow, segment: Segment, chosen: NDArray[np.int64]) -> Itera
         yield rows, Flow(flow.arm, replace(m, wake=wake).rows(rows)), some - rows.start
 
 
-def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segment, chosen: NDArray[np.int64]) -> Linear:
-    """Return the linear part at the rows `chosen` (m,), ascending, of a segment; `names` are the sets of the strips' variables."""
+def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segment, chosen: NDArray[np.int64],
+                   free: FreeRange | None = None) -> Linear:
+    """Return the linear part at the rows `chosen` (m,), ascending, of a segment; `names` are the sets of the strips' variables.
+
+    `free` is the range of the free functions, None where there are none.
+    """
     parts = []
     for rows, flow, some in _stretches(view.flow, segment, chosen):
         strips = StripView(flow)
         z, of_three = strip_states(strips, names)
         body = body_columns(flow)
         law = law_columns(strips, z, of_three) if names else body[..., :0]
-        every = torch.cat([law, body, view.scale[rows, :, None] * x.odd[rows, None]], dim=2)
+        angles = x.odd[rows, :0] if free is None else free_functions(flow, free)
+        odd = view.scale[rows, :, None] * x.odd[rows, None]
+        every = torch.cat([law, body, odd, angles[:, None].expand(-1, odd.shape[1], -1)], dim=2)
         here = torch.from_numpy(some)
         seen = Seen(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(flow)[here].amax(dim=0))
-        parts.append(Linear(tensor(seen_rows(segment, every.numpy(), some)).float(), law.shape[2], seen))
+        parts.append(Linear(tensor(seen_rows(segment, every.numpy(), some)).float(), law.shape[2], law.shape[2] + body.shape[2],
+                            angles.shape[1], tiers(z.shape[2], of_three, law.shape[2]), seen))
     first, *others = parts
     for other in others:
         first = first.and_of(other)

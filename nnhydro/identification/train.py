@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.body_columns import inertial_directions
+from nnhydro.identification.base_choice import baseline_choice
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.doubt import support, with_doubt, with_trust
 from nnhydro.identification.gradient_fit import Progress, TrainingState, gradient_fit
@@ -17,9 +18,10 @@ from nnhydro.identification.linear_columns import Linear
 from nnhydro.identification.linear_part import LinearPart, linear_part
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import calibrated_on, on_arm
-from nnhydro.identification.training_rows import CHUNK, Rows, law_of, rows_and_linear, standardised, torque_rms, watched_units
+from nnhydro.identification.training_rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardised, torque_rms, watched_units
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
+from nnhydro.models.free_part import FreePart
 from nnhydro.models.learned import LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.seen import SEEN, seen_record
@@ -38,7 +40,7 @@ def hybrid_baseline(config: TrainingConfig, chosen: Sequence[Unit], arm: Arm, ho
     """Return the calibrated baseline of a hybrid, or the stored model that the configuration names; None for a network."""
     if config.model == "network":
         return None
-    name = config.baseline if config.baseline != "auto" else "rigid" if arm.dry else "constant"
+    name = config.baseline if config.baseline != "auto" else "rigid" if arm.dry else baseline_choice(chosen, arm, how)
     if name not in BASELINES:
         return on_arm(load_model(Path(name)), arm)
     return calibrated_on(baseline(name), chosen, arm, how)
@@ -59,7 +61,8 @@ def _skip(part: LinearPart, rows: Rows, spread: Tensor) -> Tensor:
 
 
 def _law(part: LinearPart, linear: Linear, names: tuple[str, ...]) -> StripLaw:
-    return StripLaw(names, linear.seen.lowest, linear.seen.highest, part.shared[:, :linear.law_size], part.shared[:, linear.law_size:])
+    return StripLaw(names, linear.seen.lowest, linear.seen.highest, part.shared[:, :linear.law_size].contiguous(),
+                    part.shared[:, linear.law_size:].contiguous())
 
 
 @one_thread()
@@ -72,9 +75,10 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
     """
     base = hybrid_baseline(config, chosen, arm, how)
     floor = config.floor * torque_rms(chosen)
-    watched = watched_units(chosen, config)
+    watched = watched_units(chosen, config, arm)
     with RowStore(int(config.memory_mb * 1e6), None if checkpoint is None else checkpoint.parent) as store:
-        rows, linear = rows_and_linear(chosen, arm, config, floor, base, store)
+        free = free_range(chosen, arm) if config.free else None
+        rows, linear = rows_and_linear(chosen, arm, config, floor, base, store, free)
         centre, spread, lowest, highest = standardised(rows)
         own, part = linear_part(rows, linear, watched, inertial_directions(arm).shape[1])
         rows = _with_linear(rows, own, linear.columns)
@@ -87,7 +91,8 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
                                   "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen],
                                   SEEN: seen_record(chosen, base)}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
-                             linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)))
+                             linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
+                             FreePart(free, part.free.contiguous()) if free is not None and part.open else None)
         return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
 
 

@@ -11,12 +11,15 @@ from torch import Tensor
 
 from nnhydro.errors import CampaignError
 from nnhydro.features.feature_set import features
+from nnhydro.features.free_part import FreeRange
 from nnhydro.identification.config import TrainingConfig
+from nnhydro.identification.kinds import of_one_kind
 from nnhydro.identification.linear_columns import Linear, linear_columns
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import arm_of, on_arm
 from nnhydro.models.learned import view_of
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.segment import Segment
@@ -56,6 +59,15 @@ def torque_rms(chosen: Sequence[Unit]) -> Tensor:
     return tensor(np.sqrt(np.asarray(squares) / count)) + 1e-9
 
 
+def free_range(chosen: Sequence[Unit], arm: Arm) -> FreeRange:
+    """Return the angles and rates that the units `chosen` span."""
+    parts = [FreeRange.of(Flow(arm_of(unit, arm), Motion.of(segment))) for unit in chosen for segment in unit.segments()]
+    first, *others = parts
+    for other in others:
+        first = first.and_of(other)
+    return first
+
+
 def law_of(config: TrainingConfig, arm: Arm) -> tuple[str, ...]:
     """Return the sets of variables of the strips' law, none where there is no water."""
     return () if arm.dry else config.law
@@ -68,7 +80,7 @@ def _chosen(segment: Segment) -> NDArray[np.int64]:
 
 
 def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
-                with_linear: bool) -> tuple[Rows, Linear | None]:
+                with_linear: bool, free: FreeRange | None = None) -> tuple[Rows, Linear | None]:
     motion = Motion.of(segment)
     view = view_of(arm, motion, floor)
     target = tensor(segment.tau if segment.tau is not None else 0.0)
@@ -78,18 +90,18 @@ def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tenso
     rows = torch.from_numpy(chosen.copy())
     x = features(view, config.features)
     own = Rows(x.joined()[rows].float(), x.parity().float(), view.scale[rows].float(), target[rows].float(), torch.zeros(len(rows)))
-    return own, linear_columns(view, x, law_of(config, arm), segment, chosen) if with_linear and len(rows) else None
+    return own, linear_columns(view, x, law_of(config, arm), segment, chosen, free) if with_linear and len(rows) else None
 
 
 def _stored(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None, store: RowStore,
-            with_linear: bool) -> tuple[Tensor, Linear | None]:
+            with_linear: bool, free: FreeRange | None = None) -> tuple[Tensor, Linear | None]:
     """Append every unit's rows to `store`; returns the parity and the last segment's linear part, with what all of them span."""
     parity, last = torch.zeros(0), None
     for number, unit in enumerate(chosen):
         own = arm_of(unit, arm)
         unit_base = None if base is None else on_arm(base, own)
         for segment in unit.segments():
-            rows, linear = _of_segment(segment, own, config, floor, unit_base, with_linear)
+            rows, linear = _of_segment(segment, own, config, floor, unit_base, with_linear, free)
             if len(rows.x):
                 columns = [] if linear is None else [linear.columns]
                 store.append((rows.x, rows.scale, rows.target, torch.full((len(rows.x),), number), *columns))
@@ -108,9 +120,9 @@ def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floo
 
 
 def rows_and_linear(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
-                    store: RowStore) -> tuple[Rows, Linear]:
+                    store: RowStore, free: FreeRange | None = None) -> tuple[Rows, Linear]:
     """Return the rows as `training_rows` does, and the columns of their linear part."""
-    parity, last = _stored(chosen, arm, config, floor, base, store, True)
+    parity, last = _stored(chosen, arm, config, floor, base, store, True, free)
     x, scale, target, unit, columns = store.columns()
     assert last is not None
     return Rows(x, parity, scale, target, unit), replace(last, columns=columns)
@@ -136,10 +148,16 @@ def standardised(rows: Rows) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     return centre, spread, torch.where(odd, -reach, lowest), torch.where(odd, reach, highest)
 
 
-def watched_units(chosen: Sequence[Unit], config: TrainingConfig) -> Tensor:
-    """Return (members, units) bool: which units each member watches for early stopping instead of training on them."""
+def watched_units(chosen: Sequence[Unit], config: TrainingConfig, arm: Arm | None = None) -> Tensor:
+    """Return (members, units) bool: which units each member watches for early stopping instead of training on them.
+
+    Every other member watches units drawn at random; with an `arm`, the others watch motions of one kind (kinds.py).
+    """
     watched = torch.zeros(config.members, len(chosen), dtype=torch.bool)
     for member in range(config.members):
-        _, watch = validation_split(range(len(chosen)), chosen, config.validation_share, config.seed + member)
+        if arm is not None and member % 2:
+            watch = of_one_kind(chosen, arm, config.validation_share, member // 2)
+        else:
+            _, watch = validation_split(range(len(chosen)), chosen, config.validation_share, config.seed + member)
         watched[member, list(watch)] = True
     return watched

@@ -2,7 +2,9 @@
 
 What is learned is a linear part, solved in closed form, and the ensemble of networks for what it leaves:
 
-    tau = base + phi g S bounded( law / S + x_odd K + y(x) )
+    tau = base + phi g S bounded( law / S + free / S + x_odd K + y(x) )
+
+`free` (free_part.py) is what the mirror image of the rig need not repeat; all else changes sign with it.
 """
 
 from dataclasses import dataclass
@@ -13,7 +15,9 @@ from torch import Tensor
 
 from nnhydro.features.feature_set import View, features
 from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_scale
+from nnhydro.features.wake import LASTING, TRAVEL
 from nnhydro.models.baselines import BASELINES
+from nnhydro.models.free_part import FreePart
 from nnhydro.models.network import Ensemble, bounded, mirrored
 from nnhydro.models.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
@@ -24,7 +28,8 @@ from nnhydro.recordings.arm import Arm
 
 WIDENING = 3.0  # a feature a third of its half range outside, or a link a third faster than ever, doubles the deviation
 FAR = 3.0  # half ranges outside: beyond them all that can be said is that it is far
-BASELINE, LAW = "baseline.", "law."  # before the names of a baseline's tensors, and of a law's
+BANK = [list(TRAVEL), list(LASTING)]  # what the strips' water remembers: a model is of one bank
+BASELINE, LAW, FREE = "baseline.", "law.", "free."  # before the names of a baseline's tensors, a law's, and a free part's
 
 
 def reference_terms(arm: Arm, motion: Motion) -> dict[str, Tensor]:
@@ -74,6 +79,7 @@ class LearnedTorque(TorqueModel):
     ensemble: Ensemble
     baseline: TorqueModel | None
     law: StripLaw | None = None
+    free: FreePart | None = None  # None: exactly odd under the mirror
     support: Tensor | None = None  # (features, r); None: nothing is known of the distance, h = 0
     trust: Tensor | None = None  # (joints,) of a hybrid's residual; None: all of it
     doubt: Tensor | None = None  # (4, joints): k, c [-], a [N m], u [-]; None: std is the members' scatter
@@ -111,7 +117,9 @@ class LearnedTorque(TorqueModel):
     def linear(self, view: View, x: Tensor) -> Tensor:
         """Return the linear part (E, n, joints), in units of the scale, for x (n, k) from `standardised`."""
         direct = self.held(x) @ self.skip
-        return direct if self.law is None else direct + self.law.torque(view.flow) / view.scale
+        for part in (self.law, self.free):
+            direct = direct if part is None else direct + part.torque(view.flow) / view.scale
+        return direct
 
     def correction(self, x: Tensor, scale: Tensor, linear: Tensor) -> Tensor:
         """Return what each member adds to the baseline (E, n, joints) N m.
@@ -151,7 +159,7 @@ class LearnedTorque(TorqueModel):
         """Return names, bound, layout and the baseline."""
         base = self.baseline
         return {"features": list(self.feature_names), "bound": self.bound, "layers": len(self.ensemble.weights),
-                "law": None if self.law is None else list(self.law.names),
+                "law": None if self.law is None else list(self.law.names), "bank": BANK,
                 "baseline": None if base is None else {"kind": base.kind, "arm": base.arm.document(), "model": base.document()}}
 
     def arrays(self) -> dict[str, Tensor]:
@@ -159,6 +167,7 @@ class LearnedTorque(TorqueModel):
         named = {f"ensemble.{i}": tensor for i, tensor in enumerate(self.ensemble.tensors())}
         named |= {key: getattr(self, key) for key in ("floor", "centre", "spread", "parity", "lowest", "highest", "swiftest", "skip")}
         named |= {} if self.law is None else {f"{LAW}{key}": tensor for key, tensor in self.law.arrays().items()}
+        named |= {} if self.free is None else {f"{FREE}{key}": tensor for key, tensor in self.free.arrays().items()}
         named |= {key: tensor for key in ("support", "trust", "doubt") if (tensor := getattr(self, key)) is not None}
         return named | ({} if self.baseline is None else {f"{BASELINE}{key}": value for key, value in self.baseline.arrays().items()})
 

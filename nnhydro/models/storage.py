@@ -18,7 +18,8 @@ from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.files import json_text, read_json, whole_folder
 from nnhydro.models.amended import Amended
-from nnhydro.models.learned import BASELINE, LAW, LearnedTorque
+from nnhydro.models.free_part import FreePart
+from nnhydro.models.learned import BANK, BASELINE, FREE, LAW, LearnedTorque
 from nnhydro.models.network import Ensemble
 from nnhydro.models.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
@@ -64,6 +65,8 @@ def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm
 def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:
     if "law" not in document:
         raise ModelError("was trained by a version whose networks had no law of the strips: train it again on its recordings")
+    if document.get("bank") != BANK:
+        raise ModelError("was trained by a version whose strips remembered their motion in another way: train it again on its recordings")
     layers = int(document["layers"])
     ordered = [tensors[f"ensemble.{i}"] for i in range(2 * layers)]
     ensemble = Ensemble(tuple(ordered[:layers]), tuple(ordered[layers:]), arm.n_links)
@@ -71,9 +74,12 @@ def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
     scaling = {key: tensors[key] for key in ("floor", "centre", "spread", "parity", "lowest", "highest", "swiftest", "skip")}
     names = document["law"]
     law = None if names is None else StripLaw(tuple(names), *(tensors[f"{LAW}{f.name}"] for f in fields(StripLaw)[1:]))
+    free = FreePart.of_arrays({key.removeprefix(FREE): t for key, t in tensors.items() if key.startswith(FREE)}) \
+        if f"{FREE}coefficients" in tensors else None
     made = None if base is None else _KINDS[base["kind"]](base["model"], inner, parse_arm(base["arm"], MODEL), how, {})
     return LearnedTorque(arm, how, fit, tuple(document["features"]), float(document["bound"]), **scaling, ensemble=ensemble,
-                         baseline=made, law=law, support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
+                         baseline=made, law=law, free=free,
+                         support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
 
 
 def _amended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> Amended:

@@ -12,7 +12,7 @@ from campaigns import GIVEN, TINY, campaign, planted, recording
 from rigs import arm, run, states
 
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
-from nnhydro.features.wake import MEMORIES, STRIPS
+from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.identification.train import train
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.onnx_file import export_onnx, record, stepped
@@ -179,7 +179,7 @@ def test_the_sidecar_says_how_to_feed_it(exported):
     assert told["schema"] == "nnhydro/onnx/1"
     assert told["model_digest"] == "abc"
     wake = {x["name"]: x for x in told["inputs"]}["wake"]
-    assert (wake["shape"], wake["unit"]) == ([len(MEMORIES), 2, STRIPS], "m/s")
+    assert (wake["shape"], wake["unit"]) == ([STATES, 2, STRIPS], "m/s")
     assert "dt = 1e9" in told["memory"]
     assert told["checked"]["relative_deviation_in_double"]["along_runs"] < 1e-9
     assert json.loads(session(path).get_modelmeta().custom_metadata_map["nnhydro"]) == told

@@ -13,14 +13,16 @@ from nnhydro.errors import ConfigError
 from nnhydro.features.feature_set import dimensional, feature_sets, features
 from nnhydro.features.history import since_reversal
 from nnhydro.features.scaling import morison_scale
-from nnhydro.features.wake import MEMORIES, memories, relaxed, stations
+from nnhydro.features.wake import LASTING, STATES, TRAVEL, following, lasting, memories, stations, travelled
 from nnhydro.models.learned import view_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.wake_memory import relaxed
 
 SETS = pytest.mark.parametrize("name", feature_sets())
 DIMENSIONLESS = pytest.mark.parametrize("name", [name for name in feature_sets() if not dimensional(name)])
 LINKS = pytest.mark.parametrize("links", [1, 2, 3])
+NU = 1e-6  # m2/s, of tests/rigs.py
 ROUNDING = {"rtol": 1e-9, "atol": 1e-9}  # sines of pi - q, divided by small scales
 LARGEST = 1e3  # no feature exceeds this, however wild the motion: light, thin links in heavy water give some tens
 
@@ -178,24 +180,67 @@ def remembered(motion, a=None):
     return w, found
 
 
+def off(speed=1.0, rows=400):
+    """A link set off at once at `speed` m/s, a hundredth of a metre a row."""
+    return tow(np.full(rows, speed) * (np.arange(rows) > 0), dt=0.01 / speed)
+
+
 def test_a_steady_tow_from_rest_fills_the_wake_after_a_few_diameters():
-    w, found = remembered(tow(np.full(400, 1.0) * (np.arange(400) > 0)))
-    for m, length in zip(found, MEMORIES, strict=True):
-        travelled = torch.arange(400, dtype=torch.float64) * 0.01 / arm(1).D[0]
-        assert_close(m[:, 0, 0], 1 - torch.exp(-travelled / length), rtol=1e-9, atol=1e-9)
-    assert_close(found[0][-1], w[-1], rtol=1e-6, atol=1e-6)
+    w, found = remembered(off())
+    memory = torch.stack(travelled(found))[:, :, 0, 0]
+    assert bool((memory.diff(dim=1) >= 0).all())
+    assert bool((memory[:-1] >= memory[1:]).all()), "a longer memory is later"
+    assert_close(memory[:2, -1], w[-1, 0, :1].expand(2), rtol=1e-6, atol=1e-6)
+
+
+def test_memories_over_travel_rise_late_and_know_no_speed():
+    (slow, fast) = (torch.stack(travelled(remembered(off(v))[1]))[:, :, 0, 0] / v for v in (0.3, 2.0))
+    assert_close(slow, fast, rtol=1e-9, atol=1e-12)
+    rise = fast[-1].diff()
+    assert int(rise.argmax()) * 0.01 > 0.5 * TRAVEL[-1] * float(arm(1).D[0]), "two stages: nothing at once"
+
+
+def test_memories_over_time_are_exponentials_of_the_boundary_layer_time():
+    _, found = remembered(off())
+    t = torch.arange(399, dtype=torch.float64) * 0.01
+    for v, share in zip(lasting(found), LASTING, strict=True):
+        r = 0.01 / (share * arm(1).D[0] ** 2 / NU)
+        first = 1 - (1 - np.exp(-r)) / r  # the speed rises in a straight line over the first row
+        assert_close(v[1:, 0, 0], 1 - (1 - first) * torch.exp(-t * r / 0.01), rtol=1e-9, atol=1e-9)
+
+
+def test_no_memory_leaves_the_range_of_the_speed_and_none_obeys_the_planted_equation():
+    u = np.concatenate([np.zeros(1), np.full(60, 0.5), np.full(60, -0.8), np.zeros(60)])
+    _, found = remembered(tow(u))
+    every = torch.stack(found[:-1])[:, :, 0, 0]
+    assert float(every.max()) <= 0.5
+    assert float(every.min()) >= -0.8
+    planted = relaxed(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / 0.9, tensor([0.0])[0])
+    lengths = np.geomspace(0.1, 10.0, 60)
+    first = [relaxed(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / k, tensor([0.0])[0]) for k in lengths]
+    assert min(float((m - x).abs().max()) for m in every for x in [planted, *first]) > 0.02
+
+
+def test_row_by_row_the_bank_is_that_of_the_whole():
+    motion = tow(np.sin(np.arange(200) * 0.07))
+    w, found = remembered(motion)
+    state, D, nu = torch.zeros(STATES, 1, w.shape[2], dtype=torch.float64), arm(1).D, NU
+    dt = torch.diff(motion.t, prepend=motion.t[:1])
+    for k in range(len(w)):
+        state = following(w[k], dt[k], tensor(D), nu, state)
+        assert_close(state, torch.stack(found)[:, k], rtol=1e-9, atol=1e-12)
 
 
 def test_a_recording_that_begins_under_tow_begins_with_a_full_wake():
     w, found = remembered(tow(np.full(50, 0.5)))
-    assert all(torch.equal(m, w) for m in found)
+    assert all(torch.allclose(m, w, rtol=1e-12) for m in found)
 
 
 def test_joints_that_move_from_the_first_row_on_have_no_wake_yet():
     motion = tow(np.zeros(20))
     w, found = remembered(replace(motion, qd=torch.ones_like(motion.qd)))
     assert float(w[0].abs().max()) > 0
-    assert all(not m[0].any() for m in found)
+    assert all(not m[0].any() for m in found[:-1])
 
 
 def test_steady_runs_have_a_full_wake():
@@ -206,10 +251,10 @@ def test_steady_runs_have_a_full_wake():
 
 def test_after_a_reversal_the_wake_still_has_the_old_sign():
     w, found = remembered(tow(np.concatenate([np.full(300, 0.5), np.full(300, -0.5)])))
-    for m in found:
+    for m in travelled(found):
         assert bool((m[301] > 0).all())
         assert bool((w[301] < 0).all())
-    assert bool((found[0][-1] < 0).all())
+    assert bool((travelled(found)[0][-1] < 0).all())
 
 
 def test_a_link_at_rest_keeps_its_wake():

@@ -10,7 +10,7 @@ from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
 
 from nnhydro.errors import ConfigError, ModelError
-from nnhydro.features.wake import MEMORIES, STRIPS
+from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.identification.train import train
 from nnhydro.models.gain_sweeps import Around, document, sweeps
 from nnhydro.models.gains import INPUTS, differences, gain_matrix
@@ -85,7 +85,7 @@ def test_gains_are_finite_at_rest_where_scales_have_a_kink(hybrid):
 
 def test_a_wake_that_is_empty_gives_other_gains_than_a_developed_one(hybrid):
     motion = Motion.at(np.full((1, 2), 0.3), np.full((1, 2), 1.0), 0.0)
-    empty = replace(motion, wake=torch.zeros(len(MEMORIES), 1, 2, STRIPS, dtype=torch.float64))
+    empty = replace(motion, wake=torch.zeros(STATES, 1, 2, STRIPS, dtype=torch.float64))
     assert not torch.allclose(gain_matrix(hybrid, motion).qd, gain_matrix(hybrid, empty).qd, rtol=1e-5)
 
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from nnhydro.identification.linear_part import LinearPart, _solved, linear_part
+from nnhydro.features.strip_law import REMEMBERED, SURROUNDED
+from nnhydro.identification.linear_part import CLOSED, FREE, LinearPart, _chosen_weights, _solved, linear_part
 from nnhydro.identification.training_rows import Rows
 
 JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
@@ -22,7 +23,7 @@ def problem(seed=1, noise=0.3, n=240):
     rows = Rows(torch.randn(n, 4, generator=generator), parity, torch.ones(n, JOINTS), target, torch.arange(n) % UNITS)
     watched = torch.zeros(3, UNITS, dtype=torch.bool)
     watched[0, 0] = watched[1, 2] = watched[2, 5] = True
-    return rows, SimpleNamespace(columns=columns, law_size=LAW), watched
+    return rows, SimpleNamespace(columns=columns, law_size=LAW, shared=SHARED, free_size=0, tiers=torch.full((LAW,), SURROUNDED)), watched
 
 
 def dense(rows, linear):
@@ -47,16 +48,18 @@ def ridge(A, z, h, penalty):
 def by_hand(rows, linear, watched):
     """The best penalty, the members' solutions on the rows that they train on, and that of all rows."""
     A, z, unit = dense(rows, linear)
-    h, best = (A**2).sum(dim=0), None
-    for penalty in [10 ** (-k / 2) for k in range(1, 15)]:
+    h = (A**2).sum(dim=0)
+
+    def tried(penalty):
         members, error = [], 0.0
         for own in watched:
             seen = own[unit]
             members.append(ridge(A[~seen], z[~seen], h.clone(), penalty))
-            error += float(((z - A @ members[-1])[seen] ** 2).sum())
-        if best is None or error < best[0]:
-            best = error, penalty, torch.stack(members), ridge(A, z, h.clone(), penalty)
-    return best[1:]
+            error += float(((z - A @ members[-1])[seen] ** 2).sum() / (z[seen] ** 2).sum())
+        return error, penalty, torch.stack(members), ridge(A, z, h.clone(), penalty)
+
+    first = min((tried(10.0**k) for k in range(1, -6, -1)), key=lambda one: one[0])
+    return min((tried(first[1] * factor) for factor in (0.316, 1.0, 3.16)), key=lambda one: one[0])[1:]
 
 
 @pytest.mark.parametrize("noise", [0.05, 3.0])
@@ -96,7 +99,7 @@ def test_where_nothing_can_be_watched_all_members_are_the_fit_to_all():
     rows, linear, watched = problem()
     own, moved = linear_part(rows, linear, watched & False, STATED)
     A, z, _ = dense(rows, linear)
-    want = ridge(A, z, (A**2).sum(dim=0), 1e-3)
+    want = ridge(A, z, (A**2).sum(dim=0), 1e-1)
     for part in (own, moved):
         torch.testing.assert_close(part.shared, want[:SHARED].expand(3, -1), rtol=1e-5, atol=1e-6)
 
@@ -120,7 +123,7 @@ def test_a_loud_joint_counts_no_more_than_a_quiet_one():
 
 
 def test_the_torque_of_the_linear_part_is_that_of_its_columns():
-    part = LinearPart(torch.randn(3, SHARED).double(), torch.randn(3, ODD, JOINTS).double())
+    part = LinearPart(torch.randn(3, SHARED).double(), torch.randn(3, ODD, JOINTS).double(), torch.zeros(3, 0, JOINTS).double(), False)
     columns = torch.randn(7, JOINTS, SHARED + ODD).double()
     tau = part.of(columns)
     assert tau.shape == (7, 3, JOINTS)
@@ -140,3 +143,32 @@ def test_joint_by_joint_the_whole_system_is_solved(joints, odd):
     rows = rows[:joints * (200 // joints)]
     A, b = rows.T @ rows + 0.1 * torch.eye(rows.shape[1]).double(), torch.randn(rows.shape[1]).double()
     torch.testing.assert_close(_solved(A, b, 5, joints), torch.linalg.solve(A, b))
+
+
+def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
+    def left(weights):
+        gain = {REMEMBERED: 0.5, SURROUNDED: 0.99, FREE: 0.5}  # of the error, at the right weight of 1e-2
+        total = 1.0
+        for tier, value in gain.items():
+            if weights[tier] < CLOSED:
+                total *= value * (1 + 0.01 * abs(torch.tensor(weights[tier] / 1e-2).log10().item()))
+        return total
+
+    weights = _chosen_weights(left, (REMEMBERED, SURROUNDED, FREE))
+    assert weights[REMEMBERED] == pytest.approx(1e-2)
+    assert weights[SURROUNDED] == CLOSED, "one per cent is not worth it"
+    assert weights[FREE] == pytest.approx(1e-2)
+
+
+def test_free_functions_are_learned_where_the_mirror_does_not_hold_and_left_out_where_it_does():
+    rows, linear, watched = problem(noise=0.05)
+    generator = torch.Generator().manual_seed(3)
+    free = torch.randn(len(rows.x), 1, 2, generator=generator).expand(-1, JOINTS, -1)
+    wide = SimpleNamespace(columns=torch.cat([linear.columns, free], dim=2), law_size=LAW, shared=SHARED, free_size=2, tiers=linear.tiers)
+    _, none = linear_part(rows, wide, watched, STATED)
+    assert not none.open
+    assert not none.free.any()
+    rows.target.add_(free @ torch.tensor([2.0, -1.0]))
+    _, found = linear_part(rows, wide, watched, STATED)
+    assert found.open
+    torch.testing.assert_close(found.free.mean(dim=0), torch.tensor([[2.0, 2.0], [-1.0, -1.0]]).double(), rtol=0.0, atol=0.05)

@@ -12,7 +12,7 @@ from torch.func import grad, jacrev
 
 from nnhydro.features.body_columns import body_columns
 from nnhydro.features.feature_set import feature_sets, features
-from nnhydro.features.strip_law import size
+from nnhydro.features.strip_law import law_columns
 from nnhydro.features.strip_state import StripView, state_sets, strip_states
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.models.learned import LearnedTorque, swiftness, view_of
@@ -157,7 +157,8 @@ def random_law(a, shown, names=DEFAULTS.law, members=3, seed=1):
     g = torch.Generator().manual_seed(seed)
     z, of_three = strip_states(StripView(Flow(a, shown)), names)
     body = torch.randn(members, body_columns(Flow(a, shown)).shape[2], generator=g, dtype=torch.float64)
-    coefficients = torch.randn(members, 2 * size(z.shape[2], of_three), generator=g, dtype=torch.float64)
+    count = law_columns(StripView(Flow(a, shown)), z, of_three).shape[2]
+    coefficients = torch.randn(members, count, generator=g, dtype=torch.float64)
     return StripLaw(tuple(names), z.amin(dim=(0, 1, 3)), z.amax(dim=(0, 1, 3)), coefficients, body)
 
 

@@ -187,3 +187,25 @@ def test_the_learning_curve_is_told_fold_by_fold():
     assert shown == sorted(shown)
     assert document["models"]["constant"]["error"] == document["folds"][-1]["errors"]["constant"]
     assert len({fold["errors"]["textbook"] for fold in document["folds"]}) == 1
+
+
+def test_a_kind_is_the_first_word_of_a_name_and_is_held_out_whole():
+    a = arm(2)
+    names = ("slew_fast", "slew2", "tow1", "tow_2", "Reverse")
+    made = [recording(a, planted(a), name, seed=i + 1, seconds=2.0, rate=50.0, speed=0.1 * i) for i, name in enumerate(names)]
+    split = protocols()["leave-kind-out"].split(material(Campaign.of(a, made)))
+    held_out = {fold.name: {split.units[i].name for i in fold.held_out} for fold in split.folds}
+    assert held_out == {"slew": {"slew_fast", "slew2"}, "tow": {"tow1", "tow_2"}, "reverse": {"Reverse"}}
+
+
+def test_where_all_names_begin_alike_kinds_are_told_by_how_often_links_turn_back():
+    a, t = arm(1), np.arange(0.0, 3.0, 0.02)
+    made = []
+    for i, hz in enumerate((2.0, 1.5, 0.5, 0.6, 0.1, 0.05)):
+        r = recording(a, planted(a), f"run{i}", seed=i + 1, seconds=3.0, rate=50.0)
+        swing = 0.3 * np.sin(2 * np.pi * hz * t[:len(r)])[:, None]
+        w = 2 * np.pi * hz
+        made.append(replace(r, q=swing, qd=0.3 * w * np.cos(w * t[:len(r)])[:, None], qdd=-w**2 * swing))
+    split = protocols()["leave-kind-out"].split(material(Campaign.of(a, made)))
+    held_out = [{split.units[i].name for i in fold.held_out} for fold in split.folds]
+    assert held_out == [{"run0", "run1"}, {"run2", "run3"}, {"run4", "run5"}]

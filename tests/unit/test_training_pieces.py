@@ -13,8 +13,9 @@ from nnhydro.errors import CampaignError
 from nnhydro.identification import doubt
 from nnhydro.identification import gradient_fit as gradient
 from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.doubt import _factor, _variance_terms, support, with_doubt, with_trust
+from nnhydro.identification.doubt import _factor, _variance_terms, conformal_quantile, support, with_doubt, with_trust
 from nnhydro.identification.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
+from nnhydro.identification.stacking import error_ratios, stacked
 from nnhydro.identification.training_rows import Rows, _chosen, standardised, torque_rms, watched_units
 from nnhydro.models.learned import spread_of
 from nnhydro.models.network import Ensemble, mirrored
@@ -195,15 +196,23 @@ def test_support_measures_the_distance_from_the_rows_in_units_of_two_hundred_of_
     torch.testing.assert_close(h / h.mean(), want / want.mean(), rtol=1e-4, atol=1e-6)
 
 
-def test_the_factor_makes_half_four_fifths_and_nineteen_twentieths_lie_within():
-    ratio, unit = np.arange(1, 1001) / 1000, np.zeros(1000)
+def test_the_factor_makes_nineteen_twentieths_of_the_rows_of_a_new_recording_lie_within():
     normal = NormalDist().inv_cdf
-    want = np.exp(np.mean([np.log(level / normal((1 + level) / 2)) for level in (0.5, 0.8, 0.95)]))
-    assert _factor(ratio, unit) == pytest.approx(want, rel=3e-3)
     two = np.concatenate([np.full(900, 1.0), np.full(10, 3.0)])
     units = np.where(two > 2, 2, np.arange(910) % 2)  # a hundredth of the rows, a third of the recordings
-    alike = np.exp(np.mean(np.log(np.array([1.0, 3.0, 3.0]) / [normal(0.75), normal(0.9), normal(0.975)])))
-    assert _factor(two, units) == pytest.approx(alike)
+    assert _factor(two, units) == pytest.approx(3.0 / normal(0.975))
+
+
+def test_conformal_intervals_cover_new_recordings_as_often_as_they_say():
+    rng, covered = np.random.default_rng(1), []
+    for _ in range(200):  # recordings differ in scale: rows of one recording say little about another
+        scale = np.exp(0.7 * rng.standard_normal(31))
+        ratio = scale[:, None] * np.abs(rng.standard_normal((31, 40)))
+        q = conformal_quantile(ratio[:30].ravel(), np.repeat(np.arange(30), 40), 0.9)
+        covered.append((ratio[30] <= q).mean())
+    assert 0.88 < np.mean(covered) < 0.96
+    few = conformal_quantile(np.arange(40.0), np.repeat([0, 1], 20), 0.95)
+    assert few == pytest.approx(37.0, abs=1.1), "two recordings cannot promise 95 %: their own quantile"
 
 
 def test_the_parts_of_the_variance_never_fall_below_nothing_and_a_silent_residual_has_hardly_any():
@@ -238,48 +247,38 @@ def watched_rows(n=400, units=8, seed=1):
     return Rows(rows.x, rows.parity, rows.scale, rows.target, rows.unit, torch.zeros(n, 2, 2))
 
 
-def test_a_residual_is_trusted_as_far_as_watched_recordings_confirm_it():
+def test_a_correction_is_used_as_far_as_held_out_recordings_confirm_it():
     rows = watched_rows()
-    watched = torch.zeros(2, 8, dtype=torch.bool)
-    watched[0, 0] = watched[1, 3] = True
-    index = watched.any(dim=0)[rows.unit]
-    for share, trust in ((1.0, 1.0), (0.5, 1.0), (3.0, None), (-1.0, 0.0), (10.0, None)):
-        model = with_trust(hybrid(lambda x, share=share: share * rows.target[index].double().expand(2, -1, -1)), rows, watched)
-        if trust is not None:
-            assert model.trust == pytest.approx(np.full(2, trust), abs=1e-9)
-        else:  # t = 1.5 / share of a residual that is too large: 1 - (1 - 1.5)^2 of the squares explained
-            assert model.trust == pytest.approx(np.full(2, 1.5 / share))
-    small = with_trust(hybrid(lambda x: 0.1 * rows.target[index].double().expand(2, -1, -1)), rows, watched)
-    assert small.trust == pytest.approx(np.full(2, (1 - 0.9**2) / 0.5)), "what explains a fifth is trusted by two fifths"
+    target, unit = rows.target.double(), rows.unit
+    for share, t in ((1.0, 1.0), (1 / 0.75, 0.75), (2.0, 0.5), (-1.0, 0.0), (30.0, 0.0)):
+        b, trust = stacked(target, {1.0: share * target}, unit)
+        assert b == 1.0
+        assert trust == pytest.approx(np.full(2, t**0.5))
+    assert stacked(target, {0.0: 0.5 * target, 1.0: target}, unit)[0] == 1.0
+    assert stacked(target, {0.0: target, 1.0: 3.0 * target}, unit)[0] == 0.0, "networks that only harm are left out"
 
 
-def test_without_a_baseline_or_a_watched_recording_trust_and_doubt_stay_as_they_are():
+def test_what_helps_many_and_ruins_one_recording_is_not_used():
+    rows = watched_rows()
+    target, unit = rows.target.double(), rows.unit
+    ruinous = torch.where((unit == 3)[:, None], -4.0 * target, 0.4 * target)
+    _, trust = stacked(target, {1.0: ruinous}, unit)
+    assert trust == pytest.approx(np.zeros(2))
+    assert float(error_ratios(target, ruinous, unit).mean()) < 1.3, "on average it hardly harms"
+
+
+def test_recordings_count_alike_however_long_they_are():
+    target = torch.ones(400, 1, dtype=torch.float64)
+    unit = torch.where(torch.arange(400) < 390, 0, 1)
+    correction = torch.where((unit == 0)[:, None], 1.0, -2.0).double() * target
+    assert float(stacked(target, {1.0: correction}, unit)[1]) == 0.0
+
+
+def test_where_no_recording_was_watched_trust_and_doubt_stay_as_they_are():
     rows, none = watched_rows(), torch.zeros(2, 8, dtype=torch.bool)
     model = hybrid(lambda x: torch.zeros(2, len(x), 2).double())
     assert with_trust(model, rows, none) is model
     assert with_doubt(model, rows, none) is model
-    bare = SimpleNamespace(baseline=None)
-    assert with_trust(bare, rows, ~none) is bare
-
-
-def test_recordings_count_alike_in_trust_however_long_they_are():
-    n = 400
-    rows = watched_rows(n)
-    unit = torch.where(torch.arange(n) < 360, 0, 1)
-    rows = Rows(rows.x, rows.parity, rows.scale, rows.target, unit, rows.linear)
-    right = torch.where(unit == 0, 1.0, 0.0)[:, None].double()  # right on the long recording, silent on the short one
-    model = with_trust(hybrid(lambda x: (right * rows.target).expand(2, -1, -1)), rows, torch.ones(2, 2, dtype=torch.bool))
-    squares = torch.stack([rows.target[unit == u].double().pow(2).mean(dim=0) for u in (0, 1)])
-    torch.testing.assert_close(model.trust, (squares[0] / squares.sum(dim=0) / 0.5).clamp(max=1.0))
-
-
-def test_members_are_judged_on_the_recordings_that_they_watch_alone():
-    rows = watched_rows()
-    watched = torch.zeros(2, 8, dtype=torch.bool)
-    watched[0, :4], watched[1, 4:] = True, True
-    mine = watched[:, rows.unit].double()[..., None]
-    model = with_trust(hybrid(lambda x: mine * rows.target.double() + (1 - mine) * 50.0), rows, watched)
-    assert model.trust == pytest.approx(np.ones(2)), "what each says of the others' recordings does not count"
 
 
 def test_doubt_covers_the_residuals_of_watched_recordings_and_states_the_baselines_error_far_away():

@@ -1,9 +1,9 @@
 """A model as one step in time: the torques of an instant from its motion and from what the wake remembers, and the memory for the next.
 
-    m' = w + (m - w) exp(-|w| dt / (lambda D)),     tau = model(q, qd, qdd, u0, du0, m')
+    m' = bank(w, dt, m),     tau = model(q, qd, qdd, u0, du0, m')
 
-w is the normal velocity of each strip and lambda the memory's length in diameters (features/wake.py). Fed with the rows of a recording, one
-after the other, it gives what `nnhydro predict` gives for the whole.
+w is the normal velocity of each strip, the bank is that of features/wake.py. Fed with the rows of a recording, one after the other, it
+gives what `nnhydro predict` gives for the whole.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.features.wake import MEMORIES, STRIPS, stations
+from nnhydro.features.wake import STATES, STRIPS, following, stations
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
@@ -31,15 +31,14 @@ class Step:
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Return the shape of each input."""
         n = self.model.arm.n_links
-        return dict(zip(NAMES, ((n,), (n,), (n,), (1,), (1,), (1,), (len(MEMORIES), n, STRIPS)), strict=True))
+        return dict(zip(NAMES, ((n,), (n,), (n,), (1,), (1,), (1,), (STATES, n, STRIPS)), strict=True))
 
     def __call__(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, wake: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, its std where there is one, and the next memory, shaped as `wake`."""
         motion = Motion(torch.zeros(1, dtype=torch.float64), q[None], qd[None], qdd[None], u0, du0, steady=True)
         flow = Flow(self.model.arm, motion)
         w = (flow.A[:, :, None] * stations(flow) + flow.B[:, :, None])[0]
-        rate = w.abs() * dt / flow.D[:, None]
-        following = torch.stack([w + (m - w) * torch.exp(-rate / length) for m, length in zip(wake, MEMORIES, strict=True)])
-        known = replace(motion, wake=following[:, None])
+        after = following(w, dt, flow.D, flow.nu, wake)
+        known = replace(motion, wake=after[:, None])
         tau, std = self.model.torque(known)[0], self.model.std(known) if self.with_std else None
-        return (tau, following) if std is None else (tau, std[0], following)
+        return (tau, after) if std is None else (tau, std[0], after)

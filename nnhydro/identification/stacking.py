@@ -1,0 +1,48 @@
+"""How much of what was learned is used beside the baseline, judged recording by recording on recordings held out of the fit.
+
+    minimise over b in NETWORKS and, joint by joint, t_j in SHARES     mean over recordings of  r + WARY max(0, r - 1),
+    r = sum |target - t_j correction_b| / sum |target|,      trust_j = sqrt(t_j)
+
+`target` is what the baseline leaves, correction_b what the members that did not train on a recording make of it with b times their
+networks. A recording on which the hybrid would do worse than its baseline (r > 1) weighs against the others. The smallest share within a
+hair of the best is taken; the root is credit for what the model knows that its members did not, who had fewer recordings.
+Source: stacking, Wolpert (1992), Neural Networks 5, 241, Breiman (1996), Machine Learning 24, 49; the loss is ours.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import torch
+from torch import Tensor
+
+SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)  # t: of what is learned beside the baseline, the smallest first
+NETWORKS = (0.0, 0.5, 1.0)  # b: of the networks beside the linear part
+WARY = 2.0
+HAIR = 0.01
+TINY = 1e-300
+
+
+def error_ratios(target: Tensor, correction: Tensor, unit: Tensor) -> Tensor:
+    """Return r (recordings, joints) of `correction` for `target` (n, joints) N m, rows of the recordings `unit` (n,)."""
+    _, place = torch.unique(unit, return_inverse=True)
+    count = int(place.max()) + 1
+    none = torch.zeros(count, target.shape[1], dtype=torch.float64)
+    left, whole = (none.index_add(0, place, x.abs()) for x in (target - correction, target))
+    ratio: Tensor = left / whole.clamp(min=TINY)
+    return ratio
+
+
+def loss(ratio: Tensor) -> Tensor:
+    """Return the mean ratio (joints,), what lies above 1 counting WARY times more."""
+    return (ratio + WARY * (ratio - 1).clamp(min=0.0)).mean(dim=0)
+
+
+def stacked(target: Tensor, candidates: Mapping[float, Tensor], unit: Tensor, shares: Sequence[float] = SHARES) -> tuple[float, Tensor]:
+    """Return b and trust (joints,) for `target` (n, joints) N m and the corrections (n, joints) N m of each b among the `candidates`."""
+    best, found = torch.inf, (1.0, torch.ones(target.shape[1], dtype=torch.float64))
+    for b, correction in candidates.items():
+        losses = torch.stack([loss(error_ratios(target, t * correction, unit)) for t in shares])
+        least = losses.amin(dim=0)
+        if float(least.mean()) < (1 - HAIR) * best:
+            first = (losses <= (1 + HAIR) * least).int().argmax(dim=0)
+            best, found = float(least.mean()), (b, torch.tensor(shares, dtype=torch.float64)[first].sqrt())
+    return found

@@ -1,0 +1,47 @@
+"""Kinds of motion, and which physics a hybrid stands on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import GIVEN, campaign, planted, recording
+from rigs import arm
+
+from nnhydro.identification.base_choice import baseline_choice
+from nnhydro.identification.kinds import of_one_kind, progress
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.splitting import units
+
+
+def swinging(hz, name, rows=200):
+    """A link that swings at `hz` for four seconds; 0: it turns on and on."""
+    a = arm(1)
+    r = recording(a, planted(a), name, seed=1, seconds=4.0, rate=rows / 4)
+    t, w = r.t, 2 * np.pi * max(hz, 1e-9)
+    q, qd, qdd = (0.4 * np.sin(w * t), 0.4 * w * np.cos(w * t), -0.4 * w**2 * np.sin(w * t)) if hz else (0.5 * t, 0.5 + 0 * t, 0 * t)
+    return replace(r, q=q[:, None], qd=qd[:, None], qdd=qdd[:, None], u0=None, du0=None)
+
+
+def tank():
+    a = arm(1)
+    return units(Campaign.of(a, [swinging(hz, f"r{i}") for i, hz in enumerate((2.0, 0.0, 0.5, 1.0))]), GIVEN)
+
+
+def test_a_link_that_turns_on_gets_all_the_way_and_one_that_swings_hardly_anywhere():
+    fast, on, slow, medium = (progress(unit, arm(1)) for unit in tank())
+    assert on == pytest.approx(1.0, abs=0.02)
+    assert slow == pytest.approx(2 * 0.4 / (4 * 0.4 * 0.5 * 4), rel=0.05)  # from end to end over the way of two swings
+    assert fast < medium < slow < on
+
+
+def test_blocks_are_neighbours_in_kind_and_leave_something_to_fit():
+    found = [of_one_kind(tank(), arm(1), 0.25, number) for number in range(3)]
+    assert found == [(0,), (1,), (2,)] or found == [(0,), (1,), (3,)]
+    assert of_one_kind(tank()[:1], arm(1), 0.25, 0) == ()
+
+
+def test_the_plain_baseline_is_kept_where_no_other_is_clearly_better():
+    a = arm(2)
+    made = campaign(a, planted(a), 6, seconds=2.0, rate=25.0, noise=0.02)
+    assert baseline_choice(units(made, GIVEN), a, GIVEN) == "constant"
+    assert baseline_choice(units(made, GIVEN)[:3], a, GIVEN) == "constant", "too few to tell"
