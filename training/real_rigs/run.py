@@ -63,7 +63,7 @@ def diagnosed(folder: Path, baseline: str, out: Path) -> tuple[dict[str, Any] | 
 
     if not (out / "diagnosis.json").exists():
         try:
-            nnhydro.diagnose(nnhydro.open_campaign(folder), baseline=baseline).save(out)
+            nnhydro.diagnose(nnhydro.load(folder), baseline=baseline).save(out)
         except NnhydroError as cause:
             return None, f"refused: {cause}"
         except Exception:

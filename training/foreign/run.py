@@ -1,0 +1,83 @@
+"""Diagnose campaigns of another author and score the answers: `python training/foreign/run.py FOLDER OUT [FIRST:LAST:STEP]`.
+
+FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A campaign is
+exact if every hidden effect is named, or lies in a class of at most three, at its joint, and nothing else is said. What is diagnosed
+already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+ALIKE = {"load_friction": {"coulomb_friction"}, "stribeck_friction": {"coulomb_friction"}, "backlash": {"joint_elasticity"}}
+REMARKS = {"torque_drift", "torque_bias"}  # true where every recording has an offset of its own
+MOST = 3  # names of a class that still says something
+
+
+def hits(finding: dict[str, Any], hidden: dict[str, Any]) -> bool:
+    """Return whether a finding names a hidden effect."""
+    names = {finding["effect"], *(finding["class"] if len(finding["class"]) <= MOST else ())}
+    return bool(names & ({hidden["effect"]} | ALIKE.get(hidden["effect"], set()))) and finding["joint"] in (hidden["joint"], None)
+
+
+def scored(answer: dict[str, Any], document: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of one campaign."""
+    findings, used = document["findings"], set()
+    hidden = [h for h in answer["hidden"] if not h["effect"].startswith("unknown")]
+    for h in hidden:
+        hit = next((i for i, f in enumerate(findings) if i not in used and hits(f, h)), None)
+        used |= set() if hit is None else {hit}
+    remarks = REMARKS if answer["style"] == "offsets" else set()
+    wrong = [f["effect"] for i, f in enumerate(findings) if i not in used and f["effect"] not in remarks]
+    return {"style": answer["style"], "hidden": [h["effect"] for h in answer["hidden"]], "said": [f["effect"] for f in findings],
+            "exact": len(used) == len(hidden) and not wrong and not any("acts" in f for f in findings), "wrong": wrong,
+            "confidence": [f["confidence"] for f in findings], "detected": document["mismatch"]["detected"], "seconds": document["seconds"]}
+
+
+def share(values: list[bool]) -> str:
+    """Return a share with its 95 % interval (Clopper and Pearson, 1934)."""
+    from scipy.stats import binomtest
+
+    if not values:
+        return "-"
+    low, high = binomtest(sum(values), len(values)).proportion_ci(method="exact")
+    return f"{100 * sum(values) / len(values):.0f} % ({100 * low:.0f} to {100 * high:.0f}) of {len(values)}"
+
+
+def summary(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """Return the shares over all rows."""
+    one = [r for r in rows if len(r["hidden"]) == 1 and not r["hidden"][0].startswith("unknown")]
+    healthy = [r for r in rows if not r["hidden"]]
+    return {"one effect, exact": share([r["exact"] for r in one]), "several, exact": share([r["exact"] for r in rows if len(r["hidden"]) > 1]),
+            "a wrong name": share([bool(r["wrong"]) for r in rows]), "healthy, named": share([bool(r["wrong"]) for r in healthy]),
+            "healthy, detected": share([r["detected"] for r in healthy if r["style"] != "offsets"]),
+            "seconds, median": f"{sorted(r['seconds'] for r in rows)[len(rows) // 2]:.1f}"}
+
+
+def main() -> None:
+    """Diagnose, print a row a campaign and the summary, write results.json."""
+    import nnhydro
+    from nnhydro.files import write_json
+    from nnhydro.identification.identify import versions
+
+    root, out = Path(sys.argv[1]), Path(sys.argv[2])
+    answers = json.loads((root / "answers.json").read_text())
+    wanted = slice(*(int(x) if x else None for x in sys.argv[3].split(":"))) if len(sys.argv) > 3 else slice(None)
+    out.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for name in sorted(answers)[wanted]:
+        start = time.perf_counter()
+        if not (out / name / "diagnosis.json").exists():
+            nnhydro.diagnose(nnhydro.load(root / name)).save(out / name)
+        rows.append({"case": name} | scored(answers[name], json.loads((out / name / "diagnosis.json").read_text())))
+        r = rows[-1]
+        print(f"{name} {r['style']:9s} {'+'.join(r['hidden']) or 'nothing':40s} {'+'.join(r['said']) or 'nothing':40s} "
+              f"{'exact' if r['exact'] else '-'} {time.perf_counter() - start:.0f} s", flush=True)
+    print(json.dumps(summary(rows), indent=1))
+    write_json(out / "results.json", {"versions": versions(), "summary": summary(rows), "campaigns": rows})
+
+
+if __name__ == "__main__":
+    main()
