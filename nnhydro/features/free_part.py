@@ -26,7 +26,7 @@ SLOWEST = 1e-3  # rad/s
 
 
 def _joints(flow: Flow) -> tuple[Tensor, Tensor]:
-    """Angles and rates (n, links), those of the first link absolute where its base turns: what is fixed to the tank does not turn with it."""
+    """Angles and rates (n, links), absolute for the first link where its base turns: what is fixed to the tank does not."""
     m = flow.motion
     if m.base is None or flow.arm.sliding:
         return m.q, m.qd
