@@ -1,0 +1,266 @@
+"""How far the members of a class come apart in motions that nobody has recorded yet: algebra on Gram matrices, no torque needed.
+
+    lambda_AB^2 = ||W^1/2 (I - P_[Y, x_B]) x_A beta_A||^2,    W = V^-1
+    D_AB = lambda_AB^2 / 2 + (log|M_B| - log|M_A|) / 2        expected log evidence of the truth A over B
+
+P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add to
+what B is behind by N(D, lambda^2 + 1): with more parameters than A it falls behind even where it holds A as a special case. Of B's own law and
+its widest the one that comes nearer counts. The noise of new
+rows is that of the campaign, with what A explains believed to the model's FORM and LATE (`constants`).
+Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; in the evidence of `model.evidence`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import erf, sqrt
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NEAR, RHO
+from nnhydro.diagnosis.experiment.motions import Proposed
+from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
+from nnhydro.diagnosis.noise.spectrum import Noise
+from nnhydro.diagnosis.problem.design import Design, columns_on
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
+from nnhydro.diagnosis.problem.problem import Problem, Stretch
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.motion import Motion
+
+Array = NDArray[np.float64]
+HARDLY = 0.05  # of all that the truth gains: a rival behind by less stays in the class while its torque is alike (`findings.equivalence`)
+SCATTER = 1.0  # nats^2: what two values more, fitted to chance alone, gain (half a chi-squared of two)
+PLANNED_HZ = 50.0  # rows a second at which planned motions are compared, at least: diagnosis never looks above 20 Hz
+Members = tuple[int, ...]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """A class: its members (numbers in the library, the finding first), the rest of the claimed set, and their nats behind."""
+
+    members: Members
+    rest: Members
+    behind: tuple[float, ...]
+    keys: tuple[Key, ...]
+
+
+def contest_of(search: Search, claimed: Scored) -> Contest | None:
+    """Return the class of the first member of `claimed` that holds rivals; None where every finding stands alone.
+
+    Members whose values are each recording's own take no part: nobody knows their phase in the next recording.
+    """
+    hypotheses = search.view.library.hypotheses
+    for k in claimed.chosen:
+        inside = [a for a in alternatives(search, claimed, k)[1] if a.equivalent and not hypotheses[a.number].per_recording]
+        if inside and not hypotheses[k].per_recording:
+            members = (k, *(a.number for a in inside))
+            rest = tuple(x for x in claimed.chosen if x != k and not hypotheses[x].per_recording)
+            return Contest(members, rest, (0.0, *(max(a.deficit, 0.0) for a in inside)), tuple(search.key(m) for m in members))
+    return None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A motion with the Gram matrix (q, q) of its whitened columns."""
+
+    motion: Proposed
+    G: Array
+
+
+def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | float = NEAR) -> float:
+    """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
+
+    `size2` (members, members) is the lambda^2 that new rows add where the row's member is the truth and the column's the rival, `ahead` the
+    expected log evidence, `limit` the nats by which the rival must be behind to leave.
+    """
+    behind = np.array(contest.behind)
+    z = (behind[None, :] - behind[:, None] + ahead - limit) / np.sqrt(size2 + SCATTER)
+    leaves = np.array([[0.5 * (1 + erf(x / sqrt(2))) for x in row] for row in z])
+    np.fill_diagonal(leaves, 1.0)
+    weights = np.exp(-behind)
+    return float(weights @ leaves.min(axis=1) / weights.sum())
+
+
+@final
+@dataclass(eq=False)
+class Judge:
+    """Tells how far the members of a class come apart; columns are those of the baseline, the other findings, then the members."""
+
+    search: Search
+    noise: Noise
+    model: StripTheory
+    contest: Contest
+
+    def __post_init__(self) -> None:
+        contest, library = self.contest, self.search.view.library
+        wider = {k: _widest(library.hypotheses, k) for k in contest.members}
+        self.numbers = (*contest.rest, *contest.members, *(w for k, w in wider.items() if w != k))
+        laws = {k: [len(contest.rest) + i] for i, k in enumerate(contest.members)}
+        for i, k in enumerate((k for k, w in wider.items() if w != k), len(contest.rest) + len(contest.members)):
+            laws[k].append(i)
+        self.laws = [laws[k] for k in contest.members]  # places of each member's laws, its own first
+        self.hypotheses: list[Hypothesis] = [_later(library.hypotheses[k]) for k in self.numbers]
+        self.p = self.search.whitened.p
+        ends = self.p + np.cumsum([0, *(h.width for h in self.hypotheses)])
+        self.places = [np.arange(a, b) for a, b in pairwise(ends.tolist())]
+        self.scale = np.concatenate([library.scale[library.at(k)] for k in self.numbers])
+        self.q = int(ends[-1])
+        self.values = [self._values(a) for a in range(len(contest.members))]
+        self.moments = [np.outer(d, d) for d in self.values]
+        for a, k in enumerate(contest.members):  # a law whose values are hardly known may show more than they do
+            found, at = self.search.score((*contest.rest, k)), self.places[self.laws[a][0]]
+            place = found.places(self.search.view)[k]
+            self.moments[a][np.ix_(at, at)] += found.fit.covariance(np.arange(place.start, place.stop))
+        self.precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
+        self.H = self.recorded()
+        self.before = self.apart(self.H)
+
+    def _values(self, a: int) -> Array:
+        """The scaled values (q,) of member `a`, fitted beside the rest, at its own places."""
+        k = self.contest.members[a]
+        found = self.search.score((*self.contest.rest, k))
+        values = np.zeros(self.q)
+        values[self.places[self.laws[a][0]]] = found.fit.mean[found.places(self.search.view)[k]]
+        return values
+
+    def recorded(self) -> Array:
+        """Return the Gram matrix (q, q) over the recordings at hand."""
+        whitened, columns = self.search.whitened, self.search.view.joined(self.numbers)
+        assert columns is not None
+        p = self.p
+        made: Array = np.block([[whitened.G[:p, :p], columns.cross[:p]], [columns.cross[:p].T, columns.gram]])
+        return made
+
+    def planned(self, motions: Sequence[Proposed], most: Array) -> list[Planned]:
+        """Return those of `motions` whose torque stays within `most` (joints,) N m, with their Gram matrices."""
+        from nnhydro.physics.motion import Motion
+
+        design = self.search.view.library.design
+        old = design.problem
+        placed = all(s.place is not None for s in old.stretches)
+        able: list[Proposed] = []
+        stretches: list[Stretch] = []
+        for motion in motions:
+            segment = motion.segment(f"next_{len(able)}", max(PLANNED_HZ, 4 * old.edge))
+            torque = np.abs(self.model.torque(Motion.of(segment)).numpy()).max(axis=0)
+            if bool((torque <= most).all()):
+                stretches.append(Stretch(len(able), segment.recording, segment, np.ones(len(segment)) if placed else None))
+                able.append(motion)
+        if not able:
+            return []
+        return self._gram(able, Problem(old.arm, old.edge, tuple(s.name for s in stretches), tuple(stretches)))
+
+    def _gram(self, motions: Sequence[Proposed], problem: Problem) -> list[Planned]:
+        baseline = self.search.view.library.design.baseline
+        zeros = np.zeros(0)
+
+        def on(stretch: Stretch) -> Array:
+            Y = columns_and_offset(baseline.physics.loads, stretch.segment, problem.arm)[0] @ baseline.prior.F
+            X = columns_on(self.hypotheses, self.model, stretch, predicted=True) * self.scale
+            tau = self.model.torque(Motion.of(stretch.segment)).numpy()
+            made: Array = np.nan_to_num(np.concatenate([Y, X, tau[..., None]], axis=2))
+            return made
+
+        rows = Design(problem, baseline, zeros, zeros, zeros).rows(on)
+        columns, tau = rows[..., :-1], rows[..., -1]
+        w = 1.0 / np.sqrt(self._variance(problem, columns, tau))
+        made = []
+        for group, motion in enumerate(motions):
+            at = problem.group_of == group
+            if at.any():
+                x = (columns[at] * w[at][..., None]).reshape(-1, self.q)
+                made.append(Planned(motion, x.T @ x))
+        return made
+
+    def _variance(self, problem: Problem, columns: Array, tau: Array) -> Array:
+        """The variance (n, joints) of new rows: the campaign's noise, and the form of what the members explain and of the baseline."""
+        f = np.maximum(problem.frequency, 0.0)
+        bands, S = self.noise.bands, self.noise.S
+        order = np.argsort(bands.centre)
+        at = np.log(np.maximum(bands.centre[order], 1e-6))
+        own = np.stack([np.exp(np.interp(np.log(np.maximum(f, 1e-6)), at, np.log(S[j][order]))) for j in range(len(S))], axis=1)
+        rho2 = np.minimum(FORM**2 + (2 * np.pi * f * LATE) ** 2, 1.0)[:, None]
+        explained = np.mean([(columns @ d) ** 2 for d in self.values], axis=0)
+        made: Array = own + rho2 * _smooth(problem, explained) + BASELINE_FORM**2 * _smooth(problem, tau**2)
+        return made
+
+    def apart(self, H: Array) -> tuple[Array, Array]:
+        """Return lambda^2 (members, members), row the truth, and the expected log evidence of row over column, on the rows of `H`."""
+        count = len(self.contest.members)
+        precision, beside = self.precision, self._beside()
+        size2, ahead, occam = np.zeros((count, count)), np.full((count, count), np.inf), np.zeros(count)
+        for b, law in [(b, law) for b, laws in enumerate(self.laws) for law in laws]:
+            take = np.concatenate([beside, self.places[law]])
+            A = H[np.ix_(take, take)] + np.diag(precision[take])
+            paid = 0.5 * float(np.linalg.slogdet(A / np.sqrt(precision[take][:, None] * precision[take]))[1])
+            occam[b] = paid if law == self.laws[b][0] else occam[b]
+            for a in (a for a in range(count) if a != b):
+                left = _left(H, take, A, self.moments[a])
+                if left / 2 + paid < ahead[a, b]:
+                    size2[a, b], ahead[a, b] = left, left / 2 + paid
+        np.fill_diagonal(ahead, occam)
+        return size2, ahead - occam[:, None]
+
+    def added(self, one: Planned, often: int) -> tuple[Array, Array]:
+        """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
+        size2, ahead = self.apart(self.H + often * one.G)
+        return np.maximum(size2 - self.before[0], 0.0), ahead - self.before[1]
+
+    def chance(self, one: Planned, often: int) -> float:
+        """Return the chance that recording a motion so often settles the matter."""
+        return chance_settled(self.contest, *self.added(one, often), self.limits(self.H + often * one.G))
+
+    def limits(self, H: Array) -> Array:
+        """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.
+
+        Where the rival leaves less than 1 - ALIKE^2 of what the truth adds, its torque is alike and a share of the gain is asked for, too.
+        """
+        size2, beside = self.apart(H)[0], self._beside()
+        A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
+        energy = [max(_left(H, beside, A, m), 1e-12) for m in self.moments]
+        whole = np.array(energy)[:, None]
+        count = np.array([self.hypotheses[laws[0]].width for laws in self.laws])
+        alike = (size2 / whole < 1 - ALIKE**2) & (count[None, :] <= count[:, None])  # a law of more values has no such excuse
+        return np.where(alike, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
+
+    def _beside(self) -> NDArray[np.int64]:
+        """The places of the baseline and the other findings."""
+        return np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(np.int64)
+
+
+def _left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> float:
+    """What a fit of the columns `take` leaves of a torque whose values have the second moment `moment` (q, q), in noise units."""
+    explained = np.trace(np.linalg.solve(A, H[take] @ moment @ H[:, take])) if len(take) else 0.0
+    return max(float((H * moment).sum() - explained), 0.0)
+
+
+def _widest(hypotheses: Sequence[Hypothesis], k: int) -> int:
+    """The law of the most values of the effect of hypothesis `k` at its joint, at its shape where there is one."""
+    one = hypotheses[k]
+    same = [i for i, h in enumerate(hypotheses) if h.key == one.key and not h.per_recording and h.width > one.width]
+
+    def alike(i: int) -> tuple[int, int]:
+        shape = sum(getattr(hypotheses[i].effect, name) == getattr(one.effect, name) for name in one.spans)
+        return hypotheses[i].width, shape
+
+    return max(same, key=alike, default=k)
+
+
+def _later(hypothesis: Hypothesis) -> Hypothesis:
+    """The hypothesis as it acts in what is recorded next: one that acts from a recording on still does."""
+    return replace(hypothesis, activity=None) if hypothesis.activity is not None and hypothesis.activity.since else hypothesis
+
+
+def _smooth(problem: Problem, x: Array) -> Array:
+    """Return the mean of x (n, joints) over each recording and octave of frequency, spread on its rows again."""
+    octave = np.where(problem.frequency > 0, 1 + np.floor(np.log2(np.maximum(problem.frequency, 1e-3)) + 10), 0).astype(int)
+    _, at = np.unique(problem.group_of * (octave.max() + 1) + octave, return_inverse=True)
+    count = np.bincount(at)
+    made: Array = np.stack([np.bincount(at, x[:, j])[at] / count[at] for j in range(x.shape[1])], axis=1)
+    return made
