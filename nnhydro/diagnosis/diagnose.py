@@ -27,7 +27,7 @@ from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.rig import Limits
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library, View
-from nnhydro.diagnosis.search.refinement import extra_starts, refined
+from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
 from nnhydro.diagnosis.unexplained.where import locate
@@ -89,7 +89,7 @@ def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[s
     peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches if s.segment.tau is not None], axis=0).tolist())
     angles = np.concatenate([s.segment.q[s.segment.keep] for s in problem.stretches])
     hypotheses = enumerate_hypotheses(problem.arm, peaks, without, not design.undriven, tuple(np.ptp(angles, axis=0).tolist()))
-    hypotheses += extra_starts(hypotheses, problem, model)
+    hypotheses += extra_starts(hypotheses, problem, model) + at_lines(hypotheses, line_frequencies(design))
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
     search = Search(View(whitened, library), sizes, progress)
