@@ -29,7 +29,7 @@ from nnhydro.diagnosis.problem.problem import Problem, problem_of
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library, View
-from nnhydro.diagnosis.search.refinement import extra_starts, refined
+from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
@@ -108,7 +108,7 @@ def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Ca
     progress("noise and baseline")
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     hypotheses = hypotheses_for(design, without)
-    hypotheses += extra_starts(hypotheses, design.problem, model)
+    hypotheses += extra_starts(hypotheses, design.problem, model) + at_lines(hypotheses, line_frequencies(design))
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
     search = Search(View(whitened, library), sizes, progress)

@@ -21,10 +21,14 @@ FEWEST = 6  # recordings that may be units of their own
 FOLDS = 8
 
 
-def fold_of_rows(view: View, seed: int) -> Index:
-    """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, single rows of steady tables."""
+def fold_of_rows(view: View, seed: int, chosen: Sequence[int] = ()) -> Index:
+    """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, single rows of steady tables.
+
+    Where a member of `chosen` has a phase of its own in every recording, blocks too: the phase is known from the others of its recording.
+    """
     problem = view.library.design.problem
-    unit = problem.group_of if problem.groups >= FEWEST else problem.block_of
+    phased = any(view.library.hypotheses[k].per_recording for k in chosen)
+    unit = problem.group_of if problem.groups >= FEWEST and not phased else problem.block_of
     steady = problem.frequency < 0
     made = np.where(steady, np.arange(len(unit)) + int(unit.max()) + 1, unit)
     _, index = np.unique(made, return_inverse=True)

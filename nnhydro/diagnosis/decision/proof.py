@@ -102,7 +102,7 @@ def _residuals(design: Design, in_time: Sequence[Array]) -> list[Residual]:
 def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof:
     """Return the proof of the claimed set `found`; `model` is what instruments read."""
     design = search.view.library.design
-    fold = fold_of_rows(search.view, seed)
+    fold = fold_of_rows(search.view, seed, found.chosen)
     empty = search.score(())
     before = _in_time(design, design.y - _predicted(search, empty, None, fold))
     after = before if not found.chosen else _in_time(

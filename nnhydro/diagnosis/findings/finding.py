@@ -1,7 +1,7 @@
 """A finding: one effect that was left out, its values with intervals, the effects that cannot be told from it, and its sentence.
 
 Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
-Intervals hold the posterior's spread, the change of the values beside the unknown, and the bend of the score over nonlinear values.
+Intervals hold the posterior's spread, the scatter of the recordings, and the bend of the score over nonlinear values.
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112.
 """
 

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 import torch
 
+from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library, View
@@ -19,6 +20,7 @@ from nnhydro.physics.motion import Motion
 from nnhydro.physics.transmission import sensed
 
 ROUNDS = 3
+LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
 
 
 @final
@@ -50,6 +52,39 @@ def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: Stri
     view = SensorView(flow, lambda f: sensed(model.loads.torque(f), f.motion.qd, model.arm))
     return tuple(replace(h, effect=start, working_model=model) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
                  for start in h.effect.starts(view))
+
+
+def line_frequencies(design: Design) -> tuple[float, ...]:
+    """Return the frequencies, Hz, of the strongest lines in what the baseline alone leaves, at the resolution of the longest stretches.
+
+    Periodograms of all blocks, padded to one length and divided by their means, are summed; a wave of one frequency stands out in all.
+    """
+    from scipy.signal import find_peaks
+
+    problem = design.problem
+    total, grid = np.zeros(LINES_GRID), np.linspace(0.05, problem.edge, LINES_GRID)
+    for i, block in enumerate(problem.blocks):
+        stretch = problem.stretches[block.stretch]
+        if block.steady:
+            continue
+        x = problem.inverse(block, design.excess[problem.block_of == i])
+        padded = PADDING * len(x)
+        power = (np.abs(np.fft.rfft((x - x.mean(axis=0)) * np.hanning(len(x))[:, None], padded, axis=0)) ** 2).sum(axis=1)
+        total += np.interp(grid, np.fft.rfftfreq(padded, stretch.segment.dt), power / max(float(power.mean()), 1e-300))
+    peaks = find_peaks(total)[0]
+    return tuple(float(grid[k]) for k in sorted(peaks, key=lambda k: -total[k])[:LINES])
+
+
+def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float]) -> tuple[Hypothesis, ...]:
+    """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape."""
+    made = {}
+    for h in hypotheses:
+        if "frequency" not in h.spans:
+            continue
+        for f in frequencies:
+            shape = (h.key, f, *(getattr(h.effect, name) for name in h.spans if name != "frequency"))
+            made.setdefault(shape, replace(h, effect=replace(h.effect, frequency=(f,)), spans={**h.spans, "frequency": (0.99 * f, 1.01 * f)}))
+    return tuple(made.values())
 
 
 def _finer(view: View, found: Scored, k: int, model: StripTheory) -> list[Hypothesis]:

@@ -1,8 +1,12 @@
 """Values of the members of a set and their covariance, in the units of their effects.
 
 Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
-The covariance holds the posterior's spread and the change of the values beside the unknown.
-Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112.
+Their covariance is the posterior's, widened where the scores of the recordings scatter by more than the noise says (a law of another form,
+something left over):
+
+    C_i -> C_i max(1, [H^-1 (sum_g s_g s_g') H^-1]_ii G / (G - 1) / C_ii),   s_g = D_g' r_g,  g the recordings, blocks where they are few
+
+Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112; Liang & Zeger (1986), Biometrika 73.
 """
 
 from dataclasses import dataclass
@@ -11,11 +15,12 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.model.evidence import posterior
+from nnhydro.diagnosis.model.evidence import Posterior, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 
 Array = NDArray[np.float64]
+FEWEST_UNITS = 6  # recordings from which their scatter is counted; of fewer that of blocks
 
 
 @final
@@ -28,14 +33,34 @@ class Values:
     bounded: bool = False  # whether a value was cut at a physical bound other than 0
 
 
+def _scatter(search: Search, found: Scored, fit: Posterior, index: NDArray[np.int64]) -> Array:
+    """Return the variance (k,) of the coefficients `index` that the scatter of the recordings' scores gives, without the unknown."""
+    view = search.view
+    whitened, problem = view.whitened, view.library.design.problem
+    columns = view.joined(found.chosen)
+    assert columns is not None
+    D = np.concatenate([whitened.Y, columns.Xw], axis=2)
+    own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
+    r = whitened.y - D @ fit.mean[own]
+    unit = problem.group_of if problem.groups >= FEWEST_UNITS else problem.block_of
+    scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in np.unique(unit)])
+    inverse = fit.covariance(own)
+    moved = scores @ inverse
+    count = len(scores)
+    variances: Array = (moved**2).sum(axis=0) * count / max(count - 1, 1)
+    return variances[np.searchsorted(own, index)]
+
+
 def values_of(search: Search, found: Scored, k: int) -> Values:
-    """Return the values of member `k`: without the unknown, the spread widened by what changes beside it."""
+    """Return the values of member `k`: without the unknown, the spread widened to that of the recordings."""
     view, library = search.view, search.view.library
     columns = view.joined(found.chosen)
     fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
     at, h = found.places(view)[k], library.hypotheses[k]
     index = np.arange(at.start, at.stop)
-    covariance = fit.covariance(index) + np.diag((found.fit.mean[at] - fit.mean[at]) ** 2)
+    covariance = fit.covariance(index)
+    widening = np.sqrt(np.maximum(_scatter(search, found, fit, index) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    covariance = covariance * widening[:, None] * widening
     mean = fit.mean[at]
     if h.per_recording:
         mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)
