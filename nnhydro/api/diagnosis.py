@@ -9,7 +9,7 @@ from nnhydro.api.model import Model
 from nnhydro.api.shown import Shown
 from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.result import Diagnosis as Result
-from nnhydro.diagnosis.rig import read_limits
+from nnhydro.diagnosis.experiment.rig_limits import read_limits
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis_folder import write_diagnosis
 from nnhydro.report.diagnosis_sheets import errors_sheet, findings_sheet, location_sheet, parameters_sheet, rivals_sheet

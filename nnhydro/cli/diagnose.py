@@ -64,7 +64,7 @@ def diagnose(
 ) -> None:
     """Is there a mismatch beyond noise and recalibration, where, what physics is left out, and does the model with it predict better?"""
     from nnhydro.diagnosis.diagnose import diagnose as find
-    from nnhydro.diagnosis.rig import read_limits
+    from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.files import check_folder
     from nnhydro.parallel import Workers

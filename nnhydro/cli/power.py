@@ -21,8 +21,8 @@ def power(
 
     Of a plan, the motions are run by the baseline itself, with the noise that the recipe's sensors state.
     """
-    from nnhydro.diagnosis.planned import planned
-    from nnhydro.diagnosis.power import power as find
+    from nnhydro.diagnosis.calibration.planned import planned
+    from nnhydro.diagnosis.calibration.power import power as find
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import verified
     from nnhydro.report.power_table import power_sheet, power_verdict

@@ -10,27 +10,30 @@ from typing import Any, final
 
 import numpy as np
 
+from nnhydro.diagnosis.calibration.rehearsal import confident, rehearse
 from nnhydro.diagnosis.corrected_model import corrected_model
 from nnhydro.diagnosis.decision.decide import Decided, decide
 from nnhydro.diagnosis.decision.proof import noise_error, prove
+from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
+from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
-from nnhydro.diagnosis.findings.finding import Finding, finding_of
+from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.diagnosis.model.evidence import Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.model.unknown import Unknown, unknown_of
 from nnhydro.diagnosis.noise.spectrum import Noise, first_noise, reestimated
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import Design, design_of
-from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Problem, problem_of
 from nnhydro.diagnosis.result import Diagnosis
-from nnhydro.diagnosis.rig import Limits
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
 from nnhydro.diagnosis.unexplained.where import locate
+from nnhydro.errors import NnhydroError
 from nnhydro.identification.identify import versions
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
@@ -61,8 +64,18 @@ def drawn(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
     return tuple(names[int(rng.choice(stretch))] for stretch in stretches if len(stretch))
 
 
-def _calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened, Sizes, StripTheory]:
-    """Noise beside the unknown alone, the unknown's sizes, and the baseline calibrated so."""
+def design_on(problem: Problem, baseline: str | None) -> Design:
+    """Return the rows of `problem` against the baseline by name or from a file."""
+    from nnhydro.recordings.low_pass import LowPass
+    from nnhydro.recordings.preprocessing import Preparation
+
+    moving = any(not stretch.segment.steady for stretch in problem.stretches)
+    how = Preparation(LowPass(problem.edge) if moving else None)
+    return design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
+
+
+def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened, Sizes, StripTheory]:
+    """Return the noise beside the unknown alone, the unknown's sizes, and the baseline calibrated so."""
     noise, sizes = first_noise(design), None
     for _ in range(NOISE_ROUNDS):
         whitened = Whitened(design, unknown, noise.v)
@@ -74,22 +87,27 @@ def _calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened
     return noise, whitened, sizes, design.baseline.at(fit.mean[: whitened.p])
 
 
+def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
+    """Return every hypothesis that makes sense for the arm and the torques of `design`."""
+    measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
+    angles = np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches])
+    return enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
+                                tuple(np.ptp(angles, axis=0).tolist()))
+
+
 def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[str] = (),
           progress: Callable[[str], None] = lambda line: None) -> Studied:
     """Return what is left out of `baseline` on the rows of `problem`."""
-    from nnhydro.recordings.low_pass import LowPass
-    from nnhydro.recordings.preprocessing import Preparation
+    return studied(design_on(problem, baseline), seed, without, progress)
 
-    moving = any(not stretch.segment.steady for stretch in problem.stretches)
-    how = Preparation(LowPass(problem.edge) if moving else None)
-    design = design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
+
+def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None) -> Studied:
+    """Return what the baseline of `design` leaves out on its rows."""
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
     progress("noise and baseline")
-    noise, whitened, sizes, model = _calibrated_noise(design, unknown)
-    peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches if s.segment.tau is not None], axis=0).tolist())
-    angles = np.concatenate([s.segment.q[s.segment.keep] for s in problem.stretches])
-    hypotheses = enumerate_hypotheses(problem.arm, peaks, without, not design.undriven, tuple(np.ptp(angles, axis=0).tolist()))
-    hypotheses += extra_starts(hypotheses, problem, model) + at_lines(hypotheses, line_frequencies(design))
+    noise, whitened, sizes, model = calibrated_noise(design, unknown)
+    hypotheses = hypotheses_for(design, without)
+    hypotheses += extra_starts(hypotheses, design.problem, model) + at_lines(hypotheses, line_frequencies(design))
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
     search = Search(View(whitened, library), sizes, progress)
@@ -132,6 +150,10 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     found = study(problem_of(campaign, names, cutoff_hz), baseline, seed, without, progress)
     search, claimed = found.search, found.decided.claimed
     findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
+    rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
+    findings = findings if rehearsal is None else [confident(finding, rehearsal) for finding in findings]
+    progress("next experiment")
+    following, why = _following(found, campaign, seed, limits)
     progress("held-out errors")
     proof = prove(search, claimed, found.model, seed)
     floor = noise_error(search, proof, found.noise.own)
@@ -143,8 +165,17 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
     return Diagnosis(base.as_model(z_before), corrected_model(base, z_before, z_after, findings), base.name, time.perf_counter() - start,
                      _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                     _checks(found, proof.before, proof.after, proof.recordings), None, _recalibrated(base.at(z_before)),
-                     versions() | {"campaign_sha256": campaign.sha256()}, [])
+                     _checks(found, proof.before, proof.after, proof.recordings) | why, following, _recalibrated(base.at(z_before)),
+                     versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+
+
+def _following(found: Studied, campaign: Campaign, seed: int, limits: Limits | None) -> tuple[Proposal | None, dict[str, str]]:
+    """The next experiment, and why there is none where planning it failed: it never costs the verdict."""
+    try:
+        rates = [1 / float(np.median(np.diff(campaign.load(name).t))) for name in found.design.problem.names[:1]]
+        return next_experiment(found.search, found.noise, found.decided.claimed, found.model, *(rates or [1.0]), seed, limits), {}
+    except (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError) as error:
+        return None, {"next_experiment": f"not planned: {error}"}
 
 
 def _p_value(found: Studied, rest: Unexplained) -> float:

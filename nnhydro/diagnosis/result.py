@@ -5,6 +5,7 @@ from typing import Any, final
 
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import Proof
+from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained
 from nnhydro.diagnosis.unexplained.where import Location
@@ -32,7 +33,7 @@ class Diagnosis:
     remainder: Unexplained
     decisions: tuple[Decision, ...]
     checks: dict[str, Any]
-    following: Any
+    following: Proposal | None
     recalibrated: dict[str, list[float]]
     versions: dict[str, str]
     log: list[str]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, final
 
 from nnhydro.diagnosis.diagnose import diagnose
-from nnhydro.diagnosis.rig import Limits
+from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.errors import NnhydroError
 from nnhydro.parallel import HERE, Workers, spread

@@ -1,0 +1,70 @@
+"""Put effects of stated sizes into a campaign: the baseline's torque, the effects' torque and noise of this campaign's spectrum, on its motions.
+
+    y = Y z + sum_k x_k beta_k + e,     e ~ N(0, noise)          rows of the cosine domain, in which the noise is independent
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.noise.spectrum import Noise
+from nnhydro.diagnosis.problem.design import Design
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.search.library import View
+from nnhydro.diagnosis.search.stepwise import Scored
+from nnhydro.models.strip_theory import StripTheory
+
+Array = NDArray[np.float64]
+T = TypeVar("T", Whitened, View)
+
+
+def injected(design: Design, noise: Noise, model: StripTheory, z: Array, effects: Sequence[tuple[Hypothesis, Array]], seed: int) -> Design:
+    """Return `design` with the torque of the baseline at `z` (p,), of `effects` with their linear values, and new noise.
+
+    Values that are a recording's own keep their size and are turned at random in each.
+    """
+    rng = np.random.default_rng(seed)
+    y = design.Y @ z + np.sqrt(noise.own) * rng.standard_normal(design.y.shape)
+    group = design.problem.group_of
+    for hypothesis, values in effects:
+        X = design.columns([hypothesis], model)
+        for g in range(design.problem.groups):
+            turned = values
+            if hypothesis.per_recording:
+                turn = rng.standard_normal(len(values))
+                turned = turn * np.linalg.norm(values) / np.linalg.norm(turn)
+            y[group == g] += X[group == g] @ turned
+    return Design(design.problem, design.baseline, design.Y, y, design.tau - design.y + y)
+
+
+def observing(view: View, y: Array) -> View:
+    """Return `view` with the whitened torque `y` (n, joints) in place of the one measured: every product with it anew, all others kept."""
+    old = view.whitened
+    p, m = old.p, old.m
+    b = np.concatenate([old.Y.reshape(y.size, p).T @ y.ravel(), *((old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints if m else 0))])
+    whitened = _copy(old, y=y, b=b, yy=float((y**2).sum()))
+    kept = {k: replace(c, Xy=c.Xw.reshape(-1, c.Xw.shape[2]).T @ y.ravel()) for k, c in view._columns.items()}
+    return _copy(view, whitened=whitened, Xy=view.Xw.reshape(-1, view.Xw.shape[2]).T @ y.ravel(), _columns=kept)
+
+
+def _copy(one: T, **changes: object) -> T:
+    """A shallow copy of `one` with `changes`, without what it has cached of its torque."""
+    made = object.__new__(type(one))
+    made.__dict__.update({k: v for k, v in one.__dict__.items() if k != "_own_parts"} | changes)
+    return made
+
+
+def foretold(view: View, found: Scored) -> Array:
+    """Return the whitened torque (n, joints) of `found`: baseline, unknown and effects at their fitted values."""
+    whitened, mean = view.whitened, found.fit.mean
+    p, m, joints = whitened.p, whitened.m, whitened.joints
+    made = whitened.Y @ mean[:p]
+    for j in range(joints if m else 0):
+        made[:, j] += (whitened.Phi * whitened.sw[:, j:j + 1]) @ mean[p + j * m: p + (j + 1) * m]
+    for k, at in found.places(view).items():
+        made += view.columns(k).Xw @ mean[at]
+    return np.asarray(made)

@@ -1,0 +1,96 @@
+"""Confidence by rehearsal: draw this campaign again with what was found, and with what could be meant instead; see what would be named.
+
+    y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a world        confidence <= (hits + 1/2) / (hits + misnamed + 1)
+
+hits: draws of the findings that name one of them; misnamed: draws of a rival in its place that name it all the same. Both are as many. A
+draw is named by the score of the claimed set, of the set without the finding, and with each rival in its place. What no card holds is not
+rehearsed: the posterior's own confidence, which knows what remains unknown, stays the upper bound.
+Source: simulation-based calibration in the manner of Talts et al. (2018), arXiv:1804.06788; the ratio (Jeffreys' prior) is ours.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+
+from nnhydro.diagnosis.calibration.injection import foretold, observing
+from nnhydro.diagnosis.constants import LEAST_GAIN
+from nnhydro.diagnosis.findings.equivalence import alternatives
+from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.problem.hypothesis import Key
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+
+RIVALS = 2  # of each finding that are rehearsed in its place
+Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class World:
+    """What is drawn: a fitted set; `instead` is the claimed hypothesis that a rival stands in for, None for the claims."""
+
+    planted: Scored
+    instead: int | None
+    rival: int | None
+
+
+def worlds(search: Search, claimed: Scored, rivals: Rivals) -> list[World]:
+    """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals."""
+    made = [World(claimed, None, None)] if claimed.chosen else []
+    for k, others in rivals.items():
+        made += [World(search.score((*(x for x in claimed.chosen if x != k), r)), k, r) for r in others[:RIVALS]]
+    return made
+
+
+def _named(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
+    """The hypotheses that stand in the drawn campaign of `search`: each claim, a rival of it, or nothing."""
+    named = []
+    for k, others in rivals.items():
+        rest = search.score(tuple(x for x in claimed.chosen if x != k))
+        sets = [(search.score((*rest.chosen, one)), one) for one in (k, *others)]
+        taking = [(s, one) for s, one in sets if search.admits(rest, s) and s.score - rest.score > LEAST_GAIN]
+        if taking:
+            named.append(max(taking, key=lambda pair: pair[0].score)[1])
+    return named
+
+
+def rehearse(search: Search, claimed: Scored, draws: int, seed: int,
+             progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
+    """Return what was planted and what was named, `draws` times a world, as diagnosis.json holds it."""
+    rivals = {k: tuple(a.number for a in alternatives(search, claimed, k)[1]) for k in claimed.chosen}
+    told, rehearsed = [], worlds(search, claimed, rivals)
+    for number, world in enumerate(rehearsed):
+        count: dict[str, int] = {}
+        mean = foretold(search.view, world.planted)
+        for draw in range(draws):
+            progress(f"rehearsal {number * draws + draw + 1} of {len(rehearsed) * draws}")
+            y = mean + np.random.default_rng([seed, number, draw]).standard_normal(mean.shape)
+            drawn = Search(observing(search.view, y), search.start)
+            for k in _named(drawn, claimed, rivals):
+                count[label(search.key(k))] = count.get(label(search.key(k)), 0) + 1
+        keys = [k for k in claimed.chosen if k != world.instead] + ([] if world.rival is None else [world.rival])
+        told.append({"planted": [label(search.key(k)) for k in keys],
+                     "instead_of": None if world.instead is None else label(search.key(world.instead)),
+                     "named": dict(sorted(count.items(), key=lambda pair: -pair[1]))})
+    return {"draws": draws, "worlds": told}
+
+
+def label(key: Key) -> str:
+    """Return an effect and its joint in words."""
+    return f"{key[0]} joint {key[1]}" if key[1] else key[0]
+
+
+def _of(finding: Finding, counts: dict[str, int]) -> int:
+    """How often a draw named a member of the finding's class."""
+    joints = {label((name, joint)) for name in finding.members for joint in (finding.effect.joint, 0)}
+    return sum(n for name, n in counts.items() if name in joints)
+
+
+def confident(finding: Finding, rehearsal: dict[str, Any]) -> Finding:
+    """Return the finding with the confidence that the rehearsal leaves it."""
+    mine = label((finding.effect.id, finding.effect.joint))
+    hits = sum(_of(finding, world["named"]) for world in rehearsal["worlds"] if world["instead_of"] is None)
+    misnamed = max((_of(finding, world["named"]) for world in rehearsal["worlds"]
+                    if world["instead_of"] == mine and world["planted"][-1].partition(" ")[0] not in finding.members), default=0)
+    return replace(finding, confidence=float(min((hits + 0.5) / (hits + misnamed + 1.0), finding.confidence)))

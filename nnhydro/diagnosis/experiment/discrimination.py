@@ -1,0 +1,211 @@
+"""How far the members of a class come apart in motions that nobody has recorded yet: algebra on Gram matrices, no torque needed.
+
+    lambda_AB^2 = ||W^1/2 (I - P_[Y, x_B]) x_A beta_A||^2,    W = V^-1
+    D_AB = lambda_AB^2 / 2 + (log|M_B| - log|M_A|) / 2        expected log evidence of the truth A over B
+
+P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add to
+what B is behind by N(D, lambda^2): with more parameters than A it falls behind even where it holds A as a special case. The noise of new
+rows is that of the campaign, with what A explains believed to the model's FORM and LATE (`constants`).
+Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; in the evidence of `model.evidence`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import erf, sqrt
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NEAR, RHO
+from nnhydro.diagnosis.experiment.motions import Proposed
+from nnhydro.diagnosis.findings.equivalence import alternatives
+from nnhydro.diagnosis.noise.spectrum import Noise
+from nnhydro.diagnosis.problem.design import Design, columns_on
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
+from nnhydro.diagnosis.problem.problem import Problem, Stretch
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.motion import Motion
+
+Array = NDArray[np.float64]
+PLANNED_HZ = 50.0  # rows a second at which planned motions are compared, at least: diagnosis never looks above 20 Hz
+Members = tuple[int, ...]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """A class: its members (numbers in the library, the finding first), the rest of the claimed set, and how far each is behind in score."""
+
+    members: Members
+    rest: Members
+    behind: tuple[float, ...]
+    keys: tuple[Key, ...]
+
+
+def contest_of(search: Search, claimed: Scored) -> Contest | None:
+    """Return the class of the first member of `claimed` that holds rivals; None where every finding stands alone.
+
+    Members whose values are each recording's own take no part: nobody knows their phase in the next recording.
+    """
+    hypotheses = search.view.library.hypotheses
+    for k in claimed.chosen:
+        inside = [a for a in alternatives(search, claimed, k)[1] if a.equivalent and not hypotheses[a.number].per_recording]
+        if inside and not hypotheses[k].per_recording:
+            members = (k, *(a.number for a in inside))
+            rest = tuple(x for x in claimed.chosen if x != k and not hypotheses[x].per_recording)
+            return Contest(members, rest, (0.0, *(max(a.deficit, 0.0) for a in inside)), tuple(search.key(m) for m in members))
+    return None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A motion with the Gram matrix (q, q) of its whitened columns."""
+
+    motion: Proposed
+    G: Array
+
+
+def chance_settled(contest: Contest, size2: Array, ahead: Array) -> float:
+    """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
+
+    `size2` (members, members) is the lambda^2 that new rows add where the row's member is the truth and the column's the rival, `ahead` the
+    expected log evidence.
+    """
+    behind = np.array(contest.behind)
+    z = (behind[None, :] - behind[:, None] + ahead - NEAR) / np.sqrt(np.maximum(size2, 1e-9))
+    leaves = np.array([[0.5 * (1 + erf(x / sqrt(2))) for x in row] for row in z])
+    np.fill_diagonal(leaves, 1.0)
+    weights = np.exp(-behind)
+    return float(weights @ leaves.min(axis=1) / weights.sum())
+
+
+@final
+@dataclass(eq=False)
+class Judge:
+    """Tells how far the members of a class come apart; columns are those of the baseline, the other findings, then the members."""
+
+    search: Search
+    noise: Noise
+    model: StripTheory
+    contest: Contest
+
+    def __post_init__(self) -> None:
+        contest, library = self.contest, self.search.view.library
+        self.numbers = (*contest.rest, *contest.members)
+        self.hypotheses: list[Hypothesis] = [library.hypotheses[k] for k in self.numbers]
+        self.p = self.search.whitened.p
+        ends = self.p + np.cumsum([0, *(h.width for h in self.hypotheses)])
+        self.places = [np.arange(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.scale = np.concatenate([library.scale[library.at(k)] for k in self.numbers])
+        self.q = int(ends[-1])
+        self.values = [self._values(a) for a in range(len(contest.members))]
+        self.H = self.recorded()
+        self.before = self.apart(self.H)
+
+    def _place(self, member: int) -> NDArray[np.int64]:
+        return np.asarray(self.places[len(self.contest.rest) + member])
+
+    def _values(self, a: int) -> Array:
+        """The scaled values (q,) of member `a`, fitted beside the rest, at its own places."""
+        k = self.contest.members[a]
+        found = self.search.score((*self.contest.rest, k))
+        values = np.zeros(self.q)
+        values[self._place(a)] = found.fit.mean[found.places(self.search.view)[k]]
+        return values
+
+    def recorded(self) -> Array:
+        """Return the Gram matrix (q, q) over the recordings at hand."""
+        whitened, columns = self.search.whitened, self.search.view.joined(self.numbers)
+        assert columns is not None
+        p = self.p
+        made: Array = np.block([[whitened.G[:p, :p], columns.cross[:p]], [columns.cross[:p].T, columns.gram]])
+        return made
+
+    def planned(self, motions: Sequence[Proposed], most: Array) -> list[Planned]:
+        """Return those of `motions` whose torque stays within `most` (joints,) N m, with their Gram matrices."""
+        from nnhydro.physics.motion import Motion
+
+        design = self.search.view.library.design
+        old = design.problem
+        placed = all(s.place is not None for s in old.stretches)
+        able, stretches = [], []
+        for motion in motions:
+            segment = motion.segment(f"next_{len(able)}", max(PLANNED_HZ, 4 * old.edge))
+            torque = np.abs(self.model.torque(Motion.of(segment)).numpy()).max(axis=0)
+            if bool((torque <= most).all()):
+                stretches.append(Stretch(len(able), segment.recording, segment, np.ones(len(segment)) if placed else None))
+                able.append(motion)
+        if not able:
+            return []
+        return self._gram(able, Problem(old.arm, old.edge, tuple(s.name for s in stretches), tuple(stretches)))
+
+    def _gram(self, motions: Sequence[Proposed], problem: Problem) -> list[Planned]:
+        baseline = self.search.view.library.design.baseline
+        zeros = np.zeros(0)
+
+        def on(stretch: Stretch) -> Array:
+            Y = columns_and_offset(baseline.physics.loads, stretch.segment, problem.arm)[0] @ baseline.prior.F
+            X = columns_on(self.hypotheses, self.model, stretch, predicted=True) * self.scale
+            tau = self.model.torque(Motion.of(stretch.segment)).numpy()
+            return np.nan_to_num(np.concatenate([Y, X, tau[..., None]], axis=2))
+
+        rows = Design(problem, baseline, zeros, zeros, zeros).rows(on)
+        columns, tau = rows[..., :-1], rows[..., -1]
+        w = 1.0 / np.sqrt(self._variance(problem, columns, tau))
+        made = []
+        for group, motion in enumerate(motions):
+            at = problem.group_of == group
+            if at.any():
+                x = (columns[at] * w[at][..., None]).reshape(-1, self.q)
+                made.append(Planned(motion, x.T @ x))
+        return made
+
+    def _variance(self, problem: Problem, columns: Array, tau: Array) -> Array:
+        """The variance (n, joints) of new rows: the campaign's noise, and the form of what the members explain and of the baseline."""
+        f = np.maximum(problem.frequency, 0.0)
+        bands, S = self.noise.bands, self.noise.S
+        order = np.argsort(bands.centre)
+        at = np.log(np.maximum(bands.centre[order], 1e-6))
+        own = np.stack([np.exp(np.interp(np.log(np.maximum(f, 1e-6)), at, np.log(S[j][order]))) for j in range(len(S))], axis=1)
+        rho2 = np.minimum(FORM**2 + (2 * np.pi * f * LATE) ** 2, 1.0)[:, None]
+        explained = np.mean([(columns @ d) ** 2 for d in self.values], axis=0)
+        made: Array = own + rho2 * _smooth(problem, explained) + BASELINE_FORM**2 * _smooth(problem, tau**2)
+        return made
+
+    def apart(self, H: Array) -> tuple[Array, Array]:
+        """Return lambda^2 (members, members), row the truth, and the expected log evidence of the row over the column, on the rows of `H`."""
+        count = len(self.contest.members)
+        precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
+        beside = np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(int)
+        size2, occam = np.zeros((count, count)), np.zeros(count)
+        for b in range(count):
+            take = np.concatenate([beside, self._place(b)])
+            A = H[np.ix_(take, take)] + np.diag(precision[take])
+            occam[b] = 0.5 * np.linalg.slogdet(A / np.sqrt(precision[take][:, None] * precision[take]))[1]
+            for a in (a for a in range(count) if a != b):
+                d = self.values[a]
+                h = H[take] @ d
+                size2[a, b] = max(float(d @ H @ d - h @ np.linalg.solve(A, h)), 0.0)
+        return size2, 0.5 * size2 + occam[None, :] - occam[:, None]
+
+    def added(self, one: Planned, often: int) -> tuple[Array, Array]:
+        """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
+        size2, ahead = self.apart(self.H + often * one.G)
+        return np.maximum(size2 - self.before[0], 0.0), ahead - self.before[1]
+
+    def chance(self, one: Planned, often: int) -> float:
+        """Return the chance that recording a motion so often settles the matter."""
+        return chance_settled(self.contest, *self.added(one, often))
+
+
+def _smooth(problem: Problem, x: Array) -> Array:
+    """Return the mean of x (n, joints) over each recording and octave of frequency, spread on its rows again."""
+    octave = np.where(problem.frequency > 0, 1 + np.floor(np.log2(np.maximum(problem.frequency, 1e-3)) + 10), 0).astype(int)
+    _, at = np.unique(problem.group_of * (octave.max() + 1) + octave, return_inverse=True)
+    count = np.bincount(at)
+    made: Array = np.stack([np.bincount(at, x[:, j])[at] / count[at] for j in range(x.shape[1])], axis=1)
+    return made

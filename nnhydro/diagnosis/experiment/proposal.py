@@ -1,0 +1,130 @@
+"""The next experiment: the motion that tells the members of a class apart, where the recordings at hand cannot; as a file ready to run.
+
+    max over feasible motions  of the chance that every wrong member leaves the class               (`discrimination`)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, Planned, contest_of
+from nnhydro.diagnosis.experiment.motions import Proposed, draw, varied
+from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
+from nnhydro.diagnosis.noise.spectrum import Noise
+from nnhydro.diagnosis.problem.problem import Problem
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.files import write_text
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.motion import Motion
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.segment import Segment
+
+DRAWN, BETTERED = 60, 30  # motions tried at first, and in the neighbourhood of the best
+BEST = 5
+FEWEST, MOST = 3, 6  # times that a motion is to be recorded: what one recording shows no other one confirms
+ENOUGH = 0.9  # chance from which no further repeat is asked for
+FAIR = 0.5  # chance below which a motion is called unlikely to settle anything
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """The motion to record next, how often, and what may be expected of it."""
+
+    contest: Contest
+    motion: Proposed
+    recordings: int
+    gain: float  # expected log evidence between the two members that stay closest, nats
+    chance: float  # that all wrong members leave the class
+    usual: float  # the same for the median of the motions drawn at random
+    arm: Arm
+    stated: bool = False  # whether the rig's limits are stated, not only shown
+
+    def document(self, file: str | None = None) -> dict[str, Any]:
+        """Return what diagnosis.json holds as next_experiment; `file` is where the motion was written."""
+        members = [{"effect": effect, "joint": joint or None} for effect, joint in self.contest.keys]
+        return {"separates": members, "motion": self.motion.document, "seconds": float(self.motion.t[-1]), "recordings": self.recordings,
+                "expected_gain": self.gain, "chance": self.chance, "chance_of_a_random_motion": self.usual, "file": file,
+                "statement": self.statement()}
+
+    def statement(self) -> str:
+        """Return the proposal in one sentence."""
+        first, *others = (effect + (f" at joint {joint}" if joint else "") for effect, joint in self.contest.keys)
+        often = "once" if self.recordings == 1 else f"{self.recordings} times"
+        motion = f"the proposed {self.motion.document['kind']} ({self.motion.t[-1]:.1f} s)"
+        if self.chance < FAIR:
+            within = "the limits of this rig" if self.stated else "what this rig has shown"
+            return (f"Within {within} no motion is likely to tell {first} from {', '.join(others)}: {motion}, recorded "
+                    f"{often}, settles the matter with a chance of {100 * self.chance:.0f} %.")
+        return (f"To tell {first} from {', '.join(others)}, record {motion} {often}: it settles the matter with a chance of "
+                f"{100 * self.chance:.0f} % (a motion drawn at random: {100 * self.usual:.0f} %).")
+
+    def write(self, path: Path) -> None:
+        """Write the motion as a CSV file in the columns of a recording without torques, whole or not at all."""
+        columns = self.motion.columns(self.arm)
+        rows = (",".join(f"{x:.9g}" for x in row) for row in np.column_stack(list(columns.values())) + 0.0)
+        write_text(path, "\n".join([",".join(columns), *rows]) + "\n")
+
+
+def shown_by(problem: Problem) -> list[Segment]:
+    """Return the moving segments with torques: what a rig has shown it can do."""
+    return [s.segment for s in problem.stretches if not s.segment.steady and s.segment.tau is not None and s.segment.keep.any()]
+
+
+def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, count: int, seed: int,
+                      limits: Limits | None = None) -> list[Proposed]:
+    """Return `count` motions drawn at random within the limits of the rig: what a proposal is to be compared with."""
+    rng, rig = np.random.default_rng([seed, 1]), Rig.of(shown_by(problem)).with_limits(limits)
+    found = list[Proposed]()
+    for _ in range(10):
+        for one in draw(rig, problem.arm, rate_hz, 3 * count, rng):
+            if bool((np.abs(model.torque(Motion.of(one.segment("next", rate_hz))).numpy()).max(axis=0) <= rig.tau).all()):
+                found.append(one)
+        if len(found) >= count:
+            break
+    return found[:count]
+
+
+def _merit(judge: Judge, one: Planned, often: int) -> tuple[float, float]:
+    """What motions are compared by where they are recorded so often: the chance, then the evidence between the closest pair."""
+    return round(judge.chance(one, often), 2), _least_pair(judge, one, often)
+
+
+def _least_pair(judge: Judge, one: Planned, often: int) -> float:
+    ahead = judge.added(one, often)[1]
+    return float(ahead[~np.eye(len(ahead), dtype=bool)].min())
+
+
+def _chosen(judge: Judge, tried: Sequence[Planned]) -> tuple[Planned, int]:
+    """The motion that most likely settles the matter, and how often it is to be recorded: no oftener than is enough."""
+    for often in range(FEWEST, MOST):
+        one = max(tried, key=lambda x: _merit(judge, x, often))
+        if judge.chance(one, often) >= ENOUGH:
+            return one, often
+    return max(tried, key=lambda x: _merit(judge, x, MOST)), MOST
+
+
+def next_experiment(search: Search, noise: Noise, claimed: Scored, model: StripTheory, rate_hz: float, seed: int,
+                    limits: Limits | None = None) -> Proposal | None:
+    """Return the motion that would settle the first ambiguous finding of `claimed`; None where nothing is ambiguous or moves.
+
+    `model` gives what instruments read; `rate_hz` is that of the motion's file; `limits` are those of the rig that its user states, the
+    others are taken from what it has shown. Raises ConfigError where they do not fit the arm.
+    """
+    problem = search.view.library.design.problem
+    contest, segments = contest_of(search, claimed), shown_by(problem)
+    if contest is None or not segments:
+        return None
+    judge, rng = Judge(search, noise, model, contest), np.random.default_rng(seed)
+    rig = Rig.of(segments).with_limits(limits)
+    drawn = judge.planned(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
+    if not drawn:
+        return None
+    first = sorted(drawn, key=lambda one: _merit(judge, one, MOST), reverse=True)[:BEST]
+    near = varied([one.motion for one in first], rig, problem.arm, rate_hz, BETTERED, rng)
+    best, often = _chosen(judge, [*first, *judge.planned(near, rig.tau)])
+    usual = float(np.median([judge.chance(one, often) for one in drawn]))
+    return Proposal(contest, best.motion, often, _least_pair(judge, best, often), judge.chance(best, often), usual, problem.arm, rig.stated)
