@@ -1,6 +1,6 @@
 """How often the diagnosis errs where the truth is known: `python training/error_rates/run.py [false_alarms] [coverage] [KEY=VALUE ...]`.
 
-false_alarms  healthy arms: the torque of the simulated arm of plan.yaml plus noise that is drawn anew; how often the mismatch test speaks.
+false_alarms  healthy arms: the torque of the simulated arm of plan.yaml plus noise that is drawn anew; how often the diagnosis speaks.
               White, correlated (AR(1), 0.8) and heavy-tailed (Student's t with 3 degrees) noise; derivatives given, or angles alone
               from noisy encoders, which are drawn anew every `per_motion` draws.
 coverage      effects of the catalogue planted at some times the smallest size that the recordings reveal, everything else as above; how
@@ -22,19 +22,14 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import beta
 
-from nnhydro.diagnosis.case import Case, opened
-from nnhydro.diagnosis.instances import instances
-from nnhydro.diagnosis.naming import named, torque_peaks
-from nnhydro.diagnosis.planting import planted
-from nnhydro.diagnosis.power import power
-from nnhydro.diagnosis.reference import reference
-from nnhydro.diagnosis.search import mismatch
-from nnhydro.diagnosis.table import Table
+from nnhydro.diagnosis.calibration.injection import injected
+from nnhydro.diagnosis.calibration.power import power
+from nnhydro.diagnosis.diagnose import diagnose, studied
+from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.files import write_json
 from nnhydro.identification.identify import versions
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.segment import Segment
 from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.recipe import parse_recipe
 
@@ -70,18 +65,10 @@ def noise(kind: str, shape: tuple[int, ...], rng: np.random.Generator) -> Array:
     return np.asarray(lfilter([np.sqrt(1 - CORRELATED**2)], [1, -CORRELATED], white, axis=0))
 
 
-def disturbed(case: Case, kind: str, level: Array, seed: int) -> Case:
-    """Return the case with noise of the standard deviation `level` (joints,) N m added to every torque."""
-    def segments(number: int) -> tuple[Segment, ...]:
-        made = []
-        for k, s in enumerate(case.all_units[number].segments()):
-            e = noise(kind, s.q.shape, np.random.default_rng([seed, number, k])) * level
-            assert s.tau is not None
-            made.append(replace(s, tau=s.tau + s.seen(e)))
-        return tuple(made)
-
-    kept = [segments(number) for number in range(len(case.all_units))]
-    return replace(case, all_units=tuple(replace(u, segments=lambda made=made: made) for u, made in zip(case.all_units, kept, strict=True)))
+def disturbed(healthy: Campaign, kind: str, level: Array, seed: int) -> Campaign:
+    """Return the campaign with noise of the standard deviation `level` (joints,) N m added to every torque."""
+    made = [replace(r, tau=r.tau + level * noise(kind, r.q.shape, np.random.default_rng([seed, k]))) for k, r in enumerate(healthy.recordings())]
+    return Campaign.of(healthy.arm, made)
 
 
 def rms(healthy: Campaign) -> Array:
@@ -107,10 +94,8 @@ def false_alarms(config: dict) -> None:
             for draw in range(config["draws"]):
                 if draw % config["per_motion"] == 0:
                     now = healthy if motion == "given" else shaken(healthy, config["encoder_noise_rad"], config["seed"] + draw)
-                    case = opened(now).case
-                    table, known = Table(case), instances(now.arm, torque_peaks(case.all_units))
-                noisy = disturbed(case, kind, config["noise"] * rms(now), config["seed"] + draw)
-                hits += mismatch(table.of(noisy), known, None, draw)[0] <= NOMINAL
+                noisy = disturbed(now, kind, config["noise"] * rms(now), config["seed"] + draw)
+                hits += diagnose(noisy, seed=draw).detected
             rows.append({"motion": motion, "noise": kind} | share(hits, config["draws"]))
             found = rows[-1]
             print(f"{motion:>12} {kind:>10} {found['tries']:>6} {found['hits']:>7} {found['share']:>7.4f}   "
@@ -123,28 +108,27 @@ def false_alarms(config: dict) -> None:
 def coverage(config: dict) -> None:
     """Print how often intervals hold the truth."""
     healthy = campaign(True)
-    rng = np.random.default_rng(config["seed"])
-    noisy = Campaign.of(healthy.arm, [replace(r, tau=r.tau + config["noise"] * rms(healthy) * rng.standard_normal(r.q.shape))
-                                      for r in healthy.recordings()])
-    found = power(noisy)
+    found = power(disturbed(healthy, "white", config["noise"] * rms(healthy), config["seed"]))
     seen = [row for row in found.rows if row.size is not None]
     inside: dict[str, list[bool]] = {}
     missed = 0
     for number, row in enumerate(seen):
-        others = [name for name in catalogue() if name != row.instance.key[0]]
+        others = [name for name in catalogue() if name != row.hypothesis.effect.id]
         for draw in range(config["repeats"]):
             values = row.direction * row.size * config["times"]
-            case = planted(found.case, [(row.instance, values)], found.noise, config["seed"] + 100 * number + draw)
-            case = replace(case, reference=reference(None, healthy.arm, case.all_units, case.model.preparation))
-            told = {(f.effect.id, f.effect.joint): f for f in named(case, None, draw, others).findings}
-            finding = told.get(row.instance.key)
+            z = np.zeros(found.design.Y.shape[2])
+            design = injected(found.design, found.noise, found.model, z, [(row.hypothesis, values)], config["seed"] + 100 * number + draw)
+            named = studied(design, draw, others)
+            claimed = named.decided.claimed
+            told = {(f.effect.id, f.effect.joint): f for f in (finding_of(named.search, claimed, k) for k in claimed.chosen)}
+            finding = told.get(row.hypothesis.key)
             missed += finding is None
-            truth = row.instance.with_values(torch.from_numpy(values)).quantities()
+            truth = row.hypothesis.with_values(torch.from_numpy(values)).quantities()
             for name, quantity in truth.items() if finding is not None else ():
                 low, high = finding.parameters[name]["ci95"]
-                inside.setdefault(f"{row.instance.key[0]}.{name}", []).append(bool(low <= quantity.value <= high))
-        mine = {k: v for k, v in inside.items() if k.startswith(row.instance.key[0] + ".")}
-        print(f"{row.instance.key[0]:>22} joint {row.instance.key[1]}  "
+                inside.setdefault(f"{row.hypothesis.key[0]}.{name}", []).append(bool(low <= quantity.value <= high))
+        mine = {k: v for k, v in inside.items() if k.startswith(row.hypothesis.key[0] + ".")}
+        print(f"{row.hypothesis.key[0]:>22} joint {row.hypothesis.key[1]}  "
               + ", ".join(f"{k.partition('.')[2]} {sum(v)}/{len(v)}" for k, v in mine.items()), flush=True)
     every = [x for values in inside.values() for x in values]
     total = share(sum(every), len(every))

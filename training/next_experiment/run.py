@@ -15,9 +15,11 @@ from pathlib import Path
 from table import honest, settled, table, words
 from tank import Tank
 
-from nnhydro.diagnosis.experiment import motions_at_random
-from nnhydro.diagnosis.rig import Limits
-from nnhydro.diagnosis.studied import Studied, studied
+from nnhydro.diagnosis.diagnose import Studied, study
+from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment
+from nnhydro.diagnosis.experiment.rig_limits import Limits
+from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.files import write_json
 from nnhydro.identification.identify import versions
 from nnhydro.recordings.campaign import Campaign
@@ -28,25 +30,27 @@ RUNS = HERE / "runs"
 
 def told(found: Studied) -> list[dict]:
     """Return what the diagnosis names."""
-    return [{"class": list(f.members), "joint": f.effect.joint or None} for f in found.findings]
+    claimed = found.decided.claimed
+    findings = (finding_of(found.search, claimed, k) for k in claimed.chosen)
+    return [{"class": list(f.members), "joint": f.effect.joint or None} for f in findings]
 
 
 def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:
     """Return what came of one case."""
     tank = Tank(config, rig, hidden, seed)
     first = [tank.record(motion, f"run_{k}") for k, motion in enumerate(tank.motions)]
-    before = studied(Campaign.of(tank.arm, first))
+    before = study(problem_of(Campaign.of(tank.arm, first)), None, seed)
     limits = Limits(**rig["limits"]) if config["stated"] else None
-    proposal = before.proposal(seed, limits)
+    proposal = next_experiment(before.search, before.noise, before.decided.claimed, before.model, config["rate_hz"], seed, limits)
     row = {"rig": rig["name"], "hidden": hidden, "seed": seed, "given": config["given"], "stated": config["stated"],
            "before": told(before), "honest": honest(told(before), hidden), "after": None, "after_random": [],
            "proposal": None if proposal is None else proposal.document()}
     if proposal is None:
         return row
-    others = motions_at_random(before.case, config["controls"], seed, limits)
+    others = motions_at_random(before.design.problem, before.model, config["rate_hz"], config["controls"], seed, limits)
     for motion in [proposal.motion, *others]:
         more = [tank.record(motion.document, f"s_next_{k}") for k in range(proposal.recordings)]
-        names = told(studied(Campaign.of(tank.arm, [*first, *more])))
+        names = told(study(problem_of(Campaign.of(tank.arm, [*first, *more])), None, seed))
         if motion is proposal.motion:
             row["after"] = names
         else:

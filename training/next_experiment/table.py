@@ -1,6 +1,6 @@
 """What came of the cases, in words and as a table."""
 
-from nnhydro.diagnosis.experiment import FAIR
+from nnhydro.diagnosis.experiment.proposal import FAIR
 
 
 def honest(names: list[dict], hidden: dict) -> bool:

@@ -1,7 +1,7 @@
 """Is the smallest size that `nnhydro power` states found four times in five? `python training/power/run.py [WORD] [KEY=VALUE]`.
 
 table    what the motions of a campaign reveal, for every effect: results.json, table.md
-plants   every effect planted at its stated size on these motions, the baseline refitted, the whole catalogue tried: how often it is found,
+plants   every effect planted at its stated size on these motions, the whole catalogue tried: how often it is found,
          that is, named, or in the class of what is named; and how often at the right joint
 summary  counts the plants that are there, under runs/: a run that was ended goes on
 
@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from nnhydro.diagnosis.planting import planted
-from nnhydro.diagnosis.power import Power, Reveal, power
-from nnhydro.diagnosis.reference import reference
-from nnhydro.diagnosis.studied import named
+from nnhydro.diagnosis.calibration.injection import injected
+from nnhydro.diagnosis.calibration.power import Power, Reveal, power
+from nnhydro.diagnosis.diagnose import studied
+from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.quantity import Z95
 from nnhydro.files import write_json
 from nnhydro.identification.identify import versions
@@ -50,18 +50,21 @@ def seen(found: Power, config: dict) -> list[Reveal]:
     """Return one row for each effect and joint that is revealed at some size: of its parameters the one that is least like a rival."""
     rows: dict[tuple[str, int], Reveal] = {}
     for row in sorted(found.rows, key=lambda r: -r.likeness):
-        if row.size is not None and (not config["effects"] or row.instance.key[0] in config["effects"]):
-            rows[row.instance.key] = row
+        if row.size is not None and (not config["effects"] or row.hypothesis.key[0] in config["effects"]):
+            rows[row.hypothesis.key] = row
     return list(rows.values())
 
 
 def plant(found: Power, row: Reveal, draw: int, config: dict) -> dict:
     """Return what is named where `row` is planted at its stated size."""
     seed = config["seed"] + 1000 * draw + found.rows.index(row)  # noise of its own for every plant
-    case = planted(found.case, [(row.instance, row.direction * row.size)], found.noise, seed)
-    case = replace(case, reference=reference(None, case.model.arm, case.all_units, case.model.preparation))
-    told = [{"class": list(f.members), "joint": f.effect.joint} for f in named(case, None, draw).findings]
-    key = row.instance.key
+    z = np.zeros(found.design.Y.shape[2])
+    design = injected(found.design, found.noise, found.model, z, [(row.hypothesis, row.direction * row.size)], seed)
+    named = studied(design, draw)
+    claimed = named.decided.claimed
+    findings = (finding_of(named.search, claimed, k) for k in claimed.chosen)
+    told = [{"class": list(f.members), "joint": f.effect.joint} for f in findings]
+    key = row.hypothesis.key
     return {"effect": key[0], "joint": key[1], "parameter": row.parameter, "size": row.size, "draw": draw, "named": told,
             "found": any(key[0] in one["class"] for one in told),
             "at_joint": any(key[0] in one["class"] and one["joint"] in (key[1], 0) for one in told)}
@@ -73,7 +76,7 @@ def plants(found: Power, config: dict) -> None:
     for draw in range(config["plants"]):
         for row in seen(found, config)[: config["most"] - done]:
             done += 1
-            path = RUNS / f"{row.instance.key[0]}_{row.instance.key[1]}_{draw}.json"
+            path = RUNS / f"{row.hypothesis.key[0]}_{row.hypothesis.key[1]}_{draw}.json"
             if not path.is_file():
                 path.parent.mkdir(exist_ok=True)
                 write_json(path, plant(found, row, draw, config))
@@ -99,7 +102,7 @@ def table(found: Power) -> str:
         size = "not at any size" if row.size is None else f"{row.size:.2g} {row.unit}"
         shape = ", ".join(f"{name} {value:.3g}" for name, value in row.shape.items())
         rival = "" if row.rival is None else f"{row.rival} ({row.likeness:.2f})"
-        lines.append(f"| {row.instance.key[0]} | {row.instance.key[1] or 'arm'} | {row.parameter} | {size} | {100 * row.visible:.0f} % | "
+        lines.append(f"| {row.hypothesis.key[0]} | {row.hypothesis.key[1] or 'arm'} | {row.parameter} | {size} | {100 * row.visible:.0f} % | "
                      f"{rival} | {shape} |")
     return "\n".join(lines) + "\n"
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rigs import arm
 
-from nnhydro.diagnosis.feasible import _fourier, _made, _moved, _slew, _tow, _towed, draw, varied
-from nnhydro.diagnosis.rig import Rig
+from nnhydro.diagnosis.experiment.motions import _fourier, _made, _moved, _slew, _tow, _towed, draw, varied
+from nnhydro.diagnosis.experiment.rig_limits import Rig
 from nnhydro.simulation.motions.motion_kind import State
 
 RIG = Rig(np.array([[-1.0, 2.0], [0.5, 1.0]]), np.array([1.5, 0.8]), np.array([6.0, 4.0]), 0.5, np.array([9.0, 3.0]), 10.0)
@@ -231,14 +231,26 @@ def test_variations_come_from_the_best_in_turn_and_are_no_more_than_asked_for():
     assert all(one.document != two.document for one in found for two in best)
 
 
-def test_a_proposed_motion_is_a_recording_without_torque_and_a_file_of_its_columns():
+def test_a_proposed_motion_is_a_stretch_without_torque_and_a_file_of_its_columns():
     made = next(one for one in draw(RIG, arm(2), 50.0, 12, np.random.default_rng(1)) if "carriage" in one.document)
-    r = made.recording("next")
-    np.testing.assert_array_equal(r.q, made.state.q)
-    np.testing.assert_array_equal(r.u0, made.state.u0)
-    assert (r.tau == 0).all()
+    whole, coarse = made.segment("next", 50.0), made.segment("next", 20.0)
+    np.testing.assert_array_equal(whole.q, made.state.q)
+    np.testing.assert_array_equal(coarse.u0, made.state.u0[::2])
+    assert coarse.dt == pytest.approx(0.04), "at 25 Hz: not below what was asked for"
+    assert made.segment("next", 1000.0).dt == pytest.approx(0.02)
+    assert (whole.tau == 0).all()
     columns = made.columns(arm(2))
     assert list(columns) == ["t_s", "q1_rad", "q2_rad", "dq1_rad_s", "dq2_rad_s", "ddq1_rad_s2", "ddq2_rad_s2", "u0_m_s", "du0_m_s2"]
     np.testing.assert_array_equal(columns["dq2_rad_s"], made.state.qd[:, 1])
     still = draw(STILL, arm(2), 50.0, 1, np.random.default_rng(1))[0]
     assert "u0_m_s" not in still.columns(arm(2))
+    assert still.segment("next", 50.0).stop_row == len(still.t)
+
+
+def test_a_proposed_motion_stays_within_the_rig_and_uses_it():
+    found = draw(RIG, arm(2), 50.0, 24, np.random.default_rng(3))
+    assert len(found) == 24
+    assert all(RIG.allows(one.state) for one in found)
+    used = [max((np.abs(one.state.qd) / RIG.rate).max(), (np.abs(one.state.qdd) / RIG.acceleration).max(), np.abs(one.state.u0).max() / RIG.u0)
+            for one in found]
+    assert np.mean(np.array(used) > 0.25) > 0.4, "motions far below what the rig can do show nothing"
