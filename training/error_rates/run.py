@@ -67,8 +67,8 @@ def noise(kind: str, shape: tuple[int, ...], rng: np.random.Generator) -> Array:
 
 def disturbed(healthy: Campaign, kind: str, level: Array, seed: int) -> Campaign:
     """Return the campaign with noise of the standard deviation `level` (joints,) N m added to every torque."""
-    made = [replace(r, tau=r.tau + level * noise(kind, r.q.shape, np.random.default_rng([seed, k]))) for k, r in enumerate(healthy.recordings())]
-    return Campaign.of(healthy.arm, made)
+    drawn = [(r, noise(kind, r.q.shape, np.random.default_rng([seed, k]))) for k, r in enumerate(healthy.recordings())]
+    return Campaign.of(healthy.arm, [replace(r, tau=r.tau + level * e) for r, e in drawn])
 
 
 def rms(healthy: Campaign) -> Array:

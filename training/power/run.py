@@ -102,7 +102,8 @@ def table(found: Power) -> str:
         size = "not at any size" if row.size is None else f"{row.size:.2g} {row.unit}"
         shape = ", ".join(f"{name} {value:.3g}" for name, value in row.shape.items())
         rival = "" if row.rival is None else f"{row.rival} ({row.likeness:.2f})"
-        lines.append(f"| {row.hypothesis.key[0]} | {row.hypothesis.key[1] or 'arm'} | {row.parameter} | {size} | {100 * row.visible:.0f} % | "
+        effect, joint = row.hypothesis.key
+        lines.append(f"| {effect} | {joint or 'arm'} | {row.parameter} | {size} | {100 * row.visible:.0f} % | "
                      f"{rival} | {shape} |")
     return "\n".join(lines) + "\n"
 

@@ -1,4 +1,4 @@
-"""Put effects of stated sizes into a campaign: the baseline's torque, the effects' torque and noise of this campaign's spectrum, on its motions.
+"""Put effects of stated sizes into a campaign: the torques of baseline and effects, and noise of this campaign's spectrum, on its motions.
 
     y = Y z + sum_k x_k beta_k + e,     e ~ N(0, noise)          rows of the cosine domain, in which the noise is independent
 """
@@ -44,11 +44,11 @@ def injected(design: Design, noise: Noise, model: StripTheory, z: Array, effects
 def observing(view: View, y: Array) -> View:
     """Return `view` with the whitened torque `y` (n, joints) in place of the one measured: every product with it anew, all others kept."""
     old = view.whitened
-    p, m = old.p, old.m
-    b = np.concatenate([old.Y.reshape(y.size, p).T @ y.ravel(), *((old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints if m else 0))])
+    unknown = [(old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints)]
+    b = np.concatenate([old.Y.reshape(y.size, old.p).T @ y.ravel(), *unknown])
     whitened = _copy(old, y=y, b=b, yy=float((y**2).sum()))
     kept = {k: replace(c, Xy=c.Xw.reshape(-1, c.Xw.shape[2]).T @ y.ravel()) for k, c in view._columns.items()}
-    return _copy(view, whitened=whitened, Xy=view.Xw.reshape(-1, view.Xw.shape[2]).T @ y.ravel(), _columns=kept)
+    return _copy(view, whitened=whitened, Xy=view.Xw.reshape(-1, view.Xw.shape[2]).T @ y.ravel(), _columns=kept, _own_best={})
 
 
 def _copy(one: T, **changes: object) -> T:
@@ -63,7 +63,7 @@ def foretold(view: View, found: Scored) -> Array:
     whitened, mean = view.whitened, found.fit.mean
     p, m, joints = whitened.p, whitened.m, whitened.joints
     made = whitened.Y @ mean[:p]
-    for j in range(joints if m else 0):
+    for j in range(joints):
         made[:, j] += (whitened.Phi * whitened.sw[:, j:j + 1]) @ mean[p + j * m: p + (j + 1) * m]
     for k, at in found.places(view).items():
         made += view.columns(k).Xw @ mean[at]

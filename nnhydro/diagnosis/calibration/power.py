@@ -13,6 +13,7 @@ Source: power of a test by its noncentrality, Kay (1998), Fundamentals of Statis
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, final
 
 import numpy as np
@@ -100,7 +101,8 @@ def _directions(h: Hypothesis) -> Iterator[tuple[str, str, Array]]:
 
 
 def _within_bounds(h: Hypothesis, values: Array) -> bool:
-    return any(all(low - 1e-12 <= v <= high + 1e-12 for v, (low, high) in zip(sign * values, h.bounds(), strict=True)) for sign in (1.0, -1.0))
+    low, high = np.array(h.bounds(), dtype=float).reshape(-1, 2).T
+    return any(bool(((low - 1e-12 <= x) & (x <= high + 1e-12)).all()) for x in (values, -values))
 
 
 def _projected(columns: Columns, fit: Posterior) -> Array:
@@ -207,7 +209,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Rev
         return [row for _, row in rows]
     H = _projected(joined, sizing.alone)
     ends = np.cumsum([0, *(hypotheses[k].width for k in shown)])
-    places = {k: np.arange(a, b) for k, a, b in zip(shown, ends[:-1], ends[1:], strict=True)}
+    places = {k: np.arange(a, b) for k, (a, b) in zip(shown, pairwise(ends.tolist()), strict=True)}
     made = []
     for k, row in rows:
         best, name = 0.0, None

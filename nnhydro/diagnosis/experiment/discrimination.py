@@ -10,7 +10,8 @@ Source: designs that discriminate between rival models, Atkinson & Fedorov (1975
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import erf, sqrt
 from typing import final
 
@@ -37,7 +38,7 @@ Members = tuple[int, ...]
 @final
 @dataclass(frozen=True, eq=False)
 class Contest:
-    """A class: its members (numbers in the library, the finding first), the rest of the claimed set, and how far each is behind in score."""
+    """A class: its members (numbers in the library, the finding first), the rest of the claimed set, and their nats behind."""
 
     members: Members
     rest: Members
@@ -96,10 +97,10 @@ class Judge:
     def __post_init__(self) -> None:
         contest, library = self.contest, self.search.view.library
         self.numbers = (*contest.rest, *contest.members)
-        self.hypotheses: list[Hypothesis] = [library.hypotheses[k] for k in self.numbers]
+        self.hypotheses: list[Hypothesis] = [_later(library.hypotheses[k]) for k in self.numbers]
         self.p = self.search.whitened.p
         ends = self.p + np.cumsum([0, *(h.width for h in self.hypotheses)])
-        self.places = [np.arange(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.places = [np.arange(a, b) for a, b in pairwise(ends.tolist())]
         self.scale = np.concatenate([library.scale[library.at(k)] for k in self.numbers])
         self.q = int(ends[-1])
         self.values = [self._values(a) for a in range(len(contest.members))]
@@ -177,7 +178,7 @@ class Judge:
         return made
 
     def apart(self, H: Array) -> tuple[Array, Array]:
-        """Return lambda^2 (members, members), row the truth, and the expected log evidence of the row over the column, on the rows of `H`."""
+        """Return lambda^2 (members, members), row the truth, and the expected log evidence of row over column, on the rows of `H`."""
         count = len(self.contest.members)
         precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
         beside = np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(int)
@@ -200,6 +201,11 @@ class Judge:
     def chance(self, one: Planned, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
         return chance_settled(self.contest, *self.added(one, often))
+
+
+def _later(hypothesis: Hypothesis) -> Hypothesis:
+    """The hypothesis as it acts in what is recorded next: one that acts from a recording on still does."""
+    return replace(hypothesis, activity=None) if hypothesis.activity is not None and hypothesis.activity.since else hypothesis
 
 
 def _smooth(problem: Problem, x: Array) -> Array:

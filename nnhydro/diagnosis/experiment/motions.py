@@ -36,7 +36,8 @@ class Proposed:
         every = max(1, int(1 / (rate_hz * (self.t[1] - self.t[0]))))
         t, s = self.t[::every], self.state
         q, qd, qdd, u0, du0 = (x[::every] for x in (s.q, s.qd, s.qdd, s.u0, s.du0))
-        return Segment(name, t, q, qd, qdd, u0, du0, np.zeros_like(q), np.ones(len(t), dtype=bool), None, None, np.zeros_like(q), False, 0, len(t))
+        none, keep = np.zeros_like(q), np.ones(len(t), dtype=bool)
+        return Segment(name, t, q, qd, qdd, u0, du0, none, keep, None, None, none, False, 0, len(t))
 
     def columns(self, arm: Arm) -> dict[str, Array]:
         """Return the columns of a motion file, angles in the arm's own channels."""

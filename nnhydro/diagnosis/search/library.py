@@ -121,6 +121,9 @@ class View:
     def _multiply(self) -> None:
         old = self.before
         known = 0 if old is None else len(old.place)
+        if old is not None and len(self.place) == known:  # what is new has values of each recording's own
+            self.Xw, self.cross, self.gram, self.Xy = old.Xw, old.cross, old.gram, old.Xy
+            return
         X = self.library.X[..., self.place[known:]]
         Xw, cross = self.whitened.weighted(X), self.whitened.cross(X)
         flat = Xw.reshape(-1, X.shape[2])
