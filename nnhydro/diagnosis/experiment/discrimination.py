@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NEAR, RHO
 from nnhydro.diagnosis.experiment.motions import Proposed
-from nnhydro.diagnosis.findings.equivalence import alternatives
+from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design, columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
@@ -31,6 +31,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
+HARDLY = 0.05  # of all that the truth gains: a rival behind by less stays in the class while its torque is alike (`findings.equivalence`)
 PLANNED_HZ = 50.0  # rows a second at which planned motions are compared, at least: diagnosis never looks above 20 Hz
 Members = tuple[int, ...]
 
@@ -70,14 +71,14 @@ class Planned:
     G: Array
 
 
-def chance_settled(contest: Contest, size2: Array, ahead: Array) -> float:
+def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | float = NEAR) -> float:
     """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
 
     `size2` (members, members) is the lambda^2 that new rows add where the row's member is the truth and the column's the rival, `ahead` the
-    expected log evidence.
+    expected log evidence, `limit` the nats by which the rival must be behind to leave.
     """
     behind = np.array(contest.behind)
-    z = (behind[None, :] - behind[:, None] + ahead - NEAR) / np.sqrt(np.maximum(size2, 1e-9))
+    z = (behind[None, :] - behind[:, None] + ahead - limit) / np.sqrt(np.maximum(size2, 1e-9))
     leaves = np.array([[0.5 * (1 + erf(x / sqrt(2))) for x in row] for row in z])
     np.fill_diagonal(leaves, 1.0)
     weights = np.exp(-behind)
@@ -104,6 +105,7 @@ class Judge:
         self.scale = np.concatenate([library.scale[library.at(k)] for k in self.numbers])
         self.q = int(ends[-1])
         self.values = [self._values(a) for a in range(len(contest.members))]
+        self.precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
         self.H = self.recorded()
         self.before = self.apart(self.H)
 
@@ -180,8 +182,7 @@ class Judge:
     def apart(self, H: Array) -> tuple[Array, Array]:
         """Return lambda^2 (members, members), row the truth, and the expected log evidence of row over column, on the rows of `H`."""
         count = len(self.contest.members)
-        precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
-        beside = np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(int)
+        precision, beside = self.precision, self._beside()
         size2, occam = np.zeros((count, count)), np.zeros(count)
         for b in range(count):
             take = np.concatenate([beside, self._place(b)])
@@ -200,7 +201,25 @@ class Judge:
 
     def chance(self, one: Planned, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
-        return chance_settled(self.contest, *self.added(one, often))
+        return chance_settled(self.contest, *self.added(one, often), self.limits(self.H + often * one.G))
+
+    def limits(self, H: Array) -> Array:
+        """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.
+
+        Where the rival leaves less than 1 - ALIKE^2 of what the truth adds, its torque is alike and a share of the gain is asked for, too.
+        """
+        size2, beside = self.apart(H)[0], self._beside()
+        A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
+        energy = []
+        for d in self.values:
+            h = H[beside] @ d
+            energy.append(max(float(d @ H @ d - h @ np.linalg.solve(A, h)), 1e-12) if len(beside) else max(float(d @ H @ d), 1e-12))
+        whole = np.array(energy)[:, None]
+        return np.where(size2 / whole < 1 - ALIKE**2, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
+
+    def _beside(self) -> NDArray[np.int64]:
+        """The places of the baseline and the other findings."""
+        return np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(np.int64)
 
 
 def _later(hypothesis: Hypothesis) -> Hypothesis:
