@@ -1,4 +1,4 @@
-"""The next experiment: members of a class that a motion tells apart, beside brute force, limits, and a campaign that leaves two in doubt."""
+"""The next experiment: members of a class that a motion tells apart, by brute force, limits, and a campaign that leaves two in doubt."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -31,7 +31,7 @@ def biased():
     made = []
     for k in range(6):
         r = recording(ARM, planted(ARM), f"run{k}", seed=k + 1, noise=0.02)
-        made.append(replace(r, tau=r.tau + [0.4, 0.0]))
+        made.append(replace(r, tau=r.tau + np.array([0.4, 0.0])))
     return Campaign.of(ARM, made)
 
 
