@@ -10,6 +10,7 @@ import pytest
 from nnhydro.diagnosis.calibration.injection import injected
 from nnhydro.diagnosis.calibration.planned import planned
 from nnhydro.diagnosis.calibration.power import _typical, power, strength_needed
+from nnhydro.diagnosis.constants import RELEVANT
 from nnhydro.diagnosis.diagnose import studied
 from nnhydro.diagnosis.experiment.discrimination import Contest
 from nnhydro.diagnosis.experiment.motions import draw, varied
@@ -110,8 +111,15 @@ def test_a_weighed_link_hides_more_of_a_payload_the_less_it_is_known(small, tmp_
 
 def test_more_noise_asks_for_a_larger_size(small, tmp_path):
     loud = power(planned(plan(tmp_path, "0.03"))[0], without=WITHOUT)
-    for effect, joint in (("torque_bias", 1), ("torque_gain", 2), ("coulomb_friction", 1)):
-        assert 1.5 < row(loud, effect, joint).size / row(small[1], effect, joint).size < 4.5
+    for effect, joint in (("torque_bias", 1), ("torque_gain", 2), ("coulomb_friction", 2)):
+        assert 1.4 < row(loud, effect, joint).size / row(small[1], effect, joint).size < 4.5
+
+
+def test_no_size_is_stated_that_moves_the_torque_too_little_to_be_claimed(small):
+    """A friction of joint 1 would show from less on: its size is that at which it moves RELEVANT of the torque, noise considered."""
+    found, mine = small[1], row(small[1], "coulomb_friction", 1)
+    assert mine.size > RELEVANT * found.design.scale[0]
+    assert mine.strength > 15
 
 
 def test_the_document_tells_noise_recordings_and_a_row_a_parameter(small):

@@ -38,6 +38,7 @@ from nnhydro.recordings.campaign import Campaign
 
 Array = NDArray[np.float64]
 CHANCE, SIGMAS = 0.8, 0.84  # with which an effect of the stated size is found; standard deviations of a normal that it lies above its mean
+STARTS = (FIRST_SIZE, FIRST_SIZE / 10)  # of the unknown, from which its sizes are climbed
 ROUNDS = 4  # of size against what the unknown takes of it
 UNSEEN = 1e-6  # share of its energy below which a torque is the baseline's own
 
@@ -180,7 +181,7 @@ class Sizing:
         Xy = columns.cross.T @ null + columns.gram @ values
         seen.yy = float(null @ old.G @ null + 2 * null @ columns.cross @ values + values @ columns.gram @ values)
         law = posterior(seen, replace(columns, Xy=Xy), self.null.sizes.vector(seen)).log_evidence
-        without = max(fitted(seen, None, start)[0].log_evidence for start in (Sizes.even(seen, FIRST_SIZE), self.null.sizes))
+        without = max(fitted(seen, None, start)[0].log_evidence for start in (*(Sizes.even(seen, size) for size in STARTS), self.null.sizes))
         return law - without
 
 

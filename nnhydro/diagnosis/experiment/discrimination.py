@@ -4,7 +4,8 @@
     D_AB = lambda_AB^2 / 2 + (log|M_B| - log|M_A|) / 2        expected log evidence of the truth A over B
 
 P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add to
-what B is behind by N(D, lambda^2): with more parameters than A it falls behind even where it holds A as a special case. The noise of new
+what B is behind by N(D, lambda^2): with more parameters than A it falls behind even where it holds A as a special case. Of B's own law and
+its widest the one that comes nearer counts. The noise of new
 rows is that of the campaign, with what A explains believed to the model's FORM and LATE (`constants`).
 Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; in the evidence of `model.evidence`.
 """
@@ -97,7 +98,12 @@ class Judge:
 
     def __post_init__(self) -> None:
         contest, library = self.contest, self.search.view.library
-        self.numbers = (*contest.rest, *contest.members)
+        wider = {k: _widest(library.hypotheses, k) for k in contest.members}
+        self.numbers = (*contest.rest, *contest.members, *(w for k, w in wider.items() if w != k))
+        laws = {k: [len(contest.rest) + i] for i, k in enumerate(contest.members)}
+        for i, k in enumerate((k for k, w in wider.items() if w != k), len(contest.rest) + len(contest.members)):
+            laws[k].append(i)
+        self.laws = [laws[k] for k in contest.members]  # places of each member's laws, its own first
         self.hypotheses: list[Hypothesis] = [_later(library.hypotheses[k]) for k in self.numbers]
         self.p = self.search.whitened.p
         ends = self.p + np.cumsum([0, *(h.width for h in self.hypotheses)])
@@ -109,15 +115,12 @@ class Judge:
         self.H = self.recorded()
         self.before = self.apart(self.H)
 
-    def _place(self, member: int) -> NDArray[np.int64]:
-        return np.asarray(self.places[len(self.contest.rest) + member])
-
     def _values(self, a: int) -> Array:
         """The scaled values (q,) of member `a`, fitted beside the rest, at its own places."""
         k = self.contest.members[a]
         found = self.search.score((*self.contest.rest, k))
         values = np.zeros(self.q)
-        values[self._place(a)] = found.fit.mean[found.places(self.search.view)[k]]
+        values[self.places[self.laws[a][0]]] = found.fit.mean[found.places(self.search.view)[k]]
         return values
 
     def recorded(self) -> Array:
@@ -183,16 +186,19 @@ class Judge:
         """Return lambda^2 (members, members), row the truth, and the expected log evidence of row over column, on the rows of `H`."""
         count = len(self.contest.members)
         precision, beside = self.precision, self._beside()
-        size2, occam = np.zeros((count, count)), np.zeros(count)
-        for b in range(count):
-            take = np.concatenate([beside, self._place(b)])
+        size2, ahead, occam = np.zeros((count, count)), np.full((count, count), np.inf), np.zeros(count)
+        for b, law in [(b, law) for b, laws in enumerate(self.laws) for law in laws]:
+            take = np.concatenate([beside, self.places[law]])
             A = H[np.ix_(take, take)] + np.diag(precision[take])
-            occam[b] = 0.5 * np.linalg.slogdet(A / np.sqrt(precision[take][:, None] * precision[take]))[1]
+            paid = 0.5 * float(np.linalg.slogdet(A / np.sqrt(precision[take][:, None] * precision[take]))[1])
+            occam[b] = paid if law == self.laws[b][0] else occam[b]
             for a in (a for a in range(count) if a != b):
-                d = self.values[a]
-                h = H[take] @ d
-                size2[a, b] = max(float(d @ H @ d - h @ np.linalg.solve(A, h)), 0.0)
-        return size2, 0.5 * size2 + occam[None, :] - occam[:, None]
+                h = H[take] @ self.values[a]
+                left = max(float(self.values[a] @ H @ self.values[a] - h @ np.linalg.solve(A, h)), 0.0)
+                if left / 2 + paid < ahead[a, b]:
+                    size2[a, b], ahead[a, b] = left, left / 2 + paid
+        np.fill_diagonal(ahead, occam)
+        return size2, ahead - occam[:, None]
 
     def added(self, one: Planned, often: int) -> tuple[Array, Array]:
         """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
@@ -220,6 +226,18 @@ class Judge:
     def _beside(self) -> NDArray[np.int64]:
         """The places of the baseline and the other findings."""
         return np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(np.int64)
+
+
+def _widest(hypotheses: Sequence[Hypothesis], k: int) -> int:
+    """The law of the most values of the effect of hypothesis `k` at its joint, at its shape where there is one."""
+    one = hypotheses[k]
+    same = [i for i, h in enumerate(hypotheses) if h.key == one.key and not h.per_recording and h.width > one.width]
+
+    def alike(i: int) -> tuple[int, int]:
+        shape = sum(getattr(hypotheses[i].effect, name) == getattr(one.effect, name) for name in one.spans)
+        return hypotheses[i].width, shape
+
+    return max(same, key=alike, default=k)
 
 
 def _later(hypothesis: Hypothesis) -> Hypothesis:
