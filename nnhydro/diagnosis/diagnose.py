@@ -172,8 +172,9 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
 def _following(found: Studied, campaign: Campaign, seed: int, limits: Limits | None) -> tuple[Proposal | None, dict[str, str]]:
     """The next experiment, and why there is none where planning it failed: it never costs the verdict."""
     try:
-        rates = [1 / float(np.median(np.diff(campaign.load(name).t))) for name in found.design.problem.names[:1]]
-        return next_experiment(found.search, found.noise, found.decided.claimed, found.model, *(rates or [1.0]), seed, limits), {}
+        names = found.design.problem.names
+        rate = 1 / float(np.median(np.diff(campaign.load(names[0]).t))) if names else 1.0
+        return next_experiment(found.search, found.noise, found.decided.claimed, found.model, rate, seed, limits), {}
     except (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError) as error:
         return None, {"next_experiment": f"not planned: {error}"}
 

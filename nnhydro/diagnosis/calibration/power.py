@@ -181,7 +181,8 @@ class Sizing:
         Xy = columns.cross.T @ null + columns.gram @ values
         seen.yy = float(null @ old.G @ null + 2 * null @ columns.cross @ values + values @ columns.gram @ values)
         law = posterior(seen, replace(columns, Xy=Xy), self.null.sizes.vector(seen)).log_evidence
-        without = max(fitted(seen, None, start)[0].log_evidence for start in (*(Sizes.even(seen, size) for size in STARTS), self.null.sizes))
+        starts = (*(Sizes.even(seen, size) for size in STARTS), self.null.sizes)
+        without = max(fitted(seen, None, start)[0].log_evidence for start in starts)
         return law - without
 
 

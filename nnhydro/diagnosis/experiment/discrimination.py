@@ -138,7 +138,8 @@ class Judge:
         design = self.search.view.library.design
         old = design.problem
         placed = all(s.place is not None for s in old.stretches)
-        able, stretches = [], []
+        able: list[Proposed] = []
+        stretches: list[Stretch] = []
         for motion in motions:
             segment = motion.segment(f"next_{len(able)}", max(PLANNED_HZ, 4 * old.edge))
             torque = np.abs(self.model.torque(Motion.of(segment)).numpy()).max(axis=0)
@@ -157,7 +158,8 @@ class Judge:
             Y = columns_and_offset(baseline.physics.loads, stretch.segment, problem.arm)[0] @ baseline.prior.F
             X = columns_on(self.hypotheses, self.model, stretch, predicted=True) * self.scale
             tau = self.model.torque(Motion.of(stretch.segment)).numpy()
-            return np.nan_to_num(np.concatenate([Y, X, tau[..., None]], axis=2))
+            made: Array = np.nan_to_num(np.concatenate([Y, X, tau[..., None]], axis=2))
+            return made
 
         rows = Design(problem, baseline, zeros, zeros, zeros).rows(on)
         columns, tau = rows[..., :-1], rows[..., -1]

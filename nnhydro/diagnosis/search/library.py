@@ -122,7 +122,10 @@ class View:
         old = self.before
         known = 0 if old is None else len(old.place)
         if old is not None and len(self.place) == known:  # what is new has values of each recording's own
-            self.Xw, self.cross, self.gram, self.Xy = old.Xw, old.cross, old.gram, old.Xy
+            self.Xw: Array = old.Xw
+            self.cross: Array = old.cross
+            self.gram: Array = old.gram
+            self.Xy: Array = old.Xy
             return
         X = self.library.X[..., self.place[known:]]
         Xw, cross = self.whitened.weighted(X), self.whitened.cross(X)
