@@ -251,6 +251,6 @@ def test_a_proposed_motion_stays_within_the_rig_and_uses_it():
     found = draw(RIG, arm(2), 50.0, 24, np.random.default_rng(3))
     assert len(found) == 24
     assert all(RIG.allows(one.state) for one in found)
-    used = [max((np.abs(one.state.qd) / RIG.rate).max(), (np.abs(one.state.qdd) / RIG.acceleration).max(), np.abs(one.state.u0).max() / RIG.u0)
-            for one in found]
+    states = [one.state for one in found]
+    used = [max((np.abs(s.qd) / RIG.rate).max(), (np.abs(s.qdd) / RIG.acceleration).max(), np.abs(s.u0).max() / RIG.u0) for s in states]
     assert np.mean(np.array(used) > 0.25) > 0.4, "motions far below what the rig can do show nothing"
