@@ -71,6 +71,7 @@ def test_what_is_left_of_the_truth_is_what_least_squares_with_the_priors_leaves(
     values = [np.array([0, 0, 0, 0.7, 0, 0]), np.array([0, 0, 0, 0, 0.4, -0.2])]
     judge.__dict__.update(contest=TWO, p=p, q=6, places=[np.array([3]), np.array([4, 5])], laws=[[0], [1]], values=values,
                           precision=np.concatenate([np.ones(p), np.full(3, RHO**-2)]))
+    judge.moments = [np.outer(d, d) for d in judge.values]
     size2, ahead = judge.apart(X.T @ X)
     for a, b, own in ((0, 1, [4, 5]), (1, 0, [3])):
         take = [0, 1, 2, *own]
@@ -91,9 +92,10 @@ def test_of_a_rivals_laws_the_one_that_comes_nearer_counts():
     judge = object.__new__(Judge)
     judge.__dict__.update(contest=TWO, p=0, q=4, places=[np.array([0]), np.array([1]), np.array([2, 3])], laws=[[0], [1, 2]],
                           values=[np.array([0.7, 0, 0, 0]), np.array([0, 0.7, 0, 0])], precision=np.full(4, RHO**-2))
+    judge.moments = [np.outer(d, d) for d in judge.values]
     size2, ahead = judge.apart(X.T @ X)
-    assert size2[0, 1] < 5.5 < 100 < size2[1, 0], "what the prior takes away is all that is left"
-    assert 0 < ahead[0, 1] < 10, "a value more is all that it costs"
+    assert size2[0, 1] < 12 < 100 < size2[1, 0], "what the prior takes away is all that is left"
+    assert 0 < ahead[0, 1] < 15, "a value more is all that it costs"
 
 
 def test_recorded_columns_are_those_of_the_campaign_at_hand(found):

@@ -10,7 +10,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.evidence import Whitened, posterior
+from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
@@ -58,13 +59,14 @@ def _copy(one: T, **changes: object) -> T:
     return made
 
 
-def foretold(view: View, found: Scored) -> Array:
-    """Return the whitened torque (n, joints) of `found`: baseline, unknown and effects at their fitted values."""
-    whitened, mean = view.whitened, found.fit.mean
-    p, m, joints = whitened.p, whitened.m, whitened.joints
+def foretold(view: View, found: Scored, remainder: Scored) -> Array:
+    """Return the whitened torque (n, joints) of `found`: baseline and effects fitted without the unknown, which is that of `remainder`."""
+    whitened, columns = view.whitened, view.joined(found.chosen)
+    p, m = whitened.p, whitened.m
+    mean = posterior(whitened, columns, none(whitened).vector(whitened)).mean
     made = whitened.Y @ mean[:p]
-    for j in range(joints):
-        made[:, j] += (whitened.Phi * whitened.sw[:, j:j + 1]) @ mean[p + j * m: p + (j + 1) * m]
+    for j in range(whitened.joints):
+        made[:, j] += (whitened.Phi * whitened.sw[:, j:j + 1]) @ remainder.fit.mean[p + j * m: p + (j + 1) * m]
     for k, at in found.places(view).items():
         made += view.columns(k).Xw @ mean[at]
     return np.asarray(made)

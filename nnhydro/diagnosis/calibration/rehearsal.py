@@ -3,8 +3,9 @@
     y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a world        confidence <= (hits + 1/2) / (hits + misnamed + 1)
 
 hits: draws of the findings that name one of them; misnamed: draws of a rival in its place that name it all the same. Both are as many. A
-draw is named by the score of the claimed set, of the set without the finding, and with each rival in its place. What no card holds is not
-rehearsed: the posterior's own confidence, which knows what remains unknown, stays the upper bound.
+draw holds what remains unknown beside the claims. It is named by the score of the claimed set, of the set without the finding, and with
+each rival in its place. What no card holds is not rehearsed: the posterior's own confidence, which knows what remains unknown, stays the
+upper bound.
 Source: simulation-based calibration in the manner of Talts et al. (2018), arXiv:1804.06788; the ratio (Jeffreys' prior) is ours.
 """
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from nnhydro.diagnosis.calibration.injection import foretold, observing
 from nnhydro.diagnosis.constants import LEAST_GAIN
-from nnhydro.diagnosis.findings.equivalence import alternatives
+from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.stepwise import Scored, Search
@@ -36,7 +37,7 @@ class World:
 
 
 def worlds(search: Search, claimed: Scored, rivals: Rivals) -> list[World]:
-    """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals."""
+    """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals of another torque."""
     made = [World(claimed, None, None)] if claimed.chosen else []
     for k, others in rivals.items():
         made += [World(search.score((*(x for x in claimed.chosen if x != k), r)), k, r) for r in others[:RIVALS]]
@@ -58,11 +59,13 @@ def _named(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
 def rehearse(search: Search, claimed: Scored, draws: int, seed: int,
              progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
     """Return what was planted and what was named, `draws` times a world, as diagnosis.json holds it."""
-    rivals = {k: tuple(a.number for a in alternatives(search, claimed, k)[1]) for k in claimed.chosen}
-    told, rehearsed = [], worlds(search, claimed, rivals)
+    others = {k: alternatives(search, claimed, k)[1] for k in claimed.chosen}
+    rivals = {k: tuple(a.number for a in found) for k, found in others.items()}
+    unlike = {k: tuple(a.number for a in found if a.cosine <= ALIKE) for k, found in others.items()}
+    told, rehearsed = [], worlds(search, claimed, unlike)
     for number, world in enumerate(rehearsed):
         count: dict[str, int] = {}
-        mean = foretold(search.view, world.planted)
+        mean = foretold(search.view, world.planted, claimed)
         for draw in range(draws):
             progress(f"rehearsal {number * draws + draw + 1} of {len(rehearsed) * draws}")
             y = mean + np.random.default_rng([seed, number, draw]).standard_normal(mean.shape)

@@ -111,6 +111,11 @@ class Judge:
         self.scale = np.concatenate([library.scale[library.at(k)] for k in self.numbers])
         self.q = int(ends[-1])
         self.values = [self._values(a) for a in range(len(contest.members))]
+        self.moments = [np.outer(d, d) for d in self.values]
+        for a, k in enumerate(contest.members):  # a law whose values are hardly known may show more than they do
+            found, at = self.search.score((*contest.rest, k)), self.places[self.laws[a][0]]
+            place = found.places(self.search.view)[k]
+            self.moments[a][np.ix_(at, at)] += found.fit.covariance(np.arange(place.start, place.stop))
         self.precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
         self.H = self.recorded()
         self.before = self.apart(self.H)
@@ -195,8 +200,7 @@ class Judge:
             paid = 0.5 * float(np.linalg.slogdet(A / np.sqrt(precision[take][:, None] * precision[take]))[1])
             occam[b] = paid if law == self.laws[b][0] else occam[b]
             for a in (a for a in range(count) if a != b):
-                h = H[take] @ self.values[a]
-                left = max(float(self.values[a] @ H @ self.values[a] - h @ np.linalg.solve(A, h)), 0.0)
+                left = _left(H, take, A, self.moments[a])
                 if left / 2 + paid < ahead[a, b]:
                     size2[a, b], ahead[a, b] = left, left / 2 + paid
         np.fill_diagonal(ahead, occam)
@@ -218,16 +222,21 @@ class Judge:
         """
         size2, beside = self.apart(H)[0], self._beside()
         A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
-        energy = []
-        for d in self.values:
-            h = H[beside] @ d
-            energy.append(max(float(d @ H @ d - h @ np.linalg.solve(A, h)), 1e-12) if len(beside) else max(float(d @ H @ d), 1e-12))
+        energy = [max(_left(H, beside, A, m), 1e-12) for m in self.moments]
         whole = np.array(energy)[:, None]
-        return np.where(size2 / whole < 1 - ALIKE**2, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
+        count = np.array([self.hypotheses[laws[0]].width for laws in self.laws])
+        alike = (size2 / whole < 1 - ALIKE**2) & (count[None, :] <= count[:, None])  # a law of more values has no such excuse
+        return np.where(alike, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
 
     def _beside(self) -> NDArray[np.int64]:
         """The places of the baseline and the other findings."""
         return np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(np.int64)
+
+
+def _left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> float:
+    """What a fit of the columns `take` leaves of a torque whose values have the second moment `moment` (q, q), in noise units."""
+    explained = np.trace(np.linalg.solve(A, H[take] @ moment @ H[:, take])) if len(take) else 0.0
+    return max(float((H * moment).sum() - explained), 0.0)
 
 
 def _widest(hypotheses: Sequence[Hypothesis], k: int) -> int:
