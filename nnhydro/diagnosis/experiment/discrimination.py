@@ -4,7 +4,7 @@
     D_AB = lambda_AB^2 / 2 + (log|M_B| - log|M_A|) / 2        expected log evidence of the truth A over B
 
 P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add to
-what B is behind by N(D, lambda^2): with more parameters than A it falls behind even where it holds A as a special case. Of B's own law and
+what B is behind by N(D, lambda^2 + 1): with more parameters than A it falls behind even where it holds A as a special case. Of B's own law and
 its widest the one that comes nearer counts. The noise of new
 rows is that of the campaign, with what A explains believed to the model's FORM and LATE (`constants`).
 Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; in the evidence of `model.evidence`.
@@ -33,6 +33,7 @@ from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
 HARDLY = 0.05  # of all that the truth gains: a rival behind by less stays in the class while its torque is alike (`findings.equivalence`)
+SCATTER = 1.0  # nats^2: what two values more, fitted to chance alone, gain (half a chi-squared of two)
 PLANNED_HZ = 50.0  # rows a second at which planned motions are compared, at least: diagnosis never looks above 20 Hz
 Members = tuple[int, ...]
 
@@ -79,7 +80,7 @@ def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | 
     expected log evidence, `limit` the nats by which the rival must be behind to leave.
     """
     behind = np.array(contest.behind)
-    z = (behind[None, :] - behind[:, None] + ahead - limit) / np.sqrt(np.maximum(size2, 1e-9))
+    z = (behind[None, :] - behind[:, None] + ahead - limit) / np.sqrt(size2 + SCATTER)
     leaves = np.array([[0.5 * (1 + erf(x / sqrt(2))) for x in row] for row in z])
     np.fill_diagonal(leaves, 1.0)
     weights = np.exp(-behind)
