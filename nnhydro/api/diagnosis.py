@@ -8,8 +8,8 @@ from typing import Any, final
 from nnhydro.api.model import Model
 from nnhydro.api.shown import Shown
 from nnhydro.diagnosis import diagnose as engine
-from nnhydro.diagnosis.result import Diagnosis as Result
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
+from nnhydro.diagnosis.result import Diagnosis as Result
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis_folder import write_diagnosis
 from nnhydro.report.diagnosis_sheets import errors_sheet, findings_sheet, location_sheet, parameters_sheet, rivals_sheet
@@ -110,7 +110,7 @@ def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: 
 
     `baseline` is a physics model by name, the folder of any model, or "column": the user's own simulation in tau1_sim_Nm, ...; constant,
     or rigid where the arm is dry, by default. `report=print` shows progress. `rehearsals`: how often findings and their rivals are
-    planted again on these motions, so that confidence is counted; each takes as long as the diagnosis. `limits` is a file with what the
+    planted again on these motions, so that confidence is no higher than counted. `limits` is a file with what the
     rig can do, for the motion to record next. Raises ConfigError for an unknown baseline or limits that do not fit the arm, CampaignError
     or RecordingError where the data cannot be used.
     """

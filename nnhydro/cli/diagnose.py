@@ -54,7 +54,7 @@ def diagnose(
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstraps."),
     rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Plant findings and rivals so often on these very motions and "
-                                 "name them again: what confidence then says was counted. Each takes as long as the diagnosis."),
+                                 "name them again: no confidence is then higher than what was counted."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
                                        "tau_Nm, seconds), for the motion to record next; by default what it has shown."),
     column_map: Path | None = MAP,

@@ -12,7 +12,7 @@ def power(
     baseline: str = typer.Option("", "--baseline", help="A physics model by name or file; constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
-    seed: int = typer.Option(0, "--seed", help="Seed of the bootstrap that sets the threshold."),
+    seed: int = typer.Option(0, "--seed", help="Seed of the draws that set the threshold."),
     column_map: Path | None = MAP,
     quiet: bool = QUIET,
     json: bool = JSON,
