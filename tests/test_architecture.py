@@ -18,9 +18,10 @@ PACKAGE = ROOT / "nnhydro"
 ORDER = ("recordings", "physics", "effects", "features", "models", "dynamics", "deployment", "identification", "evaluation", "simulation",
          "exchange", "diagnosis", "report", "api", "cli")
 # inside diagnosis: what decides sees what is modelled, never the other way round
-FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "calibration.rehearsal", "unexplained",
-          "experiment", "corrected_model", "trained_on", "result", "diagnose", "calibration.power")
-LEAVES = ("nnhydro.diagnosis.unexplained.where", "nnhydro.diagnosis.experiment.rig_limits")  # import nothing of diagnosis: anybody may cite them
+FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "calibration.rehearsal",
+          "unexplained", "experiment", "corrected_model", "trained_on", "result", "diagnose", "calibration.power")
+# these import nothing of diagnosis: anybody may cite them
+LEAVES = ("nnhydro.diagnosis.unexplained.where", "nnhydro.diagnosis.experiment.rig_limits")
 DATA = ("demo",)  # folders that hold files, not modules
 ENTRY = ("__main__",)  # may import anything, is imported by nothing
 FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers; imports nothing of it at run time

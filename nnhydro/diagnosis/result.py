@@ -46,7 +46,8 @@ class Diagnosis:
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
-        found = [f.document(self.proof.without.get((f.effect.id, f.effect.joint), self.proof.before), self.proof.after) for f in self.findings]
+        found = [f.document(self.proof.without.get((f.effect.id, f.effect.joint), self.proof.before), self.proof.after)
+                 for f in self.findings]
         rehearsal = {} if self.rehearsal is None else {"rehearsal": self.rehearsal}
         return {"schema": SCHEMA, "baseline": self.baseline_name, "seconds": round(self.seconds, 2),
                 "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
@@ -81,6 +82,6 @@ class Diagnosis:
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
                     f"{hum}{depends}")
         if self.noise_floor > UNTOLD:
-            return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect stands out of it; "
-                    "record stronger motions or repeat them.")
+            return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect stands out of "
+                    "it; record stronger motions or repeat them.")
         return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."

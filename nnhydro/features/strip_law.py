@@ -52,7 +52,9 @@ def size(k: int, of_three: Sequence[int] = ()) -> int:
 
 
 def tiers(k: int, of_three: Sequence[int], count: int) -> Tensor:
-    """Return the tier of each of `count` coefficients of a law of k variables: MEAN, REMEMBERED or SURROUNDED."""
+    """Return the tier of each of `count` coefficients of a law of k variables: MEAN, REMEMBERED or SURROUNDED; none without a law."""
+    if not count:
+        return torch.full((0,), SURROUNDED)
     bent, straight = size(k, of_three), 1 + k
     found = torch.full((count,), SURROUNDED)
     found[[load * bent for load in range(MORISON)]] = MEAN

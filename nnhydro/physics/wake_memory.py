@@ -42,7 +42,7 @@ def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0, second
 
 
 def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> Tensor:
-    """Return m (laws, n, links, s) m/s of `overtaking` without a second lag, for `lengths` (laws, links, 1) m and `fading` (laws,) 1/s at once."""
+    """Return m (laws, n, links, s) m/s of `overtaking` without a second lag, for all `lengths` (laws, links, 1) m, `fading` (laws,) 1/s."""
     steps, goal = torch.diff(t, prepend=t[:1]).numpy(), w.numpy()
     reach, fade = lengths.numpy(), fading.numpy()[:, None, None]
     result = np.empty((len(reach), *goal.shape))

@@ -87,7 +87,8 @@ def _acceleration_spectrum(x: Array, dt: float, power: int) -> tuple[Array, Arra
     straight = x - np.linspace(x[0], x[-1], n)
     density = 2.0 * dt * np.abs(np.fft.rfft(straight * window)) ** 2 / (window**2).sum()
     f = np.fft.rfftfreq(n, dt)
-    return f[1:], (density * (2 * np.pi * f) ** power)[1:]
+    spectrum: Array = density * (2 * np.pi * f) ** power
+    return np.asarray(f[1:], np.float64), spectrum[1:]
 
 
 def _channels(part: Recording) -> list[tuple[str, Array, int, tuple[Array | None, ...], int]]:
@@ -152,16 +153,18 @@ def trusted_edge(recordings: Iterable[Recording]) -> float:
     return float(np.clip(highest or HIGHEST_EDGE, LOWEST_EDGE, min(HIGHEST_EDGE, 0.9 * nyquist)))
 
 
-def _basis(t: Array, knots: Array, order: int) -> "object":
+def _basis(t: Array, knots: Array, order: int) -> Any:
     """The B-splines (n, m) on `knots`, differentiated `order` times, as a sparse matrix."""
     from scipy.interpolate import BSpline
     from scipy.sparse import diags
 
-    k, inner, change = DEGREE, knots, None
+    k, inner = DEGREE, knots
+    change: Any = None
     for _ in range(order):
         width = inner[k + 1:len(inner) - 1] - inner[1:len(inner) - k - 1]
         m = len(inner) - k - 1
-        D = diags([-k / width, k / width], [0, 1], shape=(m - 1, m))
+        bands: Any = [-k / width, k / width]
+        D: Any = diags(bands, [0, 1], shape=(m - 1, m))
         change = D if change is None else D @ change
         inner, k = inner[1:-1], k - 1
     B = BSpline.design_matrix(t, inner, k)
@@ -182,7 +185,8 @@ def _fitted(t: Array, at: Array, edge: float, channels: list[tuple[int, Array, A
     bases = {order: _basis(t, knots, order) for order, *_ in channels}
     c = np.zeros((m, columns))
     for column in range(columns):
-        H, g = None, np.zeros(m)
+        H: Any = None
+        g = np.zeros(m)
         for order, values, weights in channels:
             B = bases[order]
             H = weights[column] * (B.T @ B) if H is None else H + weights[column] * (B.T @ B)
@@ -197,7 +201,9 @@ def _fitted(t: Array, at: Array, edge: float, channels: list[tuple[int, Array, A
 
 
 def _weights(level: Array | None, floor: Array) -> Array:
-    return 1.0 / np.maximum(level, floor) ** 2
+    """1/level^2 (c,); a channel whose noise is not known counts as if it were `floor`."""
+    found: Array = 1.0 / np.maximum(floor if level is None else level, floor) ** 2
+    return found
 
 
 def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:

@@ -22,4 +22,5 @@ def test_the_defaults_shown_are_those_in_force():
         if key in ("features", "law", "cutoff_hz"):
             continue
         shown = shown if key == "hidden" else shown.split(",")[names.index(key)].strip()
-        assert str(value).replace("(", "[").replace(")", "]") == shown.strip('"') or float(shown) == value, key
+        told = str(value).lower() if isinstance(value, bool) else str(value).replace("(", "[").replace(")", "]")
+        assert told == shown.strip('"') or float(shown) == value, key

@@ -69,4 +69,5 @@ def test_weights_of_uneven_steps_integrate_parabolas():
     steps = [0.3, 0.2, 0.5]
     times = -np.concatenate([[0.0], np.cumsum(steps[1:])])
     for power in range(3):
-        assert sum(w * t**power for w, t in zip(flow.bashforth(steps), times, strict=True)) == pytest.approx(0.3 ** (power + 1) / (power + 1))
+        total = sum(w * t**power for w, t in zip(flow.bashforth(steps), times, strict=True))
+        assert total == pytest.approx(0.3 ** (power + 1) / (power + 1))

@@ -1,4 +1,4 @@
-"""Learned models on tanks without a planted law: `python training/independent_tanks/run.py [SET[:PROTOCOL] ...] [models=A,B]`, from the root.
+"""Learned models on tanks without a planted law: `python training/independent_tanks/run.py [SET[:PROTOCOL] ...] [models=A,B]`, from root.
 
 Writes results.json and README.md after every benchmark; what is not named on the command line is kept.
 """

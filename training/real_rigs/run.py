@@ -78,21 +78,28 @@ def row(name: str, card: dict[str, Any], root: Path, out: Path) -> dict[str, Any
     if document is None:
         return {"rig": name, "verdict": why.split(":")[0], "why": why, "said": "", "seconds": time.perf_counter() - start}
     verdict, why = judged(card, document)
-    said = "; ".join(f"{f['effect']}{f' at {f['joint']}' if f['joint'] else ''} ({f['confidence']:.2f})" for f in document["findings"])
-    values = {f"{f['effect']}_{f['joint'] or 0}": {k: [p["value"], *p["ci95"]] for k, p in f["parameters"].items()} for f in document["findings"]}
+    places = [f" at {f['joint']}" if f["joint"] else "" for f in document["findings"]]
+    said = "; ".join(f"{f['effect']}{place} ({f['confidence']:.2f})" for f, place in zip(document["findings"], places, strict=True))
+    values = {f"{f['effect']}_{f['joint'] or 0}": {k: [p["value"], *p["ci95"]] for k, p in f["parameters"].items()}
+              for f in document["findings"]}
     return {"rig": name, "verdict": verdict, "why": why, "said": said or "nothing", "values": values,
             "error_before": document["mismatch"]["error"], "error_after": document["proof"]["error_after"],
             "noise_floor": document["mismatch"]["noise_floor"], "card_error": card.get("error"), "seconds": document["seconds"]}
+
+
+def _picture(rig: str, name: str) -> str:
+    return f'<img src="{rig}/{name}" alt="{name[:-4]} of {rig}">'
 
 
 def page(rows: list[dict[str, Any]], out: Path) -> str:
     """Return the page with the table and the pictures."""
     cells = "".join(f"<tr><td>{r['rig']}</td><td>{r['verdict']}</td><td>{html.escape(r['said'])}</td><td>{html.escape(r['why'])}</td></tr>"
                     for r in rows)
-    figures = "".join(f"<h2>{r['rig']}</h2>" + "".join(f'<img src="{r["rig"]}/{p}" alt="{p[:-4]} of {r["rig"]}">' for p in PICTURES
+    figures = "".join(f"<h2>{r['rig']}</h2>" + "".join(_picture(r["rig"], p) for p in PICTURES
                                                        if (out / r["rig"] / p).exists()) for r in rows)
-    return (f'<!doctype html><html lang="en"><meta charset="utf-8"><title>Real rigs</title><style>img{{max-width:100%}}td{{padding:4px 8px}}'
-            f"</style><h1>Real rigs</h1><table><tr><th>rig</th><th>verdict</th><th>said</th><th>why</th></tr>{cells}</table>{figures}</html>")
+    style = "<style>img{max-width:100%}td{padding:4px 8px}</style>"
+    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>Real rigs</title>{style}<h1>Real rigs</h1>'
+    return f"{head}<table><tr><th>rig</th><th>verdict</th><th>said</th><th>why</th></tr>{cells}</table>{figures}</html>"
 
 
 def main() -> None:

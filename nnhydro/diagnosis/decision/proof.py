@@ -112,7 +112,8 @@ def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof
     if design.undriven:
         divisor = float(design.part_scale.sum() * count)
         scale = "weight" if design.heavy else "inertia"
-    error = {name: float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300) for name, part in (("before", before), ("after", after))}
+    error = {name: float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
+             for name, part in (("before", before), ("after", after))}
     without = {}
     for k in found.chosen:
         rest = search.score(tuple(x for x in found.chosen if x != k))
@@ -132,4 +133,4 @@ def noise_error(search: Search, proof: Proof, own: Array) -> float:
         variance = rows if block.steady else rows.sum(axis=0) / (n * problem.stretches[block.stretch].segment.dt)
         total += float(np.sqrt(2 / np.pi * variance).sum()) * (1 if block.steady else n)
     count = sum(b.stop - b.start for b in problem.blocks) * own.shape[1]
-    return total / max(proof.torque * count, 1e-300)
+    return float(total / max(proof.torque * count, 1e-300))

@@ -75,7 +75,8 @@ def _shape_variance(search: Search, found: Scored, h: Hypothesis, k: int) -> dic
     return made
 
 
-def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float]) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
+def _parameters(effect: AnyEffect, values: Values,
+                shapes: dict[str, float]) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
     names, p = tuple(shapes), len(values.mean)
     mean = np.concatenate([values.mean, [getattr(effect, name)[0] for name in names]])
     covariance = np.zeros((p + len(names), p + len(names)))
@@ -95,7 +96,8 @@ def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float]) -> 
 
 def _rival(search: Search, one: Alternative) -> dict[str, Any]:
     effect, joint = search.key(one.number)
-    return {"effect": effect, "joint": joint or None, "support": float(one.weight), "behind": round(one.deficit, 2), "likeness": round(one.cosine, 3)}
+    return {"effect": effect, "joint": joint or None, "support": float(one.weight), "behind": round(one.deficit, 2),
+            "likeness": round(one.cosine, 3)}
 
 
 def finding_of(search: Search, found: Scored, k: int) -> Finding:

@@ -47,7 +47,8 @@ class Sizes:
     @cached_property
     def total(self) -> Array:
         """Root of the sum of squares (joints,)."""
-        return np.sqrt((np.where(self.tau > SMALLEST_SIZE, self.tau, 0.0) ** 2).sum(axis=1))
+        made: Array = np.sqrt((np.where(self.tau > SMALLEST_SIZE, self.tau, 0.0) ** 2).sum(axis=1))
+        return made
 
 
 def _updated(whitened: Whitened, fit: Posterior, sizes: Sizes) -> Sizes:

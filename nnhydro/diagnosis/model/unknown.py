@@ -31,7 +31,7 @@ RANGE = (0.5, 99.5)  # % of the data that span a variable's box
 @final
 @dataclass(frozen=True, eq=False)
 class Unknown:
-    """Columns `Phi` (n, m) shared by the joints, each with its weight `s` (m,) and the number `group` (m,) of its size; `names` of groups."""
+    """Columns `Phi` (n, m) shared by the joints, each with its weight `s` (m,) and the number `group` (m,) of its size; groups' `names`."""
 
     Phi: Array
     s: Array
@@ -64,7 +64,7 @@ def _travel(t: Array, qd: Array) -> Array:
 
 
 def variables(stretch: Stretch, model: StripTheory, driven: bool = True) -> dict[str, Array]:
-    """Return the variables (n,) of the unknown on a stretch by their name; `model` gives the torques, none where the arm is not `driven`."""
+    """Return the variables (n,) of the unknown on a stretch by name; `model` gives the torques, none where the arm is not `driven`."""
     s = stretch.segment
     tau = model.torque(Motion.of(s)).numpy()
     steady = s.steady or len(s) < 8
@@ -84,7 +84,7 @@ def variables(stretch: Stretch, model: StripTheory, driven: bool = True) -> dict
 def _pairs(links: int) -> list[tuple[str, str]]:
     q, qd, qdd = ([label.format(j + 1) for j in range(links)] for label in ("q{}_rad", "dq{}_rad_s", "ddq{}_rad_s2"))
     found = [pair for j in range(links) for pair in ((q[j], qd[j]), (qd[j], qdd[j]), (qd[j], "u0_m_s"))]
-    return found + [*combinations(q, 2), *combinations(qd, 2), *[(q[i], qd[j]) for i in range(links) for j in range(links) if i != j]]
+    return [*found, *combinations(q, 2), *combinations(qd, 2), *[(q[i], qd[j]) for i in range(links) for j in range(links) if i != j]]
 
 
 def unknown_of(design: Design, model: StripTheory) -> Unknown:

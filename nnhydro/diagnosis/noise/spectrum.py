@@ -7,11 +7,11 @@ S, sigma by restricted maximum likelihood with the unknown and the selected effe
     S_j(b) <- S_j(b) sum a r^2/v / sum a (1 - h),     a = (own part of v) / v,  shrunk by NU observations towards its neighbours
 
 E is the mean square of the torque that the baseline alone leaves: no explanation is believed to better than FORM of what there is to
-explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with little noise are not judged on details of form.
+explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with little noise are not judged on details.
 Source: REML, Patterson & Thompson (1971), Biometrika 58; discrepancy, Kennedy & O'Hagan (2001).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
@@ -43,7 +43,8 @@ class Bands:
         f = design.problem.frequency
         moving = f > 0
         lowest = float(f[moving].min()) if moving.any() else 1.0
-        number = np.where(moving, 2 + np.floor(np.log(np.maximum(f, lowest) / lowest) / np.log(RATIO) + 1e-9).astype(int), np.where(f < 0, 0, 1))
+        above = 2 + np.floor(np.log(np.maximum(f, lowest) / lowest) / np.log(RATIO) + 1e-9).astype(int)
+        number = np.where(moving, above, np.where(f < 0, 0, 1))
         used, index = np.unique(number, return_inverse=True)
         centre = np.array([f[index == k].mean() for k in range(len(used))])
         return Bands(index.astype(np.int64), np.maximum(centre, 0.0))
@@ -94,7 +95,8 @@ def first_noise(design: Design) -> Noise:
     floor = LEAST * np.maximum(design.scale, 1e-300) ** 2
     excess = design.excess
     rho2 = FORM**2 + (2 * np.pi * np.maximum(design.problem.frequency, 0) * LATE) ** 2
-    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2) + BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2)
+    own = BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2)
+    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2) + own
     level = []
     for j in range(joints):
         means = [float((excess[bands.of == k, j] ** 2).mean()) for k in range(bands.count) if (bands.of == k).sum() >= NU]
@@ -105,8 +107,6 @@ def first_noise(design: Design) -> Noise:
 
 def _leverage(whitened: Whitened, columns: Columns | None, fit: Posterior) -> tuple[Array, Array]:
     """Return the whitened residual (n, joints) and the leverage h (n, joints)."""
-    from scipy.linalg import solve_triangular
-
     p, m, joints = whitened.p, whitened.m, whitened.joints
     n = len(whitened.y)
     P = p + joints * m

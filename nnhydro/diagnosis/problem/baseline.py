@@ -67,8 +67,10 @@ class Baseline:
                                      "the recordings hold; add it to every one, or name another baseline")
             return segment.tau - segment.tau_sim
         if self.simulated is not None:
-            return segment.tau - self.simulated.torque(Motion.of(segment)).numpy()
-        return segment.tau - c0 - Y @ self.prior.mean
+            simulated: Array = self.simulated.torque(Motion.of(segment)).numpy()
+            return segment.tau - simulated
+        calibrated: Array = c0 + Y @ self.prior.mean
+        return segment.tau - calibrated
 
     def with_held(self, direction: Array) -> "Baseline":
         """Return the baseline whose parameters z (r,) move only across `direction` (r,); what it does not touch keeps its bounds."""
@@ -126,7 +128,7 @@ def _physics(chosen: NamedBaseline, arm: Arm, units: tuple[Unit, ...], how: Prep
 
 def _widened(known: Prior, loads: Loads) -> Prior:
     """Return `known` with the coefficients of added mass `WIDER` times as free: a hull's is no cylinder's."""
-    free = np.concatenate([np.full(len(term.linear_values()), isinstance(term, AddedMass)) for term in loads.linear().values()] or [[]])
-    wide = np.array([bool(np.any(column[free.astype(bool)])) for column in known.F.T], dtype=bool)
+    free = [isinstance(term, AddedMass) for term in loads.linear().values() for _ in term.linear_values()]
+    wide = np.array([bool(np.any(column[np.array(free, dtype=bool)])) for column in known.F.T], dtype=bool)
     factor = np.where(wide, WIDER, 1.0)
     return Prior(known.mean, known.F * factor, known.lowest / factor, known.highest / factor)

@@ -58,13 +58,14 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
 
     if not hypotheses:
         return np.zeros((*segment.q.shape, 0))
-    return np.nan_to_num(torch.cat([columns(one) for one in hypotheses], dim=2).numpy())
+    made: Array = np.nan_to_num(torch.cat([columns(one) for one in hypotheses], dim=2).numpy())
+    return made
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Rows of all blocks: `Y` (n, joints, p) baseline columns for z ~ N(0, 1), `y` (n, joints) the torque to be explained, `tau` as measured."""
+    """Rows of all blocks: `Y` (n, joints, p) baseline columns for z ~ N(0, 1), `y` (n, joints) what is to explain, `tau` as measured."""
 
     problem: Problem
     baseline: Baseline
@@ -90,7 +91,8 @@ class Design:
     def scale(self) -> Array:
         """The torque's rms (joints,) that sets the scale of effects: measured, or of what the baseline leaves where nothing is driven."""
         measured = np.sqrt(((self.excess if self.undriven else self.tau) ** 2).sum(axis=0) / self.time)
-        return np.maximum(measured, 1e-3 * max(float(measured.max()), 1e-12))
+        made: Array = np.maximum(measured, 1e-3 * max(float(measured.max()), 1e-12))
+        return made
 
     @cached_property
     def excess(self) -> Array:
@@ -147,7 +149,8 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
             Y, c0 = columns_and_offset(base.physics.loads, segment, problem.arm)
             assert segment.tau is not None
             y = base.target(segment, Y, c0)
-            return np.nan_to_num(np.concatenate([Y @ base.prior.F, y[..., None], segment.tau[..., None]], axis=2))
+            made: Array = np.nan_to_num(np.concatenate([Y @ base.prior.F, y[..., None], segment.tau[..., None]], axis=2))
+            return made
 
         empty = Design(problem, base, *(np.zeros(0),) * 3)
         stacked = empty.rows(on)

@@ -99,7 +99,8 @@ def _shapes(effect: AnyEffect) -> Iterator[AnyEffect]:
     details = effect.details()
     for point in product(*details.values()):
         if details:
-            yield replace(effect, **{name: (value,) for name, value in zip(details, point, strict=True)})
+            values: dict[str, Any] = {name: (value,) for name, value in zip(details, point, strict=True)}
+            yield replace(effect, **values)
 
 
 def _thinned(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> list[AnyEffect]:
@@ -112,13 +113,15 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
                          ranges: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
-    `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. Where the arm is not `driven`, no effect that acts on a drive or its sensor can show: these are left out.
+    `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. Where the arm is not `driven`, no
+    effect that acts on a drive or its sensor can show: these are left out.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():
         if cls.id in without or (not driven and issubclass(cls, InstrumentEffect) and cls.stage > 0):
             continue
-        scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid for name, grid in cls.grids().items()}
+        scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid
+                  for name, grid in cls.grids().items()}
         points = [one for one in candidates(cls, arm, peaks) if isinstance(one, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thinned(points, scaled)
         points = [one for one in points if not (ranges and one.joint) or one.narrowest() <= ranges[one.joint - 1]]

@@ -75,8 +75,8 @@ def _of_recordings(search: Search, found: Scored, k: int, u: Array) -> list[Acti
         return []
     names = [problem.names[g] for g in used]
     timed = all(s.place is not None for s in problem.stretches)
-    order = np.argsort([float(np.mean([s.place.mean() for s in problem.stretches if s.group == g and s.place is not None])) for g in used]) \
-        if timed else np.arange(len(used))
+    places = [[float(s.place.mean()) for s in problem.stretches if s.group == g and s.place is not None] for g in used]
+    order = np.argsort([np.mean(one) for one in places]) if timed else np.arange(len(used))
     ordered = [names[i] for i in order]
     made = [ActivityWindow(tuple(n for n, quiet in zip(names, silent, strict=True) if not quiet))]
     if timed:
@@ -127,7 +127,8 @@ def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
             continue
         more = Library.of(library.design, [replace(h, activity=w) for w in windows], model)
         first = len(library.hypotheses)
-        following = Search(View(search.whitened, library.with_more(more, library.key_counts), before=search.view), found.sizes, search.report)
+        view = View(search.whitened, library.with_more(more, library.key_counts), before=search.view)
+        following = Search(view, found.sizes, search.report)
         now = following.score(found.chosen)
         rest = tuple(x for x in found.chosen if x != k)
         best = max((following.score((*rest, first + i)) for i in range(len(windows))), key=lambda s: s.score)

@@ -111,7 +111,8 @@ class View:
         shared = [k for k, h in enumerate(self.library.hypotheses) if not h.per_recording]
         self.shared = np.array(shared, dtype=int)
         self.own = np.array([k for k, h in enumerate(self.library.hypotheses) if h.per_recording], dtype=int)
-        at = np.concatenate([np.arange(self.library.at(k).start, self.library.at(k).stop) for k in self.shared]) if shared else np.zeros(0, int)
+        places = [np.arange(self.library.at(k).start, self.library.at(k).stop) for k in self.shared]
+        at = np.concatenate(places) if shared else np.zeros(0, int)
         self.place = at.astype(int)
         self._multiply()
         widths = [self.library.hypotheses[k].width for k in self.shared]
@@ -160,7 +161,7 @@ class View:
         return made
 
     def gains(self, columns: Columns | None, fit: Posterior) -> Array:
-        """Return the log evidence that each hypothesis adds to `fit` of `columns` at its sizes, the cut at bounds included, (hypotheses,)."""
+        """Return the log evidence (hypotheses,) that each adds to `fit` of `columns` at its sizes, the cut at bounds included."""
         gained = np.full(len(self.library.hypotheses), -np.inf)
         if len(self.place):
             self._shared_gains(columns, fit, gained)

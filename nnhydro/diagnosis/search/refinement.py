@@ -33,7 +33,7 @@ class Refined:
 
 
 def scaled_values(view: View, found: Scored, k: int) -> torch.Tensor:
-    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds; the rms over recordings where each has its own."""
+    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds; the rms of recordings' own."""
     library = view.library
     at, h = found.places(view)[k], library.hypotheses[k]
     beta = found.fit.mean[at].reshape(-1, h.width)
@@ -83,7 +83,8 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float]) -> 
             continue
         for f in frequencies:
             shape = (h.key, f, *(getattr(h.effect, name) for name in h.spans if name != "frequency"))
-            made.setdefault(shape, replace(h, effect=replace(h.effect, frequency=(f,)), spans={**h.spans, "frequency": (0.99 * f, 1.01 * f)}))
+            spans = {**h.spans, "frequency": (0.99 * f, 1.01 * f)}
+            made.setdefault(shape, replace(h, effect=replace(h.effect, frequency=(f,)), spans=spans))
     return tuple(made.values())
 
 

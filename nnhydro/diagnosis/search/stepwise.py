@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FEW_NATS, LEAVES, MOST_EFFECTS
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+from nnhydro.diagnosis.model.evidence import Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import View, bound_bonus
@@ -103,7 +103,7 @@ class Search:
         return effect.family, effect.joint
 
     def screen(self, chosen: Sequence[int], most: int = KEPT) -> list[int]:
-        """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the best scale of the unknown."""
+        """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the unknown's best scale."""
         now, columns = self.score(chosen), self.view.joined(sorted(chosen))
         library, taken = self.view.library, self.taken(chosen)
         prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
