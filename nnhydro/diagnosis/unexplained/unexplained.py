@@ -86,7 +86,8 @@ def p_of(search: Search, found: Scored) -> float:
 def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision]) -> Unexplained:
     """Return what the claimed set `found` leaves."""
     parts = unknown_parts(search, found)
-    lines = tuple(line for joint in range(search.view.whitened.joints) if (line := strongest(proof.remains, joint)) and line.material)
+    edge = search.view.library.design.problem.edge
+    lines = tuple(line for joint in range(search.view.whitened.joints) if (line := strongest(proof.remains, joint, edge)) and line.material)
     real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
     p = min([p_of(search, found) if real else 1.0, *(TESTS * line.p_value for line in lines)])
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
