@@ -18,3 +18,4 @@ NEAR = 3.0  # nats behind a finding within which an alternative cannot be told f
 DETECTED = 16.0  # nats of the unknown from which there is a mismatch: odds of 1e7, for some 30 sizes and noise that is only nearly white
 MATERIAL = 0.01  # share of a joint's torque that an unknown must hold to be told
 TRUSTED_RATIO = 0.6  # of the unknown left by a law at which it is as likely to be one in no card
+LOOK_ALIKE = 0.1  # of a larger claim's gain that a look-alike on its card must gain beside it: what another form leaves looks like it first

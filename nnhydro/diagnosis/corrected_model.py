@@ -38,8 +38,8 @@ def _term_name(effect: LoadEffect, loads: Loads) -> str:
     return name
 
 
-def _for_prediction(effect: AnyEffect) -> AnyEffect:
-    return effect.lasting(0.0) if isinstance(effect, InstrumentEffect) else effect
+def _for_prediction(finding: Finding) -> AnyEffect:
+    return finding.effect.lasting(finding.offset) if isinstance(finding.effect, InstrumentEffect) else finding.effect
 
 
 def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: Sequence[Finding]) -> TorqueModel:
@@ -53,7 +53,7 @@ def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: 
     for finding in found:
         if finding.effect.own_in_every_recording or not finding.persists:
             continue
-        effect = _for_prediction(finding.effect)
+        effect = _for_prediction(finding)
         if isinstance(effect, LoadEffect):
             loads = loads.plus(_term_name(effect, loads), _term(effect, finding))
         else:

@@ -3,6 +3,7 @@
 A member k of the best set S is claimed if
     1. it gains more than LEAST_GAIN, than chance does in this campaign, and than FORM^2 of what the largest claim gains: that much may be
        the form of the largest,                       score(S) - score(S less k) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
+       and LOOK_ALIKE of what a larger one gains for which its card may be taken
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are foretold better, also without the one that gains most
     4. one of its values differs from 0 by PRECISE standard deviations, and none lies beyond a physical bound
@@ -10,6 +11,7 @@ A member k of the best set S is claimed if
 Members that fail leave the set, the one that gains least first, and the others are judged again.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -17,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, PRECISE, RELEVANT
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LOOK_ALIKE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.search.values import values_of
@@ -81,8 +83,8 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
         held = gains[:, :1] - gains[:, 1:]  # (folds, members)
         shares = torque_shares(search, now)
         threshold = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests))
-        largest = FORM**2 * max((now.score - rest.score for rest in rests), default=0.0)
-        judged = [_judged(search, now, rest, k, held[:, i], shares, max(threshold, largest))
+        bars = _form_bars(search, now, rests)
+        judged = [_judged(search, now, rest, k, held[:, i], shares, max(threshold, bars[i]))
                   for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
         failed = [(now.score - rest.score, k, d) for k, rest, d in zip(now.chosen, rests, judged, strict=True) if not d.claimed]
         if not failed:
@@ -91,6 +93,18 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
         decisions.append(decision)
         now = search.score(tuple(x for x in now.chosen if x != worst))
     return Decided(now, tuple(decisions), {})
+
+
+def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[float]:
+    """What each member must gain not to be the form of another: FORM^2 of the other's gain, LOOK_ALIKE of it where cards take one for the other."""
+    gains = [now.score - rest.score for rest in rests]
+    effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
+    bars = []
+    for i, one in enumerate(effects):
+        alike = [gains[j] for j, other in enumerate(effects) if j != i and gains[j] > gains[i]
+                 and (other.id in one.signature.mistaken_for or one.id in other.signature.mistaken_for)]
+        bars.append(max(FORM**2 * max(gains), LOOK_ALIKE * max(alike, default=0.0)))
+    return bars
 
 
 def _judged(search: Search, now: Scored, rest: Scored, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:

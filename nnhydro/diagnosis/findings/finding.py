@@ -38,6 +38,7 @@ class Finding:
     covariance: Array  # (p, p) of the effect's linear values
     number: int  # of its hypothesis in the library
     activity: ActivityWindow | None = None
+    offset: float = 0.0  # N m, the constant of an effect that has one of its own
 
     @property
     def persists(self) -> bool:
@@ -105,6 +106,9 @@ def finding_of(search: Search, found: Scored, k: int) -> Finding:
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k)
     effect = h.with_values(torch.from_numpy(values.mean.copy()))
+    linear = len(effect.linear_names())
+    offset = float(values.mean[linear]) if len(values.mean) > linear else 0.0
+    values = Values(values.mean[:linear], values.covariance[:linear, :linear])
     parameters, spans = _parameters(effect, values, _shape_variance(search, found, h, k))
     confidence, others = alternatives(search, found, k)
     inside = [a for a in others if a.equivalent]
@@ -116,4 +120,4 @@ def finding_of(search: Search, found: Scored, k: int) -> Finding:
     parameters = {name: one | {"unit": own(one["unit"])} for name, one in parameters.items()}
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * NEAR][:5]
     return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
-                   rivals, values.covariance, k, h.activity)
+                   rivals, values.covariance, k, h.activity, offset)

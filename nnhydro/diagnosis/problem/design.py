@@ -18,7 +18,7 @@ from torch import Tensor
 from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
-from nnhydro.effects.effect import LoadEffect
+from nnhydro.effects.effect import LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.identification.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
@@ -54,6 +54,8 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
         else:
             view = view_of(one.working_model or model)
             made = effect.columns(view) if one.working_model is None else effect.secant(view)
+            if effect.offset_of_its_own:
+                made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
         return made if one.activity is None else made * tensor(one.activity.mask(segment))[:, None, None]
 
     if not hypotheses:

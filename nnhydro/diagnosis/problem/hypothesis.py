@@ -51,8 +51,8 @@ class Hypothesis:
 
     @cached_property
     def width(self) -> int:
-        """Number of linear parameters."""
-        return len(self.effect.linear_names())
+        """Number of columns: one a linear parameter, one more for the constant of an effect that has an offset of its own."""
+        return len(self.effect.linear_names()) + self.effect.offset_of_its_own
 
     @property
     def per_recording(self) -> bool:
@@ -60,8 +60,8 @@ class Hypothesis:
         return self.effect.own_in_every_recording
 
     def bounds(self) -> tuple[Span, ...]:
-        """Return the physical bounds of each linear parameter."""
-        return self.effect.linear_bounds()
+        """Return the physical bounds of each column's value; a constant has none."""
+        return (*self.effect.linear_bounds(), *((float("-inf"), float("inf")),) * self.effect.offset_of_its_own)
 
     def plausible(self, values: NDArray[np.float64]) -> bool:
         """Return whether the effect with linear `values` (p,) makes physical sense."""
@@ -70,8 +70,8 @@ class Hypothesis:
         return self.with_values(torch.from_numpy(np.array(values, dtype=float))).plausible()
 
     def with_values(self, values: Tensor) -> AnyEffect:
-        """Return the effect with linear `values` (p,) in the order of its columns."""
-        return self.effect.with_linear(values[: self.width])
+        """Return the effect with linear `values` (at least p,) in the order of its columns."""
+        return self.effect.with_linear(values[: len(self.effect.linear_names())])
 
     def linearised_at(self, values: Tensor, model: StripTheory) -> "Hypothesis":
         """Return an instrument hypothesis with its columns about `values` on the reading of `model`; loads are linear as they are."""

@@ -19,7 +19,8 @@ from nnhydro.diagnosis.unexplained.where import Residual
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
-P_LINE = 0.01  # p of a line that is told
+WELL_INSIDE = 0.7  # of the band's edge: beyond, the background of a line is cut off
+P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
 TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
 MATERIAL = 0.1  # of the residual's energy: a fainter line is not worth telling
@@ -61,15 +62,16 @@ def _ratios(x: Array, dt: float) -> tuple[Array, Array, Array]:
     return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
 
 
-def strongest(parts: Sequence[Residual], joint: int) -> Line | None:
-    """Return the strongest line in the residual of `joint` (from 0); None where recordings are too few or too short."""
+def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf) -> Line | None:
+    """Return the strongest line in the residual of `joint` (from 0), which holds what lies below `edge` Hz; None where recordings are too few
+    or too short."""
     from scipy.special import gammaincc
 
     used = [p for p in parts if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
     if len(used) < FEWEST:
         return None
     spectra = [_ratios(p.r[:, joint], p.dt) for p in used]
-    highest = min(float(f[-1]) for f, _, _ in spectra) * 0.95
+    highest = min(min(float(f[-1]) for f, _, _ in spectra) * 0.95, WELL_INSIDE * edge)
     if highest <= LOWEST:
         return None
     longest = max(len(p.r) * p.dt for p in used)

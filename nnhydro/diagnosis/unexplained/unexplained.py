@@ -86,9 +86,12 @@ def p_of(search: Search, found: Scored) -> float:
 def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision]) -> Unexplained:
     """Return what the claimed set `found` leaves."""
     parts = unknown_parts(search, found)
-    lines = tuple(line for joint in range(search.view.whitened.joints) if (line := strongest(proof.remains, joint)) and line.material)
+    design = search.view.library.design
+    found_lines = [strongest(proof.remains, joint, design.problem.edge) for joint in range(search.view.whitened.joints)]
+    lines = tuple(line for line, scale in zip(found_lines, design.scale.tolist(), strict=True)
+                  if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
     real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
-    p = min([p_of(search, found) if real else 1.0, *(TESTS * line.p_value for line in lines)])
+    p = max(min([p_of(search, found) if real else 1.0, *(TESTS * line.p_value for line in lines)]), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
     return Unexplained(real or bool(lines), proof.after, weight, p, parts if real else (), lines, near if real else ())
