@@ -11,7 +11,7 @@ import torch
 from planted import campaign as healthy_campaign
 from planted import healthy, recording, the_arm, write_campaign, write_csv
 
-from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.errors import NnhydroError
 from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.identification.config import TrainingConfig

@@ -9,11 +9,11 @@ import torch
 from hypotheses import made, of_time, steady, view
 from rigs import arm, assert_close, run
 
-from nnhydro.diagnosis import engine
+from nnhydro.diagnosis.corrected_model import _for_prediction
 from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER
 from nnhydro.effects.reading import with_effects
-from nnhydro.effects.sensor_view import SensorView
+from nnhydro.effects.sensor_view import SensorView, time_derivative
 from nnhydro.effects.time_shift import delayed, lagged
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
@@ -141,10 +141,8 @@ def test_a_clipping_that_seems_deeper_than_all_beyond_its_level_predicts_a_readi
         assert read[-1] == pytest.approx(2.0 + (1 - min(share, 1.0)) * 6.0)
 
 
-def test_a_corrected_model_holds_of_a_clipping_no_more_than_the_level(monkeypatch):
-    monkeypatch.setattr(engine, "Order", SimpleNamespace(of=lambda table: SimpleNamespace(numbers=[0])))
-    found = SimpleNamespace(effect=made("torque_saturation", arm(1), 1, share=(1.4,)), candidate=None)
-    assert engine._lasting(found, SimpleNamespace(table=None)).share == (1.0,)
+def test_a_corrected_model_holds_of_a_clipping_no_more_than_the_level():
+    assert _for_prediction(made("torque_saturation", arm(1), 1, share=(1.4,))).share == (1.0,)
 
 
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
@@ -251,3 +249,11 @@ def test_what_cannot_be_is_not_looked_for_and_what_can_be_is(id_, name, value, m
         if named.startswith(name):
             assert (low <= value <= high) == may_be
     assert any(named.startswith(name) for named in one.linear_names())
+
+
+@pytest.mark.parametrize("n", [4, 5, 50])
+def test_the_time_derivative_is_that_of_a_cubic_spline(n):
+    from scipy.interpolate import CubicSpline
+
+    t, x = np.linspace(1, 3, n), np.random.default_rng(0).standard_normal((n, 2))
+    assert np.allclose(time_derivative(tensor(t), tensor(x)).numpy(), CubicSpline(t, x)(t, 1), atol=1e-9)

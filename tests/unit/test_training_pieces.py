@@ -305,3 +305,20 @@ def test_of_very_many_watched_rows_some_are_looked_at_evenly(monkeypatch):
     assert doubt._sample(mask).tolist() == list(range(20, 80, 7))
     monkeypatch.setattr(doubt, "MOST", 100)
     assert doubt._sample(mask).tolist() == list(range(20, 80))
+
+
+def test_the_smallest_training_is_allowed():
+    chosen = TrainingConfig(hidden=(1,), members=1, epochs=1, patience=1)
+    assert chosen.hidden == (1,)
+    assert TrainingConfig(hidden=(4096,)).hidden == (4096,)
+    assert (TrainingConfig(cutoff_hz=0.5).cutoff_hz, TrainingConfig(bound=0.5).bound) == (0.5, 0.5)
+    assert TrainingConfig(learning_rate=1.0).learning_rate == 1.0
+    with pytest.raises(ValueError, match="learning_rate"):
+        TrainingConfig(learning_rate=1.5)
+    for name in ("cutoff_hz", "bound"):
+        with pytest.raises(ValueError, match=name):
+            TrainingConfig(**{name: 0.0})
+    with pytest.raises(ValueError, match="1 to 4096 neurons"):
+        TrainingConfig(hidden=(8, 4097))
+    with pytest.raises(ValueError, match="1 to 4096 neurons"):
+        TrainingConfig(hidden=(0,))

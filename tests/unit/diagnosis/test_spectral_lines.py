@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from nnhydro.diagnosis.lines import strongest
-from nnhydro.diagnosis.locate import Residual
+from nnhydro.diagnosis.unexplained.spectral_lines import strongest
+from nnhydro.diagnosis.unexplained.where import Residual
 
 
 def noise(kind, shape, rng):

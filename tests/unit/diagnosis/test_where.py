@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from nnhydro.diagnosis.lines import Line, _ratios, strongest
-from nnhydro.diagnosis.locate import Residual, _band, _explained, _region, locate
-from nnhydro.diagnosis.placebo import whiteness
-from nnhydro.diagnosis.planting import low_pass_share
-from nnhydro.recordings.low_pass import LowPass
+from nnhydro.diagnosis.unexplained.spectral_lines import Line, _ratios, strongest
+from nnhydro.diagnosis.unexplained.where import Residual, _band, _explained, _region, locate
 
 
 def test_bins_of_equal_count_explain_the_variance_between_their_means():
@@ -227,71 +224,3 @@ def test_a_line_that_one_recording_holds_alone_is_no_hum():
 @pytest.mark.parametrize(("p", "share", "worth"), [(0.0024, 0.11, True), (0.0026, 0.11, False), (0.0024, 0.09, False)])
 def test_a_hum_is_told_at_one_in_a_hundred_over_four_tests_and_from_a_tenth_of_the_energy(p, share, worth):
     assert Line(1, p, 5.0, 0.1, share).material == worth
-
-
-def test_lags_of_white_noise_lie_within_the_bound_and_those_of_a_slow_one_beyond():
-    rng = np.random.default_rng(1)
-    white = [Residual("a", rng.standard_normal((500, 2)) + np.array([0.0, 50.0]), {}, 0.02) for _ in range(10)]
-    assert whiteness(white, 0) <= 0.15
-    assert whiteness(white, 1) <= 0.15, "a mean is no correlation"
-    assert np.mean([whiteness([Residual("a", np.random.default_rng(s).standard_normal((800, 1)), {}, 0.02)], 0) for s in range(100)]) \
-        == pytest.approx(0.05, abs=0.015)
-    slow = [Residual("a", np.cumsum(rng.standard_normal((500, 1)), axis=0), {}, 0.02)]
-    assert whiteness(slow, 0) > 0.3
-
-
-def test_one_lag_that_repeats_is_one_lag_in_twenty():
-    rng = np.random.default_rng(2)
-    x = rng.standard_normal(30000)
-    x[1:] += 0.5 * x[:-1].copy()
-    assert whiteness([Residual("a", x[:, None], {}, 0.02)], 0) == pytest.approx(0.05, abs=0.051)
-    alternating = np.tile([1.0, -1.0], 2000)[:, None]
-    assert whiteness([Residual("a", alternating, {}, 0.02)], 0) == 1.0
-    y = rng.standard_normal(30000)
-    y[3:] += 0.9 * y[:-3].copy()
-    assert whiteness([Residual("a", y[:, None], {}, 0.02)], 0) <= 0.15
-
-
-def test_the_bound_of_a_lag_is_bartletts_with_the_correlations_seen_before_it():
-    told, by_hand = [], []
-    for seed in range(40):
-        x = np.random.default_rng(seed).standard_normal((2, 120, 1))
-        x[:, 1:] += 0.7 * x[:, :-1].copy()  # neighbours are correlated, which makes all further lags scatter more
-        parts = [Residual(f"run{k}", one, {}, 0.02) for k, one in enumerate(x)]
-        c = [sum(float((one[:len(one) - k] * one[k:]).sum()) for one in x - x.mean(axis=1, keepdims=True)) for k in range(21)]
-        r = np.array(c[1:]) / c[0]
-        beyond = [abs(r[k]) > 1.96 * np.sqrt((1 + 2 * (r[:k] ** 2).sum()) / 240) for k in range(20)]
-        told.append(whiteness(parts, 0))
-        by_hand.append(np.mean(beyond))
-    assert told == pytest.approx(by_hand)
-
-
-def test_whiteness_is_the_same_in_any_unit_of_torque():
-    rng = np.random.default_rng(3)
-    slow = np.cumsum(rng.standard_normal((300, 1)), axis=0)
-    assert whiteness([Residual("a", 1e-6 * slow, {}, 0.02)], 0) == whiteness([Residual("a", slow, {}, 0.02)], 0) > 0.3
-
-
-def test_steady_short_and_silent_parts_say_nothing_of_whiteness():
-    ones = np.tile([1.0, -1.0], 50)[:, None]
-    assert whiteness([Residual("a", ones, {}, 0.0)], 0) == 0.0
-    assert whiteness([Residual("a", ones[:40], {}, 0.02)], 0) == 0.0
-    assert whiteness([Residual("a", ones[:41], {}, 0.02)], 0) > 0.0
-    assert whiteness([Residual("a", np.zeros((100, 1)), {}, 0.02)], 0) == 0.0
-    assert whiteness([], 0) == 0.0
-
-
-@pytest.mark.parametrize("cutoff", [2.0, 5.0, 12.0])
-def test_the_share_of_white_noise_that_a_low_pass_lets_through_is_the_integral_of_its_squared_gain(cutoff):
-    class OneSegment:
-        low_pass, dt = LowPass(cutoff), 0.01
-
-    passed = cutoff * 7 / 8 * (np.pi / 8) / np.sin(np.pi / 8)  # Hz: the integral of 1 / (1 + (f / cutoff)^8)^2
-    assert low_pass_share(OneSegment()) == pytest.approx(np.sqrt(passed / 50.0), rel=5e-3)
-
-
-def test_where_nothing_is_filtered_all_noise_passes():
-    class OneSegment:
-        low_pass, dt = None, 0.01
-
-    assert low_pass_share(OneSegment()) == 1.0

@@ -1,0 +1,97 @@
+"""Small diagnoses made of random columns: a design, an unknown, a library and a search, in which every figure can be computed densely."""
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import numpy as np
+
+from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.sizes import Sizes
+from nnhydro.diagnosis.model.unknown import Unknown
+from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.stepwise import Search
+
+FREE = (-np.inf, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """A hypothesis that knows only what the algebra asks of it."""
+
+    effect: SimpleNamespace
+    width: int = 1
+    per_recording: bool = False
+    limits: tuple[tuple[float, float], ...] = ()
+    spans: dict = field(default_factory=dict)
+    activity: None = None
+
+    @property
+    def key(self):
+        return self.effect.id, self.effect.joint
+
+    def bounds(self):
+        return self.limits or (FREE,) * self.width
+
+
+def law(name, width=1, joint=0, family=None, **keys):
+    """The law `name`, of a family of its own."""
+    return Law(SimpleNamespace(id=name, joint=joint, family=family or name), width, **keys)
+
+
+def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):
+    """A design of `groups` recordings of `rows` rows of unit scale; `planted` (n, joints) is added to baseline and noise."""
+    rng = np.random.default_rng(seed)
+    n = groups * rows
+    Y = rng.standard_normal((n, joints, p))
+    y = Y @ rng.standard_normal(p) + noise * rng.standard_normal((n, joints))
+    y = y if planted is None else y + planted
+    group = np.repeat(np.arange(groups), rows)
+    problem = SimpleNamespace(group_of=group, block_of=2 * group + np.tile(np.arange(rows) >= rows // 2, groups), groups=groups,
+                              frequency=np.tile(np.arange(rows) / rows, groups))
+    return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], time=float(n))
+
+
+def unknown(of, seed=1, m=3):
+    """An unknown of two sizes: `m` columns each."""
+    Phi = np.random.default_rng(seed).standard_normal((len(of.y), 2 * m))
+    s = np.tile(1 / np.arange(1, m + 1), 2)
+    return Unknown(Phi, s, np.repeat([0, 1], m), ("q1_rad", "pairs"))
+
+
+def whitened(of, seed=2, even=False, rows=None, m=3, level=1.0):
+    """The rows of a design over noise of unlike variances, or of the variance `level` everywhere."""
+    v = np.full_like(of.y, level) if even else np.random.default_rng(seed).uniform(0.5, 2.0, of.y.shape)
+    return Whitened(of, unknown(of, m=m), v, rows)
+
+
+def library(of, laws, seed=3):
+    """Random columns for `laws` beside the design."""
+    width = sum(one.width for one in laws)
+    X = np.random.default_rng(seed).standard_normal((*of.y.shape, width))
+    return Library(of, tuple(laws), X, np.ones(width))
+
+
+def search(of, laws, X=None, even=True, size=0.1, level=1.0):
+    """The search among `laws`, their columns `X` (n, joints, k) random by default."""
+    made = library(of, laws) if X is None else Library(of, tuple(laws), X, np.ones(X.shape[2]))
+    white = whitened(of, even=even, level=level)
+    return Search(View(white, made), Sizes.even(white, size))
+
+
+def dense(white, X, t, at=None):
+    """log N(y; 0, V + A L A') of rows `at` (all) computed with the full covariance matrix; X (n, joints, k) or None, t (P,)."""
+    at = np.arange(len(white.y)) if at is None else at
+    joints, cov = white.joints, []
+    A = []
+    for j in range(joints):
+        blocks = [white.design.Y[at, j]]
+        blocks += [white.unknown.Phi[at] if i == j else np.zeros((len(at), white.m)) for i in range(joints)]
+        A.append(np.concatenate([*blocks, *([] if X is None else [X[at, j]])], axis=1))
+    A = np.concatenate(A)
+    scale = np.concatenate([t, np.full(0 if X is None else X.shape[2], RHO)])
+    cov = np.diag(white.v[at].T.ravel()) + (A * scale**2) @ A.T
+    y = white.design.y[at].T.ravel()
+    sign, logdet = np.linalg.slogdet(cov)
+    assert sign > 0
+    return -0.5 * (logdet + y @ np.linalg.solve(cov, y))

@@ -1,0 +1,166 @@
+"""The evidence in closed form is the log density of the rows under their full covariance matrix, whatever their order."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from problems import dense, design, law, library, search, whitened
+
+from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.decision.heldout import fold_of_rows, log_densities, rows_of
+from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
+from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fitted, none
+
+LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
+
+
+def own_columns(view, k):
+    """The columns of law k, written out: one set a recording where it has values of its own."""
+    X = view.library.X[..., view.library.at(k)]
+    group = view.library.design.problem.group_of
+    if not view.library.hypotheses[k].per_recording:
+        return X
+    return np.concatenate([X * (group == g)[:, None, None] for g in range(view.library.design.problem.groups)], axis=2)
+
+
+def by_hand(view, chosen):
+    """The columns of the laws `chosen`."""
+    return np.concatenate([own_columns(view, k) for k in chosen], axis=2) if chosen else None
+
+
+@given(seed=st.integers(0, 10_000), joints=st.integers(1, 2), tau=st.floats(0.01, 2.0), k=st.integers(0, 3))
+def test_the_evidence_is_the_density_of_the_rows_under_their_full_covariance(seed, joints, tau, k):
+    of = design(seed, joints=joints)
+    white = whitened(of, seed)
+    X = np.random.default_rng(seed + 1).standard_normal((*of.y.shape, k))
+    t = Sizes.even(white, tau).vector(white)
+    got = posterior(white, Columns.of(white, X) if k else None, t).log_evidence
+    assert got == pytest.approx(dense(white, X if k else None, t), rel=1e-7, abs=1e-6)
+
+
+def test_the_posterior_is_that_of_ridge_regression_with_the_prior_as_its_penalty():
+    of = design(5, joints=1)
+    white = whitened(of)
+    X = np.random.default_rng(6).standard_normal((*of.y.shape, 2))
+    fit = posterior(white, Columns.of(white, X), none(white).vector(white))
+    D = np.concatenate([of.Y[:, 0], X[:, 0]], axis=1) * white.sw
+    precision = np.diag([1.0, 1.0, RHO**-2, RHO**-2])
+    inverse = np.linalg.inv(D.T @ D + precision)
+    at = np.array([0, 1, len(white.b), len(white.b) + 1])
+    np.testing.assert_allclose(fit.mean[at], inverse @ D.T @ white.y[:, 0], rtol=1e-6)
+    np.testing.assert_allclose(fit.covariance(at), inverse, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(fit.variances()[at] * fit.scale[at] ** 2, np.diag(inverse), rtol=1e-6)
+    assert not fit.mean[white.p:len(white.b)].any(), "an unknown of the smallest size is none"
+
+
+@given(order=st.permutations(range(len(LAWS))))
+def test_the_order_in_which_laws_are_named_changes_nothing(order):
+    one = search(design(7), LAWS)
+    columns = [one.view.joined(o) for o in (order, sorted(order))]
+    t = Sizes.even(one.whitened, 0.3).vector(one.whitened)
+    got, want = (posterior(one.whitened, c, t).log_evidence for c in columns)
+    assert got == pytest.approx(want, rel=1e-9)
+    assert one.score(order) is one.score(sorted(order))
+
+
+@given(seed=st.integers(0, 1000))
+def test_the_order_of_rows_changes_nothing(seed):
+    of = design(8)
+    white = whitened(of)
+    order = np.random.default_rng(seed).permutation(len(of.y))
+    t = Sizes.even(white, 0.3).vector(white)
+    shuffled = Whitened(of, white.unknown, white.v, order)
+    assert posterior(shuffled, None, t).log_evidence == pytest.approx(posterior(white, None, t).log_evidence, rel=1e-9)
+
+
+@pytest.mark.parametrize("beside", [(), (0,), (2,), (1, 3)])
+def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences(beside):
+    of = design(9, groups=3, rows=10)
+    view = search(of, LAWS, even=False).view
+    t = Sizes.even(view.whitened, 0.2).vector(view.whitened)
+    columns = view.joined(beside)
+    gains = view.gains(columns, posterior(view.whitened, columns, t))
+    base = dense(view.whitened, by_hand(view, beside), t)
+    for k in set(range(len(LAWS))) - set(beside):
+        assert gains[k] == pytest.approx(dense(view.whitened, by_hand(view, (*beside, k)), t) - base, rel=1e-5, abs=1e-5)
+
+
+def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
+    of = design(10, groups=7, rows=8)
+    one = search(of, LAWS, even=False)
+    sets = [one.score(()), one.score((0,)), one.score((1, 2))]
+    fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
+    for number in range(int(fold.max()) + 1):
+        rows = np.flatnonzero(fold != number)
+        for i, scored in enumerate(sets):
+            X, t = by_hand(one.view, scored.chosen), scored.sizes.vector(one.whitened)
+            assert got[number, i] == pytest.approx(dense(one.whitened, X, t) - dense(one.whitened, X, t, rows), rel=1e-5, abs=1e-5)
+
+
+def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_steady_tables():
+    of = design(11, groups=7, rows=8)
+    fold = fold_of_rows(search(of, LAWS).view, 0)
+    assert all(len(set(fold[of.problem.group_of == g])) == 1 for g in range(7))
+    few = design(11, groups=3, rows=8)
+    fold = fold_of_rows(search(few, LAWS).view, 0)
+    assert all(len(set(fold[few.problem.block_of == b])) == 1 for b in range(6))
+    assert len(set(fold)) == 6
+    few.problem.frequency[few.problem.group_of == 2] = -1.0
+    fold = fold_of_rows(search(few, LAWS).view, 0)
+    assert len(set(fold[few.problem.group_of == 2])) > 3
+
+
+def test_columns_on_some_rows_are_those_of_a_problem_of_these_rows_alone():
+    of = design(12)
+    white = whitened(of)
+    X = np.random.default_rng(13).standard_normal((*of.y.shape, 3))
+    rows = np.arange(0, len(of.y), 2)
+    part = Whitened(of, white.unknown, white.v, rows)
+    got, want = rows_of(part, Columns.of(white, X), rows), Columns.of(part, X)
+    for name in ("Xw", "cross", "gram", "Xy"):
+        np.testing.assert_allclose(getattr(got, name), getattr(want, name), rtol=1e-10, atol=1e-10)
+
+
+@given(seed=st.integers(0, 1000), start=st.floats(0.002, 2.0))
+def test_fitted_sizes_are_never_less_probable_than_those_they_begin_with(seed, start):
+    of = design(seed)
+    of.y = of.y + unknown_part(of, 0.5 * (seed % 3))
+    white = whitened(of, even=True)
+    first = Sizes.even(white, start)
+    fit, sizes = fitted(white, None, first)
+    assert fit.log_evidence >= posterior(white, None, first.vector(white)).log_evidence - 1e-9
+    assert sizes.tau.max() <= LARGEST
+    assert fit.log_evidence == pytest.approx(posterior(white, None, sizes.vector(white)).log_evidence, rel=1e-12)
+
+
+def unknown_part(of, size):
+    """A torque at joint 1 out of the first group of the unknown's columns."""
+    from problems import unknown
+
+    made = np.zeros_like(of.y)
+    made[:, 0] = size * unknown(of).Phi[:, :3] @ np.ones(3)
+    return made
+
+
+def test_the_group_that_holds_the_unknown_gets_the_size_and_the_others_none():
+    of = design(14, groups=8, rows=60)
+    of.y = of.y + unknown_part(of, 1.0)
+    white = whitened(of, even=True)
+    _, sizes = fitted(white, None, Sizes.even(white, 0.1), updates=20)
+    assert sizes.tau[0, 0] > 0.5
+    assert sizes.tau[1].max() < 0.1
+    assert sizes.tau[0, 1] < 0.1
+    assert sizes.total[0] > 5 * sizes.total[1]
+
+
+def test_columns_of_a_grown_library_are_those_computed_anew():
+    from nnhydro.diagnosis.search.library import View
+
+    of = design(15)
+    first, more = library(of, LAWS), library(of, (law("e"), law("f", 2)), seed=16)
+    white = whitened(of)
+    grown = first.with_more(more, first.key_counts)
+    step, whole = View(white, grown, before=View(white, first)), View(white, grown)
+    for name in ("Xw", "cross", "gram", "Xy"):
+        np.testing.assert_allclose(getattr(step, name), getattr(whole, name), rtol=1e-10, atol=1e-10)
+    assert grown.log_prior(0) == first.log_prior(0), "finer values are no further laws"

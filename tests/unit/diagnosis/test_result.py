@@ -1,0 +1,95 @@
+"""What a diagnosis tells: its document, its verdict, and that both say the same."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from campaigns import campaign, planted
+from rigs import arm
+
+from nnhydro.diagnosis.decision.decide import Decision
+from nnhydro.diagnosis.decision.proof import states
+from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.unexplained.unexplained import Dependence, Unexplained
+from nnhydro.diagnosis.unexplained.where import Location
+from nnhydro.recordings.preprocessing import Preparation, prepare
+
+
+def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0.03, learned=()):
+    lines = tuple(SimpleNamespace(sentence=lambda hum=hum: hum) for hum in hums)
+    rest = Unexplained(remains, 0.05, 0.5, p, tuple(learned), lines)
+    proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque")
+    place = Location(1, 1.0, "spread", {}, [0.0, 1.0], [])
+    decisions = (Decision("backlash", 2, 3.14159, 4.6, False, "gains 3.1 nats beside the others (4.6 needed)"),)
+    return Diagnosis(None, None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions, {"x": 1}, following,
+                     {"cd": [1.0]}, {"v": "1"}, [])
+
+
+@pytest.mark.parametrize(("p", "detected"), [(0.01, True), (0.0101, False), (0.0, True)])
+def test_a_mismatch_is_detected_at_one_in_a_hundred_and_only_then_placed(p, detected):
+    told = diagnosis(p).document()
+    assert told["mismatch"]["detected"] == detected
+    assert bool(told["location"]) == detected
+    assert told["seconds"] == 1.23
+    assert told["next_experiment"] is None
+    assert "rehearsal" not in told
+    assert told["indistinguishable"] == []
+
+
+class Told(SimpleNamespace):
+    """A finding or proposal that knows its statement."""
+
+    def document(self, *given):
+        return {"given": given}
+
+
+def test_the_document_holds_findings_with_their_errors_classes_of_several_and_the_next_experiment():
+    one = Told(effect=SimpleNamespace(id="a", joint=0), members=("a", "b"), statement="A.")
+    two = Told(effect=SimpleNamespace(id="c", joint=0), members=("c",), statement="C.")
+    following = Told(statement=lambda: "Record more.")
+    made = diagnosis(found=(one, two), following=following)
+    made.proof.without[("a", 0)] = 0.11
+    told = made.document()
+    assert told["findings"] == [{"given": (0.11, 0.05)}, {"given": (0.2, 0.05)}]
+    assert told["indistinguishable"] == [["a", "b"]]
+    assert told["next_experiment"] == {"given": ("next_experiment.csv",)}
+    assert made.verdict() == ("A. C. With them, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. Record more.")
+    alone = diagnosis(found=(one,), remains=True)
+    assert alone.verdict() == ("A. With it, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. Noise alone would leave "
+                               "3.0 %: something systematic remains that no known effect explains.")
+
+
+def test_a_verdict_without_findings_says_whether_there_is_a_mismatch_and_what_hums():
+    assert diagnosis(0.5).verdict().startswith("No missing physics was detected")
+    assert "no known effect explains it" in diagnosis(0.001).verdict()
+    assert diagnosis(0.001, hums=["a hum of 1 N m"]).verdict().endswith(" There is a hum of 1 N m.")
+
+
+def test_every_candidate_that_came_near_is_told_with_its_statistic_its_threshold_and_the_reason():
+    (decision,) = diagnosis().document()["decisions"]
+    assert decision == {"effect": "backlash", "joint": 2, "statistic": 3.142, "threshold": 4.6, "claimed": False,
+                        "reason": "gains 3.1 nats beside the others (4.6 needed)"}
+
+
+def test_above_a_floor_of_a_third_of_the_torque_nothing_is_said_to_be_complete():
+    assert diagnosis(1.0, floor=0.32).verdict().startswith("No missing physics")
+    assert diagnosis(1.0, floor=0.34).verdict().startswith("These recordings cannot tell: noise alone is 34 % of the torque")
+
+
+def test_what_remains_is_told_with_what_it_depends_on_where_it_is_worth_telling():
+    parts = (Dependence(1, 0.2, ("q1_rad", "dq1_rad_s")), Dependence(2, 0.005, ("q2_rad",)))
+    told = diagnosis(0.001, remains=True, learned=parts)
+    assert told.verdict().endswith("What remains depends on q1_rad, dq1_rad_s at joint 1.")
+    assert told.document()["unexplained"]["depends_on"] == ["dq1_rad_s", "q1_rad"]
+    assert diagnosis(0.5, learned=parts).document()["unexplained"]["depends_on"] == []
+
+
+def test_states_are_told_joint_by_joint_and_the_carriage_where_it_moves():
+    whole = campaign(arm(2), planted(arm(2)), 2, seconds=1.0)
+    still, towed = (next(iter(prepare(r, Preparation(None)))) for r in whole.recordings())
+    told = states(towed)
+    assert list(told) == ["q1_rad", "dq1_rad_s", "ddq1_rad_s2", "q2_rad", "dq2_rad_s", "ddq2_rad_s2", "u0_m_s"]
+    np.testing.assert_array_equal(told["q2_rad"], towed.q[:, 1])
+    np.testing.assert_array_equal(told["ddq2_rad_s2"], towed.qdd[:, 1])
+    np.testing.assert_array_equal(told["dq1_rad_s"], towed.qd[:, 0])
+    assert "u0_m_s" not in states(still)
