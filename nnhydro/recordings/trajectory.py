@@ -73,6 +73,12 @@ def _acceleration_noise(f: Array, dt: float, levels: tuple[Array | None, ...], j
     return 1.0 / np.maximum(known, 1e-300)
 
 
+def _own_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint: int, power: int) -> Array:
+    """N(f) of the channel that is differentiated power / 2 times alone: what it shows below this is its own noise."""
+    level = levels[len(levels) - 1 - power // 2]
+    return np.zeros_like(f) if level is None else 2 * dt * level[joint] ** 2 * (2 * np.pi * f) ** power
+
+
 def _acceleration_spectrum(x: Array, dt: float, power: int) -> tuple[Array, Array]:
     """Frequencies (Hz) and one-sided density of the acceleration from a channel (n,) that is differentiated power / 2 times."""
     n = len(x)
@@ -128,7 +134,7 @@ def trusted_edge(recordings: Iterable[Recording]) -> float:
             nyquist = min(nyquist, 0.5 / dt)
             for number, x, power, levels, column in _channels(part):
                 f, S = _acceleration_spectrum(x, dt, power)
-                N = _acceleration_noise(f, dt, levels, column)
+                N = np.maximum(_acceleration_noise(f, dt, levels, column), _own_noise(f, dt, levels, column, power))
                 at = np.digitize(f, edges) - 1
                 inside = (at >= 0) & (at < len(edges) - 1)
                 counted = [np.bincount(at[inside], w[inside] * part.duration, len(edges) - 1) for w in (S, N, np.ones_like(f))]

@@ -130,7 +130,7 @@ def test_recordings_too_short_to_tell_anything_are_refused_with_what_to_do():
 def test_baselines_are_named_columns_files_or_refused(tmp_path):
     units, how = PROBLEM.units(), Preparation(LowPass(3.0))
     assert baseline_of(None, ARM, units, how).name == "constant"
-    assert baseline_of(None, arm(1, density=1.2), units, how).name == "rigid"
+    assert baseline_of(None, arm(1, density=0.0), units, how).name == "rigid"
     with pytest.raises(ConfigError, match="neither a baseline"):
         baseline_of(str(tmp_path / "nothing"), ARM, units, how)
     with pytest.raises(RecordingError, match="tau1_sim_Nm"):

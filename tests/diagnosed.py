@@ -1,0 +1,164 @@
+"""Campaigns with known answers and what is diagnosed of them, each diagnosed once a session."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from campaigns import angles_only, planted, recording, sensor_torque, steady_table
+from rigs import arm
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+
+from nnhydro.diagnosis.diagnose import diagnose
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.recording import Recording
+
+ARM, TWO = arm(1), arm(2)
+FRICTION = 0.5  # N m
+NOISE = 0.003  # of the torque's rms
+
+
+def coloured(shape, phi, rng):
+    """First-order autoregressive noise of unit variance, (n, joints)."""
+    from scipy.signal import lfilter
+
+    return lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal((shape[0] + 500, shape[1])), axis=0)[500:]
+
+
+def made(a=ARM, count=6, seconds=4.0, rate=100.0, more=lambda r, k: 0.0, noise=lambda k: NOISE, phi=0.0, name="run{:02d}".format):
+    """Recordings of strip theory, torques `more(r, k)` beside it, and noise of `noise(k)` of the torque's rms."""
+    found = []
+    for k in range(count):
+        r = recording(a, planted(a), name(k), seed=k + 1, seconds=seconds, rate=rate)
+        rms = np.sqrt((r.tau**2).mean(axis=0))
+        found.append(replace(r, tau=r.tau + more(r, k) + noise(k) * rms * coloured(r.tau.shape, phi, np.random.default_rng(k + 50))))
+    return found
+
+
+def dry(r, joint=1, level=FRICTION):
+    """Dry friction at one joint, (n, joints) N m, by a law of its own."""
+    return level * np.tanh(r.qd / 0.02) * (np.arange(r.qd.shape[1]) == joint - 1)
+
+
+def rubbing(**keys):
+    return Campaign.of(ARM, made(more=lambda r, k: dry(r), **keys))
+
+
+def shuffled():
+    """The recordings of `rubbing` in another order, with other names."""
+    names = ("zeta", "beta", "omega", "alpha", "delta", "gamma")
+    runs = [replace(r, name=name) for r, name in zip(made(more=lambda r, k: dry(r)), names, strict=True)]
+    return Campaign.of(ARM, runs[::-1])
+
+
+def single_precision():
+    def short(x):
+        return None if x is None else np.asarray(x, dtype=np.float32).astype(float)
+
+    return Campaign.of(ARM, [replace(r, q=short(r.q), qd=short(r.qd), qdd=short(r.qdd), tau=short(r.tau)) for r in rubbing().recordings()])
+
+
+def pendulum():
+    """A free pendulum in air: m g c cos q (q from the horizontal) + viscous + dry friction, integrated here; the joint is not driven, its torque is exactly 0."""
+    mass, com, inertia, viscous, coulomb = 1.0, 0.25, 0.03, 0.04, 0.03
+    a = Arm.model_validate({"fluid": {"density_kg_m3": 0.0}, "gravity_m_s2": 9.81, "links": [
+        {"length_m": 0.5, "diameter_m": 0.03, "mass_kg": mass, "com_m": com, "inertia_kg_m2": inertia}]})
+    whole = inertia + mass * com**2
+
+    def acceleration(q, qd):
+        return -(mass * 9.81 * com * np.cos(q) + viscous * qd + coulomb * np.tanh(qd / 0.01)) / whole
+
+    found = []
+    for k in range(6):
+        t = np.arange(800) / 100.0
+        way = solve_ivp(lambda t, x: [x[1], acceleration(x[0], x[1])], (0, t[-1]), [-np.pi / 2 + 1.0 + 0.25 * k, 0.0], t_eval=t, rtol=1e-8, atol=1e-10)
+        q, qd = way.y[0][:, None], way.y[1][:, None]
+        rng = np.random.default_rng(k)
+        found.append(Recording(f"swing{k}", t, q + 1e-4 * rng.standard_normal(q.shape), np.zeros_like(q), qd + 1e-3 * rng.standard_normal(q.shape)))
+    return Campaign.of(a, found)
+
+
+def springy(resonance=6.0):
+    """The link moves as told and the encoder sits on the other side of a spring that resonates at `resonance` Hz with the wet link."""
+    inertia = float(Loads(planted(ARM).terms).torque(Flow(ARM, Motion.at([[0.0]], [[0.0]], [[1.0]])))[0, 0])
+    stiffness = inertia * (2 * np.pi * resonance) ** 2
+    found, rng = [], np.random.default_rng(5)
+    for k in range(8):
+        r = recording(ARM, planted(ARM), f"run{k:02d}", seed=k + 1, seconds=5.0)
+        twist = CubicSpline(r.t, r.tau / stiffness)
+        found.append(replace(r, q=r.q + twist(r.t), qd=r.qd + twist(r.t, 1), qdd=r.qdd + twist(r.t, 2),
+                             tau=r.tau + NOISE * rng.standard_normal(r.q.shape)))
+    return Campaign.of(ARM, found)
+
+
+def drifting():
+    """The zero of the torque sensor creeps over 6 hours, by the clock, not by the names."""
+    found = []
+    for k, r in enumerate(made(count=8)):
+        place = (7 - k) / 7
+        found.append(replace(r, tau=r.tau + 0.6 * place**3, clock=1e4 + 3000.0 * (7 - k) + r.t))
+    return Campaign.of(ARM, found)
+
+
+def simulated(column):
+    """A campaign of `rubbing` whose recordings hold somebody's simulation of the healthy arm."""
+    runs = []
+    for r in rubbing().recordings():
+        motion = Motion(*(tensor(x) for x in (r.t, r.q, r.qd, r.qdd, np.zeros(len(r.t)), np.zeros(len(r.t)))))
+        runs.append(replace(r, tau_sim=sensor_torque(ARM, planted(ARM), motion)) if column else r)
+    return Campaign.of(ARM, runs)
+
+
+def table(bias=0.0):
+    """Locked tows alone, joint 1 with an offset of the sensor."""
+    whole = steady_table(ARM, planted(ARM), rows=60)
+    tau = whole.tau + bias + 0.01 * np.random.default_rng(3).standard_normal(whole.tau.shape)
+    return Campaign.of(ARM, [], (replace(whole, tau=tau),))
+
+
+CAMPAIGNS = {
+    "healthy": lambda: Campaign.of(ARM, made()),
+    "healthy, two links": lambda: Campaign.of(TWO, made(TWO, count=8)),
+    "healthy, angles alone": lambda: Campaign.of(ARM, [angles_only(r) for r in made(noise=lambda k: 0.01)]),
+    "noise ratio 3": lambda: Campaign.of(ARM, made(noise=lambda k: (0.01, 0.03)[k % 2])),
+    "noise ratio 10": lambda: Campaign.of(ARM, made(noise=lambda k: (0.01, 0.1)[k % 2])),
+    "noise AR 0.95": lambda: Campaign.of(ARM, made(noise=lambda k: 0.02, phi=0.95)),
+    "rubbing": rubbing,
+    "rubbing, 1 kHz": lambda: rubbing(rate=1000.0),
+    "rubbing, shuffled and renamed": shuffled,
+    "rubbing, single precision": single_precision,
+    "rubbing, noise ratio 10": lambda: rubbing(noise=lambda k: (0.01, 0.1)[k % 2]),
+    "rubbing, noise AR 0.95": lambda: rubbing(noise=lambda k: 0.02, phi=0.95),
+    "rubbing, three recordings": lambda: rubbing(count=3),
+    "two frictions": lambda: Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.3) + 0.4 * r.qd)),
+    "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=8, more=lambda r, k: dry(r, 2, 0.2))),
+    "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=8)),
+    "free pendulum": pendulum,
+    "soft drive": springy,
+    "drift": drifting,
+    "column": lambda: simulated(True),
+    "steady": table,
+    "steady, offset": lambda: table(0.4),
+    "under a second": lambda: Campaign.of(ARM, made(count=8, seconds=0.9, more=lambda r, k: dry(r))),
+}
+
+
+@cache
+def campaign(name):
+    """The campaign called so."""
+    return CAMPAIGNS[name]()
+
+
+@cache
+def diagnosed(name, baseline=None, **keys):
+    """What is diagnosed of it."""
+    return diagnose(campaign(name), baseline, **keys)
+
+
+def named(diagnosis):
+    """Effects and joints that were found."""
+    return {(f.effect.id, f.effect.joint) for f in diagnosis.findings}

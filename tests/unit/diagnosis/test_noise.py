@@ -1,0 +1,95 @@
+"""Noise: a spectrum common to all recordings and a scale of each, told from what the model explains."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from diagnosed import ARM, campaign, made
+
+from nnhydro.diagnosis.constants import SMALLEST_SIZE
+from nnhydro.diagnosis.diagnose import _calibrated_noise
+from nnhydro.diagnosis.model.unknown import unknown_of
+from nnhydro.diagnosis.noise.spectrum import Bands, first_noise
+from nnhydro.diagnosis.problem.baseline import baseline_of
+from nnhydro.diagnosis.problem.design import design_of
+from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.preprocessing import Preparation
+
+
+def design(of):
+    problem = problem_of(of)
+    return design_of(problem, baseline_of("constant", ARM, problem.units(), Preparation(LowPass(problem.edge))))
+
+
+@cache
+def estimated(name):
+    """The design of a campaign, its noise beside the unknown, and the unknown's sizes."""
+    of = design(campaign(name))
+    noise, _, sizes, _ = _calibrated_noise(of, unknown_of(of, of.baseline.at(np.zeros(of.Y.shape[2]))))
+    return of, noise, sizes
+
+
+@pytest.mark.parametrize(("name", "ratio"), [("noise ratio 3", 3.0), ("noise ratio 10", 10.0)])
+def test_recordings_that_are_3_or_10_times_as_noisy_are_told_so(name, ratio):
+    _, noise, _ = estimated(name)
+    scale = np.sqrt(noise.sigma2[:, 0])
+    torques = np.array([np.sqrt((r.tau**2).mean()) for r in campaign(name).recordings()])
+    wanted = torques * np.where(np.arange(len(scale)) % 2, ratio, 1.0)
+    np.testing.assert_allclose(scale / np.exp(np.log(scale).mean()), wanted / np.exp(np.log(wanted).mean()), rtol=0.35)
+
+
+@pytest.mark.parametrize("name", ["noise ratio 3", "noise ratio 10", "noise AR 0.95"])
+def test_the_level_of_the_noise_is_that_which_was_added(name):
+    of, noise, _ = estimated(name)
+    added = []
+    for dirty, clean in zip(campaign(name).recordings(), made(noise=lambda k: 0.0), strict=True):
+        spectrum = np.abs(np.fft.rfft(dirty.tau[:, 0] - clean.tau[:, 0])) ** 2 / len(dirty.tau) * 2 / len(dirty.tau)
+        f = np.fft.rfftfreq(len(dirty.tau), 0.01)
+        added.append(spectrum[f <= of.problem.edge].sum())
+    assert np.sqrt(noise.own.sum() / of.time) == pytest.approx(np.sqrt(np.mean(added)), rel=0.3)
+
+
+def test_coloured_noise_falls_with_frequency_and_white_noise_does_not():
+    _, coloured, _ = estimated("noise AR 0.95")
+    _, white, _ = estimated("noise ratio 3")
+    def slope(noise):
+        moving = noise.bands.centre > 0.3
+        return np.polyfit(np.log(noise.bands.centre[moving]), np.log(noise.S[0, moving]), 1)[0]
+
+    assert slope(coloured) < -0.8
+    assert abs(slope(white)) < 0.5
+
+
+@pytest.mark.parametrize("name", ["noise ratio 3", "noise ratio 10", "noise AR 0.95"])
+def test_noise_is_not_taken_for_an_unknown_law(name):
+    _, _, sizes = estimated(name)
+    assert sizes.total.max() < 0.02
+    assert (sizes.tau >= SMALLEST_SIZE).all()
+
+
+def test_every_row_has_a_variance_that_is_finite_and_more_than_that_of_the_noise_alone():
+    of, noise, _ = estimated("noise ratio 10")
+    assert np.isfinite(noise.v).all()
+    assert (noise.v > noise.own).all()
+    assert noise.v.shape == of.y.shape
+    assert first_noise(of).own.min() > 0
+
+
+def test_bands_hold_the_mean_of_a_block_apart_and_grow_with_frequency():
+    of, _, _ = estimated("noise ratio 3")
+    bands = Bands.of_design(of)
+    assert set(of.problem.frequency[bands.of == 0]) == {0.0}
+    assert (np.diff(bands.centre) > 0).all()
+    assert bands.count == len(bands.centre) == bands.of.max() + 1
+
+
+def test_the_scale_of_the_torque_scales_the_noise():
+    def level(factor):
+        from dataclasses import replace
+
+        of = design(Campaign.of(ARM, [replace(r, tau=factor * r.tau) for r in campaign("noise ratio 3").recordings()]))
+        return first_noise(of).own.sum()
+
+    assert level(10.0) > 20 * level(1.0)
