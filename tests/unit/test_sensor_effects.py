@@ -1,7 +1,6 @@
 """Faults of sensors and of time: closed forms, limits, and what their cards hold possible."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest

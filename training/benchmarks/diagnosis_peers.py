@@ -20,7 +20,7 @@ import numpy as np
 import torch
 from discovery_peers import PEERS, Claims, prepared
 
-from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.files import write_json
 from nnhydro.models.prediction import predict
 from nnhydro.models.torque_model import TorqueModel

@@ -30,7 +30,7 @@ NOISE, FRICTION = 0.02, 0.1  # N m
 WORK = """
 import json, resource, sys, time
 from pathlib import Path
-from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.recordings.campaign import verified
 wall, cpu = time.perf_counter(), time.process_time()
 d = diagnose(verified(Path(sys.argv[1])), "constant").document()

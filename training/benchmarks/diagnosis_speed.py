@@ -13,15 +13,16 @@ import numpy as np
 import torch
 from diagnosis_peers import suite, timed
 
-from nnhydro.diagnosis.engine import diagnose
-from nnhydro.diagnosis.instances import instances
-from nnhydro.diagnosis.naming import torque_peaks
-from nnhydro.diagnosis.reference import reference
-from nnhydro.diagnosis.table import columns_of
+from nnhydro.diagnosis.diagnose import diagnose
+from nnhydro.diagnosis.problem.baseline import baseline_of
+from nnhydro.diagnosis.problem.design import columns_on
+from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
+from nnhydro.diagnosis.problem.problem import Stretch, problem_of
 from nnhydro.files import write_json
 from nnhydro.identification.statistics import columns_and_offset
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.splitting import units
+from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.simulation.reveal import read_suite
 from nnhydro.simulation.truth.campaign import SIZES, Wish
 
@@ -31,31 +32,28 @@ SAMPLE = 40  # refits of the plain way that are timed
 
 def plain_way(campaign: Campaign, baseline: str) -> tuple[int, float]:
     """Return how many refits the plain way needs and what one takes: columns of all other recordings, least squares, left-out error."""
-    all_units = units(campaign, campaign.plan(None), 0)
-    model = reference(baseline, campaign.arm, all_units, campaign.plan(None)).physics
-    known = instances(campaign.arm, torque_peaks(all_units))
+    problem = problem_of(campaign)  # preparing the recordings is not charged
+    base = baseline_of(baseline, campaign.arm, problem.units(), Preparation(LowPass(problem.edge)))
+    model = base.physics
+    peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches], axis=0).tolist())
+    known = enumerate_hypotheses(campaign.arm, peaks)
     rng = np.random.default_rng(SEED)
 
-    def rows(unit: Any, one: Any) -> np.ndarray:
-        parts = []
-        for segment in unit.segments():
-            Y, offset = columns_and_offset(model.loads, segment, model.arm)
-            X = columns_of([one], model, segment, torch.zeros(len(segment), dtype=torch.float64))
-            every = np.concatenate([Y, X, (segment.tau - offset)[..., None]], axis=2)
-            parts.append(every[segment.keep].reshape(-1, every.shape[2]))
-        return np.concatenate(parts)
+    def rows(stretch: Stretch, one: Any) -> np.ndarray:
+        Y, offset = columns_and_offset(model.loads, stretch.segment, model.arm)
+        X = columns_on([one], model, stretch)
+        every = np.concatenate([Y, X, (stretch.segment.tau - offset)[..., None]], axis=2)
+        return every[stretch.segment.keep].reshape(-1, every.shape[2])
 
     def refit(one: Any, out: int) -> float:
-        fitted = np.concatenate([rows(unit, one) for k, unit in enumerate(all_units) if k != out])
+        fitted = np.concatenate([rows(stretch, one) for stretch in problem.stretches if stretch.group != out])
         theta = np.linalg.lstsq(fitted[:, :-1], fitted[:, -1], rcond=None)[0]
-        left = rows(all_units[out], one)
+        left = np.concatenate([rows(stretch, one) for stretch in problem.stretches if stretch.group == out])
         return float(((left[:, -1] - left[:, :-1] @ theta) ** 2).sum())
 
-    for unit in all_units:
-        unit.segments()  # preparing the recordings is not charged
     some = [known[k] for k in rng.choice(len(known), SAMPLE, replace=False)]
-    _, seconds = timed(lambda: [refit(one, int(rng.integers(len(all_units)))) for one in some])
-    return len(known) * len(all_units), seconds / SAMPLE
+    _, seconds = timed(lambda: [refit(one, int(rng.integers(problem.groups))) for one in some])
+    return len(known) * problem.groups, seconds / SAMPLE
 
 
 def speed() -> dict[str, Any]:

@@ -18,17 +18,19 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.diagnosis.bank import build
-from nnhydro.diagnosis.case import opened
-from nnhydro.diagnosis.instances import Instance, instances
-from nnhydro.diagnosis.naming import torque_peaks
-from nnhydro.diagnosis.noise import noise_of
-from nnhydro.diagnosis.reference import Reference
-from nnhydro.diagnosis.table import Table, columns_of
+from nnhydro.diagnosis.decision.proof import states
+from nnhydro.diagnosis.diagnose import MOST_STUDIED, drawn
+from nnhydro.diagnosis.noise.spectrum import first_noise
+from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
+from nnhydro.diagnosis.problem.design import columns_on, design_of
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
+from nnhydro.diagnosis.problem.problem import Stretch, problem_of
 from nnhydro.identification.statistics import columns_and_offset
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
@@ -43,8 +45,8 @@ GP_ROWS = 300
 class Data:
     """All rows of a campaign: candidates `known` with their columns, and what every peer starts from."""
 
-    against: Reference
-    known: tuple[Instance, ...]
+    against: Baseline
+    known: tuple[Hypothesis, ...]
     Y: Array  # (n, joints, p)
     X: Array  # (n, joints, K)
     y: Array  # (n, joints) N m
@@ -71,7 +73,7 @@ def _states(motion: Motion) -> Array:
     return torch.cat([motion.q, motion.qd, motion.qdd, motion.u0[:, None]], dim=1).numpy()
 
 
-def _best(known: tuple[Instance, ...], Y: Array, X: Array, y: Array) -> list[int]:
+def _best(known: tuple[Hypothesis, ...], Y: Array, X: Array, y: Array) -> list[int]:
     """The instance of every effect and joint whose columns explain most alone; X (n, joints, K) holds all columns side by side."""
     Q = np.linalg.qr(Y.reshape(-1, Y.shape[2]))[0]
     flat, r = X.reshape(-1, X.shape[2]), y.ravel()
@@ -87,24 +89,31 @@ def _best(known: tuple[Instance, ...], Y: Array, X: Array, y: Array) -> list[int
 
 def prepared(campaign: Campaign, baseline: str) -> Data:
     """Return the rows of `campaign`, the baseline calibrated, every hypothesis at its best values."""
-    ready = opened(campaign, baseline, SEED)
-    against = ready.case.reference
-    known = tuple(one for one in instances(campaign.arm, torque_peaks(ready.case.all_units)) if not one.own)
-    table = Table(ready.case)
-    pieces = list(table.rows(known, against.physics))
-    p = pieces[0][0].Y.shape[2]
-    full = np.concatenate([rows for _, rows in pieces])
+    problem = problem_of(campaign, drawn(campaign.names, MOST_STUDIED, SEED))
+    against = baseline_of(baseline, campaign.arm, problem.units(), Preparation(LowPass(problem.edge)))
+    design = design_of(problem, against)
+    peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches if s.segment.tau is not None], axis=0).tolist())
+    known = tuple(one for one in enumerate_hypotheses(campaign.arm, peaks) if not one.per_recording)
+    parts = []
+    for stretch in problem.stretches:
+        segment = stretch.segment
+        Y, offset = columns_and_offset(against.physics.loads, segment, campaign.arm)
+        every = [Y @ against.prior.F, columns_on(known, against.physics, stretch), against.target(segment, Y, offset)[..., None]]
+        parts.append((stretch, np.concatenate(every, axis=2)[segment.keep]))
+    full = np.concatenate([rows for _, rows in parts])
+    p = design.Y.shape[2]
     Y, X, y = full[..., :p], full[..., p:-1], full[..., -1]
     chosen = _best(known, Y, X, y)
     starts = np.cumsum([0, *(one.width for one in known)])
     columns = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in chosen])
-    kept = tuple(known[k] for k in chosen)
-    noise = noise_of(build(table, kept, against.physics)[1], np.ones(p), ready.repeats)
-    recording = np.concatenate([np.full(len(rows), piece.number) for piece, rows in pieces])
+    noise = np.sqrt(first_noise(design).own.sum(axis=0) / design.time)
+    recording = np.concatenate([np.full(len(rows), stretch.group) for stretch, rows in parts])
     names = [f"{x}{j + 1}{unit}" for x, unit in (("q", "_rad"), ("dq", "_rad_s"), ("ddq", "_rad_s2")) for j in range(campaign.arm.n_links)]
-    state = np.concatenate([np.column_stack([*(piece.state[name] for name in names), piece.state.get("u0_m_s", np.zeros(len(piece.y)))])
-                            for piece, _ in pieces])
-    return Data(against, kept, Y, X[..., columns], y, state, recording, noise)
+    state = []
+    for stretch, _ in parts:
+        told = states(stretch.segment)
+        state.append(np.column_stack([*(told[name] for name in names), stretch.segment.u0])[stretch.segment.keep])
+    return Data(against, tuple(known[k] for k in chosen), Y, X[..., columns], y, np.concatenate(state), recording, noise)
 
 
 @final
@@ -112,9 +121,9 @@ def prepared(campaign: Campaign, baseline: str) -> Data:
 class Peer(TorqueModel):
     """The baseline with parameters z (p,), candidates `known` with coefficients b (K,), and a learner of what remains."""
 
-    against: Reference
+    against: Baseline
     z: Array
-    known: tuple[Instance, ...] = ()
+    known: tuple[Hypothesis, ...] = ()
     b: Array | None = None
     learner: Callable[[Array], Array] | None = None
 
@@ -124,9 +133,9 @@ class Peer(TorqueModel):
         arrays = [getattr(motion, name).numpy() for name in ("t", "q", "qd", "qdd", "u0", "du0")]
         segment = Segment("unseen", *arrays, None, np.ones(n, dtype=bool), stop_row=n)
         Y, offset = columns_and_offset(physics.loads, segment, self.arm)
-        tau = offset + Y @ (self.against.before.mean + self.against.before.F @ self.z)
+        tau = offset + Y @ (self.against.prior.mean + self.against.prior.F @ self.z)
         if self.b is not None:
-            tau = tau + columns_of(self.known, physics, segment, None) @ self.b
+            tau = tau + columns_on(self.known, physics, Stretch(0, "unseen", segment, None), predicted=True) @ self.b
         return torch.from_numpy(tau if self.learner is None else tau + self.learner(_states(motion)))
 
     def document(self) -> dict[str, Any]:

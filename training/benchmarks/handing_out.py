@@ -19,7 +19,7 @@ def trivial(number: int) -> tuple[int, float]:
     """Import what a diagnosis needs, and do nothing; return the number and the worker's largest memory so far, MB."""
     import resource
 
-    import nnhydro.diagnosis.engine  # noqa: F401
+    import nnhydro.diagnosis.diagnose  # noqa: F401
 
     return number, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.files import write_json
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.identify import versions

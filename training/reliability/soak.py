@@ -21,7 +21,7 @@ import numpy as np
 from trials import record, show
 
 from nnhydro.cli.main import run
-from nnhydro.diagnosis.engine import diagnose
+from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.recordings.campaign import verified
 from nnhydro.report.diagnosis_folder import write_diagnosis
 

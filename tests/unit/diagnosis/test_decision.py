@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from problems import design, law, search
 
 from nnhydro.diagnosis.calibration.null_draws import null_gains, null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT, RHO
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.decide import decide, torque_shares
 from nnhydro.diagnosis.search.library import bound_bonus, log_mass
 

@@ -1,0 +1,59 @@
+"""Machines that other people built, with answers that are known: the right names, no wrong one, and the errors of a free fit.
+
+The recordings are not part of this repository (training/real_rigs/README.md says where each is published); without them these tests are skipped.
+"""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from nnhydro.diagnosis.diagnose import diagnose
+from nnhydro.recordings.campaign import open_campaign
+
+pytestmark = pytest.mark.slow
+REAL = Path(__file__).parents[2].parent / "shared" / "data"
+RIGS = ("dfki_pendubot", "multiarm_single", "rm2_tare_torque", "kvlcc2_15kn", "dfki_double_pendulum_a0", "dfki_double_pendulum_c0")
+
+
+def known(name):
+    """What is known of a rig, and where its campaign lies."""
+    answers = REAL / "rigs" / "answers.json"
+    if not answers.is_file():
+        pytest.skip(f"{answers}: the recordings of real rigs are not here")
+    answer = json.loads(answers.read_text())[name]
+    return answer, REAL / "rigs" / answer.get("path", name)
+
+
+@cache
+def diagnosed(name):
+    answer, folder = known(name)
+    return diagnose(open_campaign(folder), answer["baseline"])
+
+
+def alike(finding):
+    return {finding.effect.id, *finding.members}
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_what_is_known_of_a_real_rig_is_named_and_nothing_else(name):
+    answer, _ = known(name)
+    findings = list(diagnosed(name).findings)
+    for effects, joint, span in answer["must"]:
+        right = [f for f in findings if alike(f) & set(effects) and f.effect.joint in (joint, 0)]
+        assert right, f"{effects} at joint {joint} is not named, but {[(f.effect.id, f.effect.joint) for f in findings]}"
+        if span is not None and right[0].effect.id in effects:
+            value = next(iter(right[0].parameters.values()))["value"]
+            assert span[0] <= value <= span[1]
+        findings = [f for f in findings if f not in right]
+    assert all(alike(f) & set(answer["may"]) for f in findings), [(f.effect.id, f.effect.joint, f.statement) for f in findings]
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_the_corrected_model_of_a_real_rig_errs_no_more_than_its_card_says(name):
+    answer, _ = known(name)
+    told = diagnosed(name)
+    assert told.proof.after <= told.proof.before
+    if answer["error"] is not None:
+        assert told.proof.after < 1.1 * answer["error"]
