@@ -17,6 +17,10 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "nnhydro"
 ORDER = ("recordings", "physics", "effects", "features", "models", "identification", "evaluation", "simulation", "exchange", "diagnosis",
          "report", "api", "cli")
+# inside diagnosis: what decides sees what is modelled, never the other way round
+FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "unexplained", "experiment",
+          "corrected_model", "result", "diagnose")
+LEAVES = ("nnhydro.diagnosis.unexplained.where", "nnhydro.diagnosis.rig")  # import nothing of diagnosis: anybody may cite them
 DATA = ("demo",)  # folders that hold files, not modules
 ENTRY = ("__main__",)  # may import anything, is imported by nothing
 FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers; imports nothing of it at run time
@@ -72,6 +76,26 @@ def test_imports_point_upstream_only():
         assert not module.startswith("."), f"{where} imports relatively: write the full name"
         if library(module) == "nnhydro" and path != FRONT:
             assert level(module) <= level(module_of(path)), f"{where} imports {module}, which lies downstream of it"
+
+
+def room(module):
+    """The room of a module of nnhydro.diagnosis."""
+    return module.split(".")[2]
+
+
+def test_inside_the_diagnosis_imports_point_upstream_too():
+    files = [path for path in SOURCES if PACKAGE / "diagnosis" in path.parents]
+    leaves = {module_of(path): imports(path) for path in files if module_of(path) in LEAVES}
+    assert not any(module.startswith("nnhydro.diagnosis") for found in leaves.values() for module, _ in found)
+    for path in files:
+        if path.parent == PACKAGE / "diagnosis" and path.stem in ("__init__", "rig"):
+            continue
+        here = room(module_of(path))
+        assert here in FLOORS, f"{name_of(path)} lies in a room without a floor: write it into FLOORS"
+        for module, line in imports(path):
+            if not module.startswith("nnhydro.diagnosis.") or module.startswith(LEAVES):
+                continue
+            assert FLOORS.index(room(module)) <= FLOORS.index(here), f"{name_of(path)}:{line} imports {module}, which lies downstream of it"
 
 
 def test_libraries_stay_in_their_part_of_the_tree():

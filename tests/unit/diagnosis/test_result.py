@@ -55,8 +55,8 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
     assert told["next_experiment"] == {"given": ("next_experiment.csv",)}
     assert made.verdict() == ("A. C. With them, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. Record more.")
     alone = diagnosis(found=(one,), remains=True)
-    assert alone.verdict() == ("A. With it, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. Noise alone would leave "
-                               "3.0 %: something systematic remains that no known effect explains.")
+    assert alone.verdict() == ("A. With it, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. "
+                               "Noise alone would leave 3.0 %: something systematic remains that no known effect explains.")
 
 
 def test_a_verdict_without_findings_says_whether_there_is_a_mismatch_and_what_hums():
