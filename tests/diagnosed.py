@@ -63,7 +63,7 @@ def single_precision():
 
 
 def pendulum():
-    """A free pendulum in air: m g c cos q (q from the horizontal) + viscous + dry friction, integrated here; the joint is not driven, its torque is exactly 0."""
+    """A free pendulum in air, integrated here: m g c cos q (q from the horizontal), viscous and dry friction; its torque is exactly 0."""
     mass, com, inertia, viscous, coulomb = 1.0, 0.25, 0.03, 0.04, 0.03
     a = Arm.model_validate({"fluid": {"density_kg_m3": 0.0}, "gravity_m_s2": 9.81, "links": [
         {"length_m": 0.5, "diameter_m": 0.03, "mass_kg": mass, "com_m": com, "inertia_kg_m2": inertia}]})
@@ -75,10 +75,12 @@ def pendulum():
     found = []
     for k in range(6):
         t = np.arange(800) / 100.0
-        way = solve_ivp(lambda t, x: [x[1], acceleration(x[0], x[1])], (0, t[-1]), [-np.pi / 2 + 1.0 + 0.25 * k, 0.0], t_eval=t, rtol=1e-8, atol=1e-10)
+        begin = [-np.pi / 2 + 1.0 + 0.25 * k, 0.0]
+        way = solve_ivp(lambda t, x: [x[1], acceleration(x[0], x[1])], (0, t[-1]), begin, t_eval=t, rtol=1e-8, atol=1e-10)
         q, qd = way.y[0][:, None], way.y[1][:, None]
         rng = np.random.default_rng(k)
-        found.append(Recording(f"swing{k}", t, q + 1e-4 * rng.standard_normal(q.shape), np.zeros_like(q), qd + 1e-3 * rng.standard_normal(q.shape)))
+        q, qd = q + 1e-4 * rng.standard_normal(q.shape), qd + 1e-3 * rng.standard_normal(q.shape)
+        found.append(Recording(f"swing{k}", t, q, np.zeros_like(q), qd))
     return Campaign.of(a, found)
 
 

@@ -12,7 +12,7 @@ because regressors that are noise bias every coefficient towards 0 by the ratio 
 Source: regression splines, de Boor (1978); bias of errors in variables, Fuller (1987), section 1.1.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import final
 
@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from nnhydro.recordings.preprocessing import resampled, stretches
 from nnhydro.recordings.recording import Recording
-from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
 KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
@@ -110,7 +109,7 @@ def _plateau(motion: Array) -> float:
 
 
 def _end(edges: Array, motion: Array, good: NDArray[np.bool_]) -> float:
-    """Return where the good bands that hold the largest motion end, 0 where there are none; one bad band between two lines is passed over."""
+    """Return where the good bands that hold the largest motion end, 0 without any; one bad band between two lines is passed over."""
     if not good.any():
         return 0.0
     last = int(np.argmax(np.where(good, motion, 0.0)))
@@ -197,7 +196,7 @@ def _weights(level: Array | None, floor: Array) -> Array:
 
 
 def trajectory(r: Recording, edge: float, at: Array) -> Trajectory:
-    """Return the motion of an evenly sampled stretch `r` at the times `at` (n,) s, as all its channels tell it, band-limited above `edge` Hz."""
+    """Return the motion of an evenly sampled stretch `r` at the times `at` (n,) s, from all its channels, band-limited above `edge` Hz."""
     t = np.asarray(r.t)
     spread = np.maximum(np.ptp(r.q, axis=0), 1e-9)
     channels = [(order, x, _weights(white_level(x), 1e-7 * spread * (2 * np.pi * edge) ** order))

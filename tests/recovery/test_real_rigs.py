@@ -1,6 +1,6 @@
 """Machines that other people built, with answers that are known: the right names, no wrong one, and the errors of a free fit.
 
-The recordings are not part of this repository (training/real_rigs/README.md says where each is published); without them these tests are skipped.
+The recordings are not part of this repository (training/real_rigs/README.md says where each is published); without them all is skipped.
 """
 
 import json

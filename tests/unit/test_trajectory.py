@@ -26,7 +26,8 @@ def moved(rate=100.0, seconds=8.0, links=2, seed=1, channels="qva", noise=(0.0, 
 
 def errors(made, exact, inside=slice(50, -50)):
     """Largest errors of angle, rate and acceleration over their largest values."""
-    return [float(np.abs(got - want)[inside].max() / np.abs(want).max()) for got, want in zip((made.q, made.qd, made.qdd), exact, strict=True)]
+    pairs = zip((made.q, made.qd, made.qdd), exact, strict=True)
+    return [float(np.abs(got - want)[inside].max() / np.abs(want).max()) for got, want in pairs]
 
 
 def rms(x):
@@ -46,7 +47,8 @@ def test_all_channels_together_know_the_motion_better_than_angles_with_either_de
     wrong = {}
     for channels in ("q", "qv", "qa", "qva"):
         made = [(trajectory(r, EDGE, r.t), exact) for seed in range(5) for r, exact in [moved(channels=channels, noise=NOISE, given=seed)]]
-        wrong[channels] = [np.mean([rms(getattr(one, name) - exact[k]) for one, exact in made]) for k, name in enumerate(("q", "qd", "qdd"))]
+        names = enumerate(("q", "qd", "qdd"))
+        wrong[channels] = [np.mean([rms(getattr(one, name) - exact[k]) for one, exact in made]) for k, name in names]
     for k in (1, 2):
         assert all(wrong["qva"][k] <= 1.02 * wrong[fewer][k] for fewer in ("q", "qv", "qa"))
     assert wrong["qva"][2] < 0.5 * wrong["q"][2]

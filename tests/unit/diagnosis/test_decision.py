@@ -14,7 +14,7 @@ from nnhydro.diagnosis.search.library import bound_bonus, log_mass
 LAWS = tuple(law(f"law_{k}") for k in range(8))
 
 
-def columns(of, k=len(LAWS), seed=50):
+def columns(of, k=8, seed=50):
     """Columns (n, joints, k) whose rms is the scale of joint 1."""
     return np.random.default_rng(seed).standard_normal((*of.y.shape, k))
 

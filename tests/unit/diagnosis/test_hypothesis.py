@@ -25,7 +25,10 @@ def test_the_search_reaches_to_the_neighbours_and_as_far_beyond_an_end(values, v
     assert grid_neighbours(values, value) == pytest.approx(span)
 
 
-@given(st.lists(st.floats(-100, 100, allow_subnormal=False).map(lambda x: round(x, 3)), min_size=1, max_size=8, unique=True), st.integers(0, 7))
+NUMBERS = st.lists(st.floats(-100, 100, allow_subnormal=False).map(lambda x: round(x, 3)), min_size=1, max_size=8, unique=True)
+
+
+@given(NUMBERS, st.integers(0, 7))
 def test_neighbours_hold_their_value_between_them_whatever_the_grid(values, at):
     value = sorted(values)[at % len(values)]
     low, high = grid_neighbours(values, value)

@@ -48,7 +48,8 @@ def test_the_band_never_adds_to_a_sum_of_squares_and_the_transform_is_linear(num
     block = PROBLEM.blocks[number]
     x, y = np.random.default_rng(seed).standard_normal((2, len(span(block)[0])))
     assert (PROBLEM.transform(block, x) ** 2).sum() <= (x[block.start:block.stop] ** 2).sum() * span(block)[1] + 1e-9
-    np.testing.assert_allclose(PROBLEM.transform(block, 2 * x - y), 2 * PROBLEM.transform(block, x) - PROBLEM.transform(block, y), atol=1e-9)
+    one, other = PROBLEM.transform(block, x), PROBLEM.transform(block, y)
+    np.testing.assert_allclose(PROBLEM.transform(block, 2 * x - y), 2 * one - other, atol=1e-9)
 
 
 def test_all_rows_lie_in_the_band_and_belong_to_their_recording():
@@ -123,7 +124,7 @@ def test_places_follow_the_clock_and_are_unknown_without_one():
 
 def test_recordings_too_short_to_tell_anything_are_refused_with_what_to_do():
     short = Campaign.of(ARM, [recording(ARM, planted(ARM), f"run{k}", seconds=0.05) for k in range(3)])
-    with pytest.raises(CampaignError, match="record longer runs|nnhydro check"):
+    with pytest.raises(CampaignError, match=r"record longer runs|nnhydro check"):
         _ = problem_of(short, edge=3.0).blocks
 
 
