@@ -125,7 +125,7 @@ def test_a_law_of_the_state_is_no_hum():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="without its family a step is built of viscous friction and a drag that bends, the latter said with 0.99", strict=True)
+@pytest.mark.xfail(reason="without its family a step is built of viscous friction and a bent drag, said with 0.99", strict=True)
 def test_without_its_card_dry_friction_is_not_called_something_quite_different():
     told = diagnosed("rubbing", without=("coulomb_friction", "stribeck_friction", "load_friction"))
     assert told.detected
