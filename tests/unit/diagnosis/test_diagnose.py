@@ -148,7 +148,6 @@ def test_a_drift_is_found_by_the_clock_whatever_the_names_of_the_files():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="a hose of no stiffness stands in for the constant that a drift has not", strict=True)
 def test_a_finding_whose_every_interval_holds_nothing_at_all_is_none():
     for finding in diagnosed("drift").findings:
         assert any(low > 0 or high < 0 for low, high in (p["ci95"] for p in finding.parameters.values()))
