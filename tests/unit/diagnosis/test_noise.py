@@ -7,7 +7,7 @@ import pytest
 from diagnosed import ARM, campaign, made
 
 from nnhydro.diagnosis.constants import SMALLEST_SIZE
-from nnhydro.diagnosis.diagnose import _calibrated_noise
+from nnhydro.diagnosis.diagnose import calibrated_noise
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import Bands, first_noise
 from nnhydro.diagnosis.problem.baseline import baseline_of
@@ -27,7 +27,7 @@ def design(of):
 def estimated(name):
     """The design of a campaign, its noise beside the unknown, and the unknown's sizes."""
     of = design(campaign(name))
-    noise, _, sizes, _ = _calibrated_noise(of, unknown_of(of, of.baseline.at(np.zeros(of.Y.shape[2]))))
+    noise, _, sizes, _ = calibrated_noise(of, unknown_of(of, of.baseline.at(np.zeros(of.Y.shape[2]))))
     return of, noise, sizes
 
 
