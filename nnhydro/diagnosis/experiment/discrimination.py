@@ -225,9 +225,7 @@ class Judge:
         A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
         energy = [max(_left(H, beside, A, m), 1e-12) for m in self.moments]
         whole = np.array(energy)[:, None]
-        count = np.array([self.hypotheses[laws[0]].width for laws in self.laws])
-        alike = (size2 / whole < 1 - ALIKE**2) & (count[None, :] <= count[:, None])  # a law of more values has no such excuse
-        return np.where(alike, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
+        return np.where(size2 / whole < 1 - ALIKE**2, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
 
     def _beside(self) -> NDArray[np.int64]:
         """The places of the baseline and the other findings."""
