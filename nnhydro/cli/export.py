@@ -91,7 +91,7 @@ def export(
         return
     if kind == "onnx":
         _show_onnx(told, out, precision)
-    for what, said in (("holds", "holds "), ("lacks", "cannot hold"), ("left_out", "left out")):
+    for what, said in (("holds", "holds "), ("lacks", "cannot hold "), ("left_out", "left out")):
         for line in told.get(what, []):
             say(f"{said} {line}")
     conclude(verdict)

@@ -158,7 +158,7 @@ def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
     assert document["rows"] == [200]
     assert 0 <= document["outside_share"][0] < 0.2
     header, *rows = (tmp_path / "torques" / "motion.csv").read_text().splitlines()
-    assert header == "t_s,tau1_Nm,tau2_Nm"
+    assert header == "t_s,tau1_Nm,tau2_Nm,outside"
     source = [line.split(",") for line in motion.read_text().splitlines()[1:]]
     values = np.array([[float(x) for x in row.split(",")] for row in rows])
     assert values[:, 0].tolist() == [float(row[0]) for row in source]

@@ -185,8 +185,8 @@ def test_what_two_stretches_hold_at_most_is_what_either_holds():
         return Seen(*(torch.tensor(x) for x in (low, high, swift)))
     both = of([1.0, -2.0], [3.0, 0.0], [5.0]).and_of(of([0.0, -1.0], [2.0, 4.0], [6.0]))
     assert (both.lowest.tolist(), both.highest.tolist(), both.swiftest.tolist()) == ([0.0, -2.0], [3.0, 4.0], [6.0])
-    one = Linear(torch.ones(2, 1, 3), 2, of([0.0], [1.0], [1.0]))
-    assert one.and_of(Linear(torch.zeros(4, 1, 3), 2, of([0.0], [1.0], [1.0]))).columns.shape == (6, 1, 3)
+    one, other = (Linear(torch.full((n, 1, 3), float(n)), 2, 2, 0, torch.zeros(2), of([0.0], [1.0], [1.0])) for n in (2, 4))
+    assert one.and_of(other).columns.shape == (6, 1, 3)
 
 
 def test_rows_that_exceed_the_budget_lie_in_files_and_those_that_just_fit_do_not():

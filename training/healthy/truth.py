@@ -1,8 +1,8 @@
 """Healthy two-link arms in water: flat, numpy only, nothing of the package. `campaign(seed)` gives arm.yaml's document and recordings.
 
 The torques are those of Lagrange's equations of two rods and of Morison's load on 60 strips a link; the motions are given, so that no
-integrator errs. Noise is what differs: white to strongly coloured, alike or different by a ratio up to 10 between recordings, logged at 25 Hz
-to 1 kHz, rates and accelerations recorded with noise or not at all.
+integrator errs. Noise is what differs: white to strongly coloured, alike or different by a ratio up to 10 between recordings, logged at 25
+Hz to 1 kHz, rates and accelerations recorded with noise or not at all.
 """
 
 import numpy as np
@@ -69,7 +69,8 @@ def campaign(seed):
     kind = KINDS[seed % len(KINDS)]
     links = [{"length_m": rng.uniform(0.4, 0.6), "diameter_m": rng.uniform(0.05, 0.08), "mass_kg": rng.uniform(0.5, 2.0), "com_m": 0.25,
               "inertia_kg_m2": rng.uniform(0.01, 0.04)} for _ in range(2)]
-    true = {"links": [{k: v * (1 + 0.01 * rng.standard_normal() * (k in ("mass_kg", "com_m", "inertia_kg_m2"))) for k, v in one.items()} for one in links],
+    built = ("mass_kg", "com_m", "inertia_kg_m2")
+    true = {"links": [{k: v * (1 + 0.01 * rng.standard_normal() * (k in built)) for k, v in one.items()} for one in links],
             "cd": rng.uniform(0.8, 1.4, 2), "cm": rng.uniform(0.6, 1.0, 2)}
     rate = {"khz": 1000.0, "slow25": 25.0}.get(kind, rng.choice([50.0, 100.0]))
     count = {"few3": 3, "many30": 30}.get(kind, int(rng.integers(5, 13)))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 import torch
@@ -77,14 +77,15 @@ def line_frequencies(design: Design) -> tuple[float, ...]:
 
 def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float]) -> tuple[Hypothesis, ...]:
     """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape."""
-    made = {}
+    made: dict[tuple[Any, ...], Hypothesis] = {}
     for h in hypotheses:
         if "frequency" not in h.spans:
             continue
         for f in frequencies:
             shape = (h.key, f, *(getattr(h.effect, name) for name in h.spans if name != "frequency"))
             spans = {**h.spans, "frequency": (0.99 * f, 1.01 * f)}
-            made.setdefault(shape, replace(h, effect=replace(h.effect, frequency=(f,)), spans=spans))
+            changes: dict[str, Any] = {"frequency": (f,)}
+            made.setdefault(shape, replace(h, effect=replace(h.effect, **changes), spans=spans))
     return tuple(made.values())
 
 

@@ -63,8 +63,10 @@ def _ratios(x: Array, dt: float) -> tuple[Array, Array, Array]:
 
 
 def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf) -> Line | None:
-    """Return the strongest line in the residual of `joint` (from 0), which holds what lies below `edge` Hz; None where recordings are too few
-    or too short."""
+    """Return the strongest line in the residual of `joint` (from 0), which holds what lies below `edge` Hz.
+
+    None where recordings are too few or too short.
+    """
     from scipy.special import gammaincc
 
     used = [p for p in parts if p.dt > 0 and len(p.r) >= FEWEST_ROWS]

@@ -31,7 +31,7 @@ Z = np.zeros(BASE.prior.F.shape[1])
 
 def finding(effect, activity=None):
     """A finding that knows what a corrected model asks of it."""
-    return SimpleNamespace(effect=effect, activity=activity, persists=activity is None or activity.persists, statement="said")
+    return SimpleNamespace(effect=effect, activity=activity, persists=activity is None or activity.persists, statement="said", offset=0.0)
 
 
 def rubs(joint=2, level=0.3):

@@ -45,7 +45,7 @@ def test_between_two_values_lies_their_geometric_mean_where_both_are_positive_el
 def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tried():
     made = enumerate_hypotheses(arm(2), PEAKS)
     for one in made:
-        assert one.width == len(one.effect.linear_names()) == len(one.bounds())
+        assert one.width == len(one.bounds()) == len(one.effect.linear_names()) + one.effect.offset_of_its_own
         for name, (low, high) in one.spans.items():
             value = getattr(one.effect, name)[0]
             assert low <= value <= high
