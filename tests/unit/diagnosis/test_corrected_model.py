@@ -29,9 +29,9 @@ BASE = baseline_of("constant", ARM, (), Preparation(None))
 Z = np.zeros(BASE.prior.F.shape[1])
 
 
-def finding(effect, activity=None):
+def finding(effect, activity=None, offset=0.0):
     """A finding that knows what a corrected model asks of it."""
-    return SimpleNamespace(effect=effect, activity=activity, persists=activity is None or activity.persists, statement="said", offset=0.0)
+    return SimpleNamespace(effect=effect, activity=activity, persists=activity is None or activity.persists, statement="said", offset=offset)
 
 
 def rubs(joint=2, level=0.3):
@@ -103,9 +103,9 @@ def test_what_has_a_phase_of_its_own_in_every_recording_is_no_part_of_a_predicti
 
 def test_a_prediction_holds_the_zero_that_a_drifting_sensor_had_at_the_end():
     drift = catalogue()["torque_drift"].started(ARM, joint=2).with_linear(torch.tensor([0.2, 0.1, 0.0], dtype=torch.float64))
-    (bias,) = corrected_model(BASE, Z, Z, [finding(drift)]).instruments
+    (bias,) = corrected_model(BASE, Z, Z, [finding(drift, offset=0.5)]).instruments
     assert (bias.id, bias.joint) == ("torque_bias", 2)
-    assert bias.offset[0] == pytest.approx(0.3)
+    assert bias.offset[0] == pytest.approx(0.8)  # its curve at the end, and the constant beside it
 
 
 @dataclass(frozen=True)
