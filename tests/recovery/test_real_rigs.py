@@ -44,8 +44,8 @@ def test_what_is_known_of_a_real_rig_is_named_and_nothing_else(name):
         right = [f for f in findings if alike(f) & set(effects) and f.effect.joint in (joint, 0)]
         assert right, f"{effects} at joint {joint} is not named, but {[(f.effect.id, f.effect.joint) for f in findings]}"
         if span is not None and right[0].effect.id in effects:
-            value = next(iter(right[0].parameters.values()))["value"]
-            assert span[0] <= value <= span[1]
+            low, high = next(iter(right[0].parameters.values()))["ci95"]
+            assert low <= span[1] and span[0] <= high, f"{effects}: {low} to {high}, known {span}"  # both are intervals
         findings = [f for f in findings if f not in right]
     assert all(alike(f) & set(answer["may"]) for f in findings), [(f.effect.id, f.effect.joint, f.statement) for f in findings]
 
