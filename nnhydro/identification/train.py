@@ -93,7 +93,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
                              FreePart(free, part.free.contiguous()) if free is not None and part.open else None)
-        return with_doubt(with_trust(replace(bare, support=support(rows)), rows, watched), rows, watched)
+        return with_doubt(with_trust(replace(bare, support=support(rows).contiguous()), rows, watched), rows, watched)
 
 
 def train(campaign: Campaign, config: TrainingConfig | None = None, checkpoint: Path | None = None,

@@ -208,7 +208,8 @@ def suite(tmp_path_factory):
 
 def test_the_same_seed_and_key_give_the_same_bytes(suite, tmp_path):
     conceal(tmp_path / "again", [SMALL], 11, suite / "key.txt")
-    files = sorted(p.relative_to(tmp_path / "again") for p in (tmp_path / "again").rglob("*") if p.is_file() and p.name not in ("suite.json", STAMP))
+    files = sorted(p.relative_to(tmp_path / "again") for p in (tmp_path / "again").rglob("*")
+                   if p.is_file() and p.name not in ("suite.json", STAMP))
     assert len(files) > 10
     for file in files:
         assert (tmp_path / "again" / file).read_bytes() == (suite / "suite" / file).read_bytes(), file

@@ -96,7 +96,7 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
 
 
 def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[float]:
-    """What each member must gain not to be another's form: FORM^2 of the other's gain, LOOK_ALIKE of it where cards take one for the other."""
+    """What each member must gain not to be another's form: FORM^2 of the other's gain, LOOK_ALIKE where cards take one for the other."""
     gains = [now.score - rest.score for rest in rests]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
     bars = []
