@@ -68,13 +68,13 @@ def location_sheet(document: Document) -> Sheet:
 
 
 def errors_sheet(document: Document) -> Sheet:
-    """Return the error on recordings that took no part: baseline, corrected model, noise."""
+    """Return the error on recordings held out of the fit: baseline, corrected model, noise."""
     rows = [("recalibrated baseline", document["mismatch"]["error"])]
     if document["findings"]:
         rows.append(("with what was left out", document["findings"][0]["heldout"]["error_after"]))
     if document["mismatch"]["noise_floor"] is not None:
         rows.append(("noise alone", document["mismatch"]["noise_floor"]))
-    return Sheet("Error on recordings that took no part", (Column("model", [name for name, _ in rows], words=True),
+    return Sheet("Error on recordings held out of the fit", (Column("model", [name for name, _ in rows], words=True),
                                                             Column("error", [error for _, error in rows], percent)))
 
 
