@@ -131,7 +131,8 @@ def load_model(folder: Path) -> TorqueModel:
 
     document = _checked(folder)
     try:
-        tensors = load_file(folder / WEIGHTS) if (folder / WEIGHTS).exists() else {}
+        stored = load_file(folder / WEIGHTS) if (folder / WEIGHTS).exists() else {}
+        tensors = {name: x.clone() for name, x in stored.items()}  # in memory of their own: sums depend, in the last bit, on where they lie
         arm = parse_arm(document["arm"], str(folder / MODEL))
         how = Preparation.parse(document["preparation"])
         return _tried(_KINDS[document["kind"]](document["model"], tensors, arm, how, document["fit"]))
