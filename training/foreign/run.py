@@ -1,8 +1,9 @@
-"""Diagnose campaigns of another author and score the answers: `python training/foreign/run.py FOLDER OUT [FIRST:LAST:STEP]`.
+"""Diagnose campaigns of another author and score the answers: `python training/foreign/run.py FOLDER OUT [FIRST:LAST:STEP] [family-out]`.
 
 FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A campaign is
 exact if every hidden effect is named, or lies in a class of at most three, at its joint, and nothing else is said. What is diagnosed
-already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary.
+already in OUT is not diagnosed again. With family-out the family of what is hidden is taken out of the catalogue: whatever is named is then
+wrong, and only campaigns that hide something are diagnosed. OUT/results.json holds a row a campaign and the summary.
 """
 
 import json
@@ -57,6 +58,33 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, str]:
             "seconds, median": f"{sorted(r['seconds'] for r in rows)[len(rows) // 2]:.1f}"}
 
 
+def families_out(answer: dict[str, Any]) -> tuple[str, ...]:
+    """Return the effects of the families of what is hidden."""
+    from nnhydro.effects.catalogue import catalogue
+
+    families = {catalogue()[h["effect"]].family for h in answer["hidden"] if h["effect"] in catalogue()}
+    return tuple(name for name, effect in catalogue().items() if effect.family in families)
+
+
+def family_out(root: Path, answers: dict[str, Any], names: list[str], out: Path) -> None:
+    """Diagnose without the hidden families; print what is named all the same, write family_out.json."""
+    import nnhydro
+    from nnhydro.diagnosis.diagnose import diagnose
+    from nnhydro.files import write_json
+    from nnhydro.identification.identify import versions
+
+    rows = []
+    for name in names:
+        without = families_out(answers[name])
+        if without:
+            found = diagnose(nnhydro.load(root / name), without=without)
+            rows.append({"case": name, "named": [[f.effect.id, f.confidence] for f in found.findings], "detected": found.detected})
+            print(f"{name} {'+'.join(h['effect'] for h in answers[name]['hidden']):40s} {rows[-1]['named'] or 'nothing'}", flush=True)
+    told = {"a wrong name": share([bool(r["named"]) for r in rows]), "an alarm": share([r["detected"] for r in rows])}
+    print(json.dumps(told, indent=1))
+    write_json(out / "family_out.json", {"versions": versions(), "summary": told, "campaigns": rows})
+
+
 def main() -> None:
     """Diagnose, print a row a campaign and the summary, write results.json."""
     import nnhydro
@@ -65,8 +93,12 @@ def main() -> None:
 
     root, out = Path(sys.argv[1]), Path(sys.argv[2])
     answers = json.loads((root / "answers.json").read_text())
-    wanted = slice(*(int(x) if x else None for x in sys.argv[3].split(":"))) if len(sys.argv) > 3 else slice(None)
+    part = next((x for x in sys.argv[3:] if ":" in x), ":")
+    wanted = slice(*(int(x) if x else None for x in part.split(":")))
     out.mkdir(parents=True, exist_ok=True)
+    if "family-out" in sys.argv[3:]:
+        family_out(root, answers, sorted(answers)[wanted], out)
+        return
     rows = []
     for name in sorted(answers)[wanted]:
         start = time.perf_counter()
