@@ -102,6 +102,7 @@ def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[s
     return studied(design_on(problem, baseline), seed, without, progress)
 
 
+@one_thread()
 def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None) -> Studied:
     """Return what the baseline of `design` leaves out on its rows."""
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
