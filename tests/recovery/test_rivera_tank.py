@@ -16,7 +16,7 @@ CAMPAIGN = Path(__file__).parents[2] / "datasets" / "rivera_tank"
 
 
 @pytest.mark.slow
-def test_the_hybrid_is_three_times_better_than_constants_and_the_network_better_still_than_them():
+def test_the_hybrid_is_twice_as_good_as_constants_and_the_network_four_times():
     campaign = open_campaign(CAMPAIGN)
     how = campaign.plan()
     every = units(campaign, how, 0, group_names(campaign))
@@ -28,5 +28,5 @@ def test_the_hybrid_is_three_times_better_than_constants_and_the_network_better_
         model = contender.fit(fitted, campaign.arm, how, None)
         error[contender.name] = Misfit.total(misfit_of(model, every[i]) for i in held_out).error
     assert 0.1 < error["constant"] < 0.25
-    assert error["hybrid"] < error["constant"] / 3
-    assert error["network"] < error["constant"]
+    assert error["hybrid"] < error["constant"] / 2
+    assert error["network"] < error["constant"] / 4
