@@ -34,11 +34,7 @@ def test_what_shows_only_above_an_edge_is_lost_below_it():
     assert low.lost == (("coulomb_friction", 1),)
 
 
-def test_an_edge_below_all_motion_is_refused_in_the_packages_own_words_or_judged():
+def test_an_edge_that_is_none_is_refused():
     of = campaign("rubbing")
-    try:
-        assert claims_at(of, of.names, 1e-3, None, coulomb()).edge == 1e-3
-    except NnhydroError as error:
-        assert "record" in str(error)
     with pytest.raises((NnhydroError, np.linalg.LinAlgError, ValueError)):
         claims_at(of, of.names, -1.0, None, coulomb())
