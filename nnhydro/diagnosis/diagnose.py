@@ -6,16 +6,17 @@ prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> 
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 
 from nnhydro.diagnosis.calibration.rehearsal import confident, rehearse
+from nnhydro.diagnosis.constants import DETECTED, MATERIAL, RELEVANT
 from nnhydro.diagnosis.corrected_model import corrected_model
 from nnhydro.diagnosis.decision.decide import Decided, decide
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
-from nnhydro.diagnosis.decision.proof import noise_error, prove
+from nnhydro.diagnosis.decision.proof import Proof, noise_error, prove
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
@@ -128,6 +129,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
         limits.check(campaign.arm.n_links)
     names = drawn(campaign.names, most, seed)
     found = study(problem_of(campaign, names, cutoff_hz), baseline, seed, without, progress)
+    progress("held-out errors")
+    found, proof = _proved(found, seed)
     search, claimed = found.search, found.decided.claimed
     findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
@@ -136,14 +139,12 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     bands = _other_bands(campaign, names, baseline, found) if findings else ()
     progress("next experiment")
     following, why = _following(found, campaign, seed, limits)
-    progress("held-out errors")
-    proof = prove(search, claimed, found.model, seed)
     floor = noise_error(search, proof, found.noise.own)
     rest = unexplained_of(search, claimed, proof, found.decided.decisions)
     off = none(search.whitened).vector(search.whitened)
-    z_before = posterior(search.whitened, None, off).mean[: search.whitened.p]
-    z_after = posterior(search.whitened, search.view.joined(claimed.chosen), off).mean[: search.whitened.p]
     base = found.design.baseline
+    z_before = base.within(posterior(search.whitened, None, off).mean[: search.whitened.p])
+    z_after = base.within(posterior(search.whitened, search.view.joined(claimed.chosen), off).mean[: search.whitened.p])
     noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
@@ -154,13 +155,25 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
                      versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
+def _proved(found: Studied, seed: int) -> tuple[Studied, Proof]:
+    """What was found with its errors on recordings held out; nothing is claimed that makes them no smaller."""
+    claimed = found.decided.claimed
+    proof = prove(found.search, claimed, found.model, seed)
+    if not claimed.chosen or proof.after < (1 - RELEVANT) * proof.before:
+        return found, proof
+    reason = f"errors on recordings held out go from {100 * proof.before:.1f} to {100 * proof.after:.1f} %: nobody could act on it"
+    decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed else d for d in found.decided.decisions)
+    nothing = found.search.score(())
+    return replace(found, decided=Decided(nothing, decisions, {})), prove(found.search, nothing, found.model, seed)
+
+
 def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: Studied) -> tuple[OtherBand, ...]:
     """The claims at other edges of the band; none where too little is left there: it never costs the verdict."""
     claimed = [found.search.view.library.hypotheses[k] for k in found.decided.claimed.chosen]
     made = []
     for factor in FACTORS:
         with suppress(NnhydroError, np.linalg.LinAlgError):
-            made.append(claims_at(campaign, names, factor * found.design.problem.edge, baseline, claimed))
+            made.append(claims_at(campaign, names, found.design.problem.band.scaled(factor), baseline, claimed))
     return tuple(made)
 
 
@@ -178,8 +191,6 @@ def _p_value(found: Studied, rest: Unexplained) -> float:
     """p of "nothing is missing": by the claims, by the unknown beside the baseline alone, by what remains."""
     gains = [d.statistic for d in found.decided.decisions if d.claimed]
     claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1.0)) for g in gains]
-    from nnhydro.diagnosis.constants import DETECTED, MATERIAL
-
     parts = unknown_parts(found.search, found.null)
     real = found.null.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
     return max(1e-12, min([1.0, rest.p_value, p_of(found.search, found.null) if real else 1.0, *claimed]))

@@ -129,6 +129,12 @@ def _end(edges: Array, motion: Array, good: NDArray[np.bool_]) -> float:
 
 def trusted_edge(recordings: Iterable[Recording]) -> float:
     """Return the upper edge of the band, Hz, in which some acceleration of these recordings is known to `KNOWN`."""
+    edge, cap = known_edge(recordings)
+    return float(np.clip(edge or cap, LOWEST_EDGE, cap))
+
+
+def known_edge(recordings: Iterable[Recording]) -> tuple[float, float]:
+    """Return the highest frequency, Hz, at which some acceleration is known to `KNOWN`, 0 where none is, and the highest edge of a band."""
     edges = LOWEST_EDGE * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * np.log2(WIDEST / LOWEST_EDGE)) + 1) / BANDS_PER_OCTAVE)
     sums: dict[str, tuple[Array, Array, Array]] = {}
     nyquist = np.inf
@@ -150,7 +156,7 @@ def trusted_edge(recordings: Iterable[Recording]) -> float:
         motion, noise = (np.where(count > 0, x / np.maximum(count, 1e-300), 0.0) for x in (S_sum, N_sum))
         good = (motion > np.maximum(noise, _plateau(motion)) / KNOWN**2) & (motion > TINY * motion.max())
         highest = max(highest, _end(edges, motion, good))
-    return float(np.clip(highest or HIGHEST_EDGE, LOWEST_EDGE, min(HIGHEST_EDGE, 0.9 * nyquist)))
+    return highest, float(max(LOWEST_EDGE, min(HIGHEST_EDGE, 0.9 * nyquist)))
 
 
 def _basis(t: Array, knots: Array, order: int) -> Any:

@@ -49,7 +49,7 @@ def observing(view: View, y: Array) -> View:
     b = np.concatenate([old.Y.reshape(y.size, old.p).T @ y.ravel(), *unknown])
     whitened = _copy(old, y=y, b=b, yy=float((y**2).sum()))
     kept = {k: replace(c, Xy=c.Xw.reshape(-1, c.Xw.shape[2]).T @ y.ravel()) for k, c in view._columns.items()}
-    return _copy(view, whitened=whitened, Xy=view.Xw.reshape(-1, view.Xw.shape[2]).T @ y.ravel(), _columns=kept, _own_best={})
+    return _copy(view, whitened=whitened, Xy=view.Xw.reshape(y.size, view.Xw.shape[2]).T @ y.ravel(), _columns=kept, _own_best={})
 
 
 def _copy(one: T, **changes: object) -> T:

@@ -21,6 +21,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.recordings.band import Band
 from nnhydro.recordings.campaign import Campaign
 
 FACTORS = (0.7, 1.4)  # times the band's upper edge
@@ -44,12 +45,12 @@ class OtherBand:
         return f"Judged on what lies below {self.edge:.2g} Hz alone, this would not be claimed: {said}." if self.lost else ""
 
 
-def claims_at(campaign: Campaign, names: tuple[str, ...], edge: float, baseline: str | None, claimed: Sequence[Hypothesis]) -> OtherBand:
-    """Return which of the `claimed` laws lose their evidence when the band ends at `edge` Hz.
+def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: str | None, claimed: Sequence[Hypothesis]) -> OtherBand:
+    """Return which of the `claimed` laws lose their evidence in another `band`.
 
     Raises CampaignError or RecordingError where too little is left in that band.
     """
-    design = design_on(problem_of(campaign, names, edge), baseline)
+    design = design_on(problem_of(campaign, names, band), baseline)
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     library, whole = Library.of(design, claimed, model), tuple(range(len(claimed)))
@@ -58,4 +59,4 @@ def claims_at(campaign: Campaign, names: tuple[str, ...], edge: float, baseline:
     noise = reestimated(design, noise, whitened, search.view.joined(whole), found.sizes.vector(whitened))
     search = Search(View(Whitened(design, unknown, noise.v), library), found.sizes)
     gains = [search.score(whole).score - search.score(tuple(x for x in whole if x != k)).score for k in whole]
-    return OtherBand(edge, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))
+    return OtherBand(band.torque, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

@@ -62,7 +62,7 @@ class Whitened:
         chosen = slice(None) if at is None else at
         Xw = self.weighted(X)[chosen]
         made = np.zeros((len(self.b), X.shape[2]))
-        made[: self.p] = self.Y[chosen].reshape(Xw.shape[0] * self.joints, self.p).T @ Xw.reshape(-1, X.shape[2])
+        made[: self.p] = self.Y[chosen].reshape(Xw.shape[0] * self.joints, self.p).T @ Xw.reshape(Xw.shape[0] * self.joints, X.shape[2])
         for j in range(self.joints):
             scaled = self.Phi[chosen] * self.sw[chosen, j:j + 1]
             made[self.p + j * self.m: self.p + (j + 1) * self.m] = scaled.T @ Xw[:, j]

@@ -21,4 +21,4 @@ def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened,
     whitened = Whitened(design, unknown, noise.v)
     assert sizes is not None
     fit, sizes = fitted(whitened, None, sizes)
-    return noise, whitened, sizes, design.baseline.at(fit.mean[: whitened.p])
+    return noise, whitened, sizes, design.baseline.at(design.baseline.within(fit.mean[: whitened.p]))

@@ -84,6 +84,11 @@ class Baseline:
                                          np.concatenate([-free, self.prior.lowest[others]]),
                                          np.concatenate([free, self.prior.highest[others]])))
 
+    def within(self, z: Array) -> Array:
+        """Return the parameters z (r,) cut at their physical bounds."""
+        made: Array = np.clip(z, self.prior.lowest, self.prior.highest)
+        return made
+
     def at(self, z: Array) -> StripTheory:
         """Return the physics with the parameters of `z` (r,)."""
         return replace(self.physics, loads=with_parameters(self.physics.loads, self.prior.mean + self.prior.F @ z))

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.band import Band, band_of
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.preprocessing import resampled, stretches
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
 from nnhydro.recordings.surroundings import with_heading
-from nnhydro.recordings.trajectory import ROWS_PER_PERIOD, trajectory, trusted_edge
+from nnhydro.recordings.trajectory import ROWS_PER_PERIOD, trajectory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -67,15 +68,16 @@ def _band_limited(x: Array | None, rows: int) -> Array | None:
     return result
 
 
-def segments_of(r: Recording, edge: float, sliding: bool = False) -> Iterator[Segment]:
+def segments_of(r: Recording, band: Band, sliding: bool = False) -> Iterator[Segment]:
     """Yield the stretches of `r` as band-limited segments, base and water included; `sliding`: of a linear axis."""
+    edge = band.torque
     r = with_heading(r)
     for start, stop in stretches(r):
         part = resampled(r, start, stop)
         n, dt = len(part), float(part.t[1] - part.t[0])
         rows = min(n, max(int(np.ceil(n * dt * edge * ROWS_PER_PERIOD)), 16))
         at = part.t[0] + ((np.arange(rows) + 0.5) * n / rows - 0.5) * dt
-        motion = trajectory(part, edge, np.clip(at, part.t[0], part.t[-1]))
+        motion = trajectory(part, band.motion, np.clip(at, part.t[0], part.t[-1]))
         keep = np.ones(rows, dtype=bool)
         trim = min(round(MARGIN / edge / (dt * n / rows)), rows // 8)
         keep[:trim] = keep[rows - trim:] = False
@@ -101,6 +103,12 @@ class Problem:
     edge: float
     names: tuple[str, ...]
     stretches: tuple[Stretch, ...]
+    motion_edge: float | None = None  # Hz, of the band in which the motion is known, where it is another
+
+    @property
+    def band(self) -> Band:
+        """The band of the comparison and of the motion."""
+        return Band(self.edge, self.motion_edge or self.edge)
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -177,18 +185,20 @@ class Problem:
         return tuple(Unit(s.name, s.name, s.segment.steady, partial(tuple, [s.segment])) for s in self.stretches)
 
 
-def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: float | None = None) -> Problem:
+def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: Band | float | None = None) -> Problem:
     """Return the recordings `names` of `campaign` (all by default) ready for diagnosis; the band's edge in Hz from the data by default.
 
     Raises CampaignError or RecordingError where the data cannot be used.
     """
     names = campaign.names if names is None else names
-    upper = trusted_edge(campaign.load(name) for name in names) if edge is None else edge
+    if edge is None:
+        edge = band_of(campaign.load(name) for name in names)
+    band = edge if isinstance(edge, Band) else Band(edge, edge)
     clock = _clock_origin(campaign, names)
     made: list[Stretch] = []
     for group, name in enumerate(names):
         recording = campaign.load(name)
-        for segment in segments_of(recording, upper, campaign.arm.sliding):
+        for segment in segments_of(recording, band, campaign.arm.sliding):
             place = None
             if clock is not None and recording.clock is not None:
                 time = recording.clock[segment.start_row] + segment.t - recording.t[segment.start_row]
@@ -198,4 +208,4 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: f
         made.append(Stretch(len(names) + number, table.name, segment, None))
     if not made:
         raise CampaignError("no recording holds a stretch of finite rows long enough to diagnose: see nnhydro check")
-    return Problem(campaign.arm, upper, names, tuple(made))
+    return Problem(campaign.arm, band.torque, names, tuple(made), band.motion)

@@ -145,7 +145,7 @@ class View:
             return
         X = self.library.X[..., self.place[known:]]
         Xw, cross = self.whitened.weighted(X), self.whitened.cross(X)
-        flat = Xw.reshape(-1, X.shape[2])
+        flat = Xw.reshape(self.whitened.y.size, X.shape[2])
         gram, Xy = flat.T @ flat, flat.T @ self.whitened.y.ravel()
         if old is not None:
             between = old.Xw.reshape(-1, known).T @ flat

@@ -138,8 +138,9 @@ class Search:
         return sorted(best)
 
     def admits(self, now: Scored, then: Scored) -> bool:
-        """Return whether `then` takes from the unknown what a law that is one would, and is more probable than `now`."""
-        return then.score > now.score + 1e-6 and then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS)
+        """Return whether `then` takes from the unknown what a law that is one would, or explains more beside it, and is more probable."""
+        gain = then.score - now.score
+        return gain > 1e-6 and (then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS) or gain > now.unknown_nats)
 
     def _better(self, now: Scored, sets: Sequence[Sequence[int]], base: Scored | None = None) -> Scored:
         base = now if base is None else base

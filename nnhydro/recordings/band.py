@@ -1,0 +1,83 @@
+"""The band in which model and torque are compared, and the one in which the motion is known.
+
+Both end alike where the motion ends. But a wave or a hum loads an arm that hardly moves: where recordings show a line of one frequency
+in the torque above the motion's band, the comparison goes on to there; and where no motion is known at all, over all of the torque. The
+motion is smoothed in its own band: what its sensors add above it is not the arm's.
+
+    line:  P(f) / median of P around f >= LINE  in a third of the recordings,   P a band's largest ordinate of the periodogram
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.recordings.preprocessing import resampled, stretches
+from nnhydro.recordings.recording import Recording
+from nnhydro.recordings.trajectory import HIGHEST_EDGE, LOWEST_EDGE, known_edge
+
+Array = NDArray[np.float64]
+LINE = 25.0  # times its surroundings in power: of a hundred ordinates of noise the largest is 5 times their mean
+STEP = 1.06  # from band to band: lines of recordings of some ten periods are so wide
+AROUND = 6  # bands to either side whose median a line is held against
+OFTEN = 1 / 3  # of the recordings, and two at least: where the water moves along a link it shows in no torque
+LARGE = 0.01  # of the torque's power in a line: below it nobody would look for a wave
+PAST = 1.3  # times the line's frequency: it lies well inside the band
+
+
+@final
+@dataclass(frozen=True)
+class Band:
+    """Upper edges, Hz, of the comparison of torques and of the motion."""
+
+    torque: float
+    motion: float
+
+    def scaled(self, factor: float) -> "Band":
+        """Return the band with both edges times `factor`."""
+        return Band(factor * self.torque, factor * self.motion)
+
+
+def _has_line(x: Array, dt: float, edges: Array) -> NDArray[np.bool_]:
+    """Which bands between `edges` hold a line of the torque x (n,)."""
+    window = np.hanning(len(x))
+    power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
+    f = np.fft.rfftfreq(len(x), dt)
+    at = np.digitize(f, edges) - 1
+    largest = np.array([power[at == k].max(initial=0.0) for k in range(len(edges) - 1)])
+    padded = np.pad(largest, AROUND, mode="reflect")
+    around = np.array([np.median(np.delete(padded[k:k + 2 * AROUND + 1], AROUND)) for k in range(len(largest))])
+    made: NDArray[np.bool_] = (largest > LINE * around) & (largest > LARGE * power.sum() / 3)  # a line is three ordinates wide
+    return made
+
+
+def highest_line(recordings: Iterable[Recording], above: float) -> float:
+    """Return the highest frequency, Hz, above `above` at which a third of the recordings, two at least, have a line; else 0."""
+    count = int(np.ceil(np.log(HIGHEST_EDGE / above) / np.log(STEP)))
+    if count < 2 * AROUND:
+        return 0.0
+    edges = above * STEP ** np.arange(count + 1)
+    shown, of = np.zeros(count), 0
+    for r in recordings:
+        found = np.zeros(count, dtype=bool)
+        for start, stop in stretches(r):
+            part = resampled(r, start, stop)
+            if part.tau is not None and len(part) >= 8:
+                for x in part.tau.T:
+                    found |= _has_line(x, float(part.t[1] - part.t[0]), edges)
+        beside = found | np.roll(found, 1) | np.roll(found, -1)
+        shown, of = shown + beside, of + 1
+    there = np.flatnonzero(shown >= max(OFTEN * of, 2))
+    return float(np.sqrt(edges[there[-1]] * edges[there[-1] + 1])) if len(there) else 0.0
+
+
+def band_of(recordings: Iterable[Recording]) -> Band:
+    """Return the band of the comparison of `recordings` and of their motion."""
+    known = list(recordings)
+    edge, cap = known_edge(known)
+    if not edge:
+        return Band(cap, LOWEST_EDGE)
+    motion = float(np.clip(edge, LOWEST_EDGE, cap))
+    return Band(float(np.clip(PAST * highest_line(known, motion), motion, cap)), motion)

@@ -1,0 +1,55 @@
+"""The comparison ends where the motion ends, but for lines that recordings share in the torque, and for arms that hardly move."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import planted, recording
+from rigs import arm
+
+from nnhydro.recordings.band import PAST, Band, band_of, highest_line
+from nnhydro.recordings.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trusted_edge
+
+ARM = arm(1)
+
+
+def runs(count=4, seconds=20.0, line=0.0, size=0.0, still=False, shown=None):
+    """Recordings with a sine of `line` Hz and `size` times the torque's rms in those of `shown`, its phase another in each."""
+    made = []
+    for k in range(count):
+        r = recording(ARM, planted(ARM), f"run{k}", seed=k + 1, seconds=seconds, rate=100.0)
+        rng = np.random.default_rng(k)
+        if still:
+            q = 0.3 + 1e-4 * rng.standard_normal(r.q.shape)
+            r = replace(r, q=q, qd=None, qdd=None, tau=0.05 * rng.standard_normal(r.tau.shape))
+        acting = shown is None or k in shown
+        wave = size * max(float(r.tau.std()), 0.1) * np.sin(2 * np.pi * line * r.t + rng.uniform(0, 6)) * acting
+        made.append(replace(r, tau=r.tau + wave[:, None] + 0.01 * float(r.tau.std()) * rng.standard_normal(r.tau.shape)))
+    return made
+
+
+def test_without_a_line_both_bands_end_where_the_motion_ends():
+    usual = runs()
+    assert band_of(usual) == Band(trusted_edge(usual), trusted_edge(usual))
+
+
+@pytest.mark.parametrize("shown", [None, (0, 2)])
+def test_a_line_that_recordings_share_lies_well_inside_the_comparison_and_leaves_the_motion_as_it_is(shown):
+    edge = trusted_edge(runs())
+    line = 1.6 * edge
+    band = band_of(runs(line=line, size=0.5, shown=shown))
+    assert band.motion == edge
+    assert band.torque == pytest.approx(PAST * line, rel=0.1)
+
+
+def test_a_line_of_one_recording_alone_is_no_wave():
+    edge = trusted_edge(runs())
+    assert highest_line(runs(line=1.6 * edge, size=0.5, shown=(1,)), edge) == 0.0
+
+
+def test_an_arm_that_is_held_is_compared_over_all_of_its_torque_and_smoothed_most():
+    assert band_of(runs(still=True)) == Band(HIGHEST_EDGE, LOWEST_EDGE)
+
+
+def test_both_edges_scale_alike():
+    assert Band(4.0, 2.0).scaled(0.5) == Band(2.0, 1.0)
