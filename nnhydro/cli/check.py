@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, emit, say
+from nnhydro.report.screen import JSON, QUIET, emit, say, shell_words
 from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 
@@ -37,7 +37,7 @@ def check(
             continue
         if len(campaigns) > 1:
             say(f"== {one.arm.name} ({name})")
-        print_survey(found, name)
+        print_survey(found, shell_words(name, column_map))
     if json:
         emit(documents[0] if len(documents) == 1 else {"campaigns": documents})
     if failed:

@@ -201,8 +201,8 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
     What that says of the torques' signs replaces what work alone says, joint by joint.
     """
     found = survey(campaign, cutoff_hz, workers)
-    if found.how is None or not campaign.names:
-        return found
+    if found.how is None or not campaign.names or any(one.check == "rates" and one.severity == "warning" for one in found.oddities):
+        return found  # of rates that are not those of the angles, physics says nothing
     order = channel_order(campaign, found.how)
     if order is None:
         return found

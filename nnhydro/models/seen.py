@@ -36,6 +36,12 @@ def seen_campaign(campaign: Campaign, *models: TorqueModel | None, names: Iterab
     return union(every, *(seen_by(model) for model in models if model is not None))
 
 
+def seen_names(model: TorqueModel, campaign: Campaign) -> tuple[str, ...] | None:
+    """Return the names of the recordings of `campaign` that `model` has seen; None where its record does not say."""
+    seen = seen_by(model)
+    return None if seen is None else tuple(name for name in campaign.names if campaign.content(name) in seen)
+
+
 def unseen_units(model: TorqueModel, every: Sequence[Unit]) -> tuple[Unit, ...]:
     """Return the units of which `model` has seen nothing; none where its record does not say what it has seen."""
     seen = seen_by(model)

@@ -15,12 +15,11 @@ from nnhydro.recordings.readers.column_map import FILE, ColumnMap, read_column_m
 from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable, read_recording, read_steady
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
-from nnhydro.stamp import is_system_file
+from nnhydro.stamp import ARM_FILES, is_system_file
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-ARM_FILES = ("arm.yaml", "arm.yml")
 SHORT, MOST = 60, 6  # characters of a further message, messages that are listed
 CACHED_SAMPLES = 2_000_000  # about 100 MB: recordings beyond that are read again from disk when they are needed again
 
