@@ -20,7 +20,7 @@ def check(
 ) -> None:
     """Read every file of a campaign, print what was given, derived and looks wrong, and what to do about it."""
     from nnhydro.errors import ConfigError, RecordingError, require
-    from nnhydro.identification.channel_order import survey_with_physics
+    from nnhydro.identification.physical_survey import survey_with_physics
     from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.report.survey_table import document, print_survey
