@@ -47,7 +47,7 @@ def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
         conclude(f"{len(told)} campaigns diagnosed.", [asked[0].out.parent])
 
 
-def _warn_of_seen(baseline: str, campaign: "Campaign") -> None:
+def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
     """Say which of the recordings a baseline that is not fitted anew has seen: its error on these is no prediction."""
     from nnhydro.models.seen import seen_names
     from nnhydro.models.storage import MODEL, load_model
@@ -66,7 +66,7 @@ def _warn_of_seen(baseline: str, campaign: "Campaign") -> None:
              f"{', ...' if len(seen) > 4 else ''}): its errors on these are no predictions")
 
 
-def _following(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
+def following(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
     from nnhydro.diagnosis.experiment.proposal import FAIR
     from nnhydro.diagnosis.result import UNTOLD
@@ -130,7 +130,7 @@ def diagnose(
         load_plugin(effects)
     opened = verified(campaign, column_map)
     unusable = warn_of_errors(opened)
-    _warn_of_seen(baseline, opened)
+    warn_of_seen(baseline, opened)
     with steps_on_screen() as report:
         result = find(opened, baseline or None, seed, cutoff, progress=report, rehearsals=rehearse, limits=stated)
     paths = write_diagnosis(result, opened, out)
@@ -141,7 +141,7 @@ def diagnose(
     for sheet in (findings_sheet(document), parameters_sheet(document), location_sheet(document)):
         if len(sheet):
             show(sheet)
-    following = _following(result, out, campaign, column_map)
+    then = following(result, out, campaign, column_map)
     if unusable:
-        following = f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)"
-    conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], following)
+        then = f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)"
+    conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], then)
