@@ -231,6 +231,7 @@ def whole_folder(out: Path, marker: str) -> Iterator[Path]:
     An existing `out` is replaced whole, but only if it is empty, or holds `marker`, the file by which such folders are known, and nothing
     that nnhydro did not write (stamp.py): a folder with somebody's own files is refused (ConfigError).
     """
+    out = out.resolve() if out.is_symlink() else out  # what a link points to is replaced, not the link
     remove_leftovers(out.parent)
     check_folder(out, marker)
     try:

@@ -91,12 +91,13 @@ def foreign_file(folder: Path) -> Path | None:
     return None
 
 
-def refuse_among_recordings(out: Path) -> None:
-    """Raise ConfigError where the folder `out` is recordings/ or steady/ of a campaign, or lies within: results would be read as runs."""
+def refuse_among_recordings(out: Path, option: str = "--out") -> None:
+    """Raise ConfigError where the folder `out` lies in recordings/ or steady/ of a campaign: results would be read as runs."""
     whole = Path(os.path.abspath(out))
     for folder in (whole, *whole.parents):
         if folder.name in MEASURED and any((folder.parent / name).is_file() for name in ARM_FILES):
-            raise ConfigError(f"--out {out}: lies in {folder}, where every file is read as a recording: name a place outside of it")
+            raise ConfigError(f"{option} {out}: in {folder.name}/ of a campaign every file is read as a recording: name a place outside "
+                              "of it")
 
 
 def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:

@@ -54,8 +54,11 @@ def train(
     from nnhydro.recordings.campaign import verified
     from nnhydro.report.parameter_sheet import parameter_sheet, told
     from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
+    from nnhydro.stamp import refuse_among_recordings
 
     check_folder(out, DIGEST)
+    if tensorboard is not None:
+        refuse_among_recordings(tensorboard, "--tensorboard")
     chosen = read_config(config) if config is not None else TrainingConfig()
     opened = verified(campaign, column_map)
     unusable = warn_of_errors(opened)

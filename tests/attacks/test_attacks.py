@@ -204,13 +204,14 @@ def test_an_attack_on_a_folder_is_told_and_loses_nothing(name, tmp_path, capsys)
 # what is asked of a command; exit code; words; {c} is the campaign, {m} a model of it, {o} a place for results
 CALLS = {
     "predictions into the folder of their motions": ("predict {m} {c}/recordings/run1.csv --out {c}/recordings", 2, "is one of the inputs"),
-    "predictions among the recordings": ("predict {m} {o}/new.csv --out {c}/recordings", 2, "where every file is read as a recording"),
-    "a model among the recordings": ("identify {c} --out {c}/recordings/model", 2, "where every file is read as a recording"),
+    "predictions among the recordings": ("predict {m} {o}/new.csv --out {c}/recordings", 2, "every file is read as a recording"),
+    "a model among the recordings": ("identify {c} --out {c}/recordings/model", 2, "every file is read as a recording"),
     "a model in the place of the campaign": ("identify {c} --out {c}", 2, "holds other files"),
     "a model in the place of a recording": ("identify {c} --out {c}/recordings/run1.csv", 2, "is a file"),
-    "a diagnosis in the place of the recordings": ("diagnose {c} --out {c}/recordings", 2, "where every file is read as a recording|holds other files"),
+    "a diagnosis in the place of the recordings": ("diagnose {c} --out {c}/recordings", 2, "every file is read as a recording|holds other files"),
     "a benchmark in the place of the model": ("benchmark {c} --models constant --out {m}", 2, "holds other files"),
     "an export over the arm": ("export {m} --format mujoco --out {c}/arm.yaml", 2, "did not write it"),
+    "a log of a training among the recordings": ("train {c} --out {o}/net --tensorboard {c}/recordings", 2, "every file is read as a recording"),
     "a mapping that is not there": ("check {c} --map {o}/nowhere.yaml", 2, "cannot be read"),
     "a campaign that is not there": ("check {o}/nowhere", 2, "does not exist"),
     "a campaign that is a file": ("check {c}/arm.yaml", 2, "is a file"),
