@@ -78,8 +78,9 @@ def following(result: "Diagnosis", out: Path, campaign: Path, column_map: Path |
                 f"--out {shell_words(out)}")
     if not result.detected and not result.findings and result.noise_floor > UNTOLD:
         return f"nnhydro power {folder}   (what these motions could reveal)"
-    if result.detected and not result.findings:
-        return f"nnhydro train {folder} --out my_model   (a hybrid learns what has no name; {out / 'report.html'} shows where it lies)"
+    if result.detected and (result.remainder.detected or not result.findings):
+        return (f"nnhydro train {folder} --out my_model   (a hybrid learns what has no name; {out / 'report.html'} shows where it lies; "
+                f"baseline = '{out / 'model'}' in its --config keeps what was found)")
     return use_of(out / "model", campaign, column_map)
 
 
