@@ -21,6 +21,7 @@ from nnhydro.diagnosis.search.library import View, bound_bonus
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
 KEPT = 5  # keys a scale that are fitted exactly
+IMPOSSIBLE = -1e6  # nats of values that make no physical sense together
 LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown from which its evidence is climbed, too
 
 
@@ -90,6 +91,8 @@ class Search:
                 low, high = library.bounds(k)
                 at = slice(start, start + width)
                 total += bound_bonus(low, high, fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
+                if not library.hypotheses[k].plausible(np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]):
+                    total += IMPOSSIBLE
             start += width
         return total
 
@@ -123,6 +126,16 @@ class Search:
                 if len(seen) >= most:
                     break
         return [k for _, k in sorted(best.values(), reverse=True)[:most]]
+
+    def most_gaining(self, base: Scored, among: Sequence[int], most: int = KEPT) -> list[int]:
+        """Return those of the hypotheses `among` that gain most beside `base`, the unknown at its sizes and switched off."""
+        library, columns = self.view.library, self.view.joined(base.chosen)
+        prior = np.array([library.log_prior(k) for k in among])
+        best: set[int] = set()
+        for sizes in (base.sizes, none(self.whitened)):
+            gains = self.view.gains(columns, posterior(self.whitened, columns, sizes.vector(self.whitened)))
+            best |= {among[i] for i in np.argsort(-(gains[list(among)] + prior))[:most].tolist()}
+        return sorted(best)
 
     def admits(self, now: Scored, then: Scored) -> bool:
         """Return whether `then` takes from the unknown what a law that is one would, and is more probable than `now`."""
