@@ -195,3 +195,11 @@ def test_the_message_names_the_one_cause_that_stands_in_the_way():
     with pytest.raises(ModelError, match=r"state_drag and .* export a network") as refused:
         record(travelling)
     assert "Basset" not in str(refused.value)
+
+
+def test_the_report_says_that_the_choice_of_effects_has_seen_what_the_fit_has_not():
+    from importlib.resources import files
+
+    page = (files("nnhydro.report.page") / "diagnosis.html").read_text(encoding="utf-8")
+    assert "the choice of effects has seen all of them" in page
+    assert "took no part" not in page
