@@ -69,8 +69,7 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
 def following(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
     from nnhydro.diagnosis.experiment.proposal import FAIR
-    from nnhydro.diagnosis.result import UNTOLD
-    from nnhydro.report.diagnosis_folder import NEXT
+    from nnhydro.diagnosis.result import NEXT, UNTOLD
 
     folder = shell_words(campaign, column_map)
     if result.following is not None and result.following.chance >= FAIR:
