@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from nnhydro.errors import ConfigError, NnhydroError, require
-from nnhydro.stamp import REMEDY, foreign_file, is_system_file, refuse_foreign, stamp_file, stamp_folder
+from nnhydro.stamp import REMEDY, foreign_file, is_system_file, refuse_among_recordings, refuse_foreign, stamp_file, stamp_folder
 
 if sys.platform != "win32":
     import fcntl
@@ -182,6 +182,7 @@ def _require_ours(out: Path, marker: str) -> None:
 def check_folder(out: Path, marker: str) -> None:
     """Raise ConfigError where `whole_folder` could not make or replace `out`: asked before long work, so that none is lost."""
     require(not out.exists() or out.is_dir(), f"--out {out}: is a file: name a folder")
+    refuse_among_recordings(out)
     there = next(folder for folder in (out, *out.absolute().parents) if folder.exists())
     require(there.is_dir(), f"--out {out}: cannot be made, for {there} is a file: name another place")
     writable = there if there != out else out.absolute().parent  # a folder is replaced beside itself
@@ -230,6 +231,7 @@ def whole_folder(out: Path, marker: str) -> Iterator[Path]:
     An existing `out` is replaced whole, but only if it is empty, or holds `marker`, the file by which such folders are known, and nothing
     that nnhydro did not write (stamp.py): a folder with somebody's own files is refused (ConfigError).
     """
+    out = out.resolve() if out.is_symlink() else out  # what a link points to is replaced, not the link
     remove_leftovers(out.parent)
     check_folder(out, marker)
     try:

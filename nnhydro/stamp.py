@@ -17,6 +17,8 @@ from nnhydro.errors import ConfigError
 
 STAMP = ".nnhydro_written.json"
 SCHEMA = "nnhydro/written/1"
+ARM_FILES = ("arm.yaml", "arm.yml")
+MEASURED = ("recordings", "steady")  # folders of a campaign in which every file is one that was measured
 REMEDY = "move it away, or name another place"
 _SYSTEM = re.compile(r"\.DS_Store|\._.*|Thumbs\.db|ehthumbs\.db|desktop\.ini|\$RECYCLE\.BIN|__MACOSX|~\$.*|\.~lock\..*#|"
                      r"\.nnhydro_written\.json.*|\..*\.nnhydro-.*|\..*\.lock", re.IGNORECASE)
@@ -89,12 +91,22 @@ def foreign_file(folder: Path) -> Path | None:
     return None
 
 
+def refuse_among_recordings(out: Path, option: str = "--out") -> None:
+    """Raise ConfigError where the folder `out` lies in recordings/ or steady/ of a campaign: results would be read as runs."""
+    whole = Path(os.path.abspath(out))
+    for folder in (whole, *whole.parents):
+        if folder.name in MEASURED and any((folder.parent / name).is_file() for name in ARM_FILES):
+            raise ConfigError(f"{option} {out}: in {folder.name}/ of a campaign every file is read as a recording: name a place outside "
+                              "of it")
+
+
 def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
     """Raise ConfigError where `path` exists and nnhydro may not write over it: an input of the command, or a file that it did not write."""
-    if not (path.exists() or path.is_symlink()):
-        return
     if any(one.exists() and path.exists() and path.samefile(one) for one in inputs):
         raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
+    refuse_among_recordings(path.parent)
+    if not (path.exists() or path.is_symlink()):
+        return
     if path.is_dir():
         raise ConfigError(f"--out {path}: is a folder: name a file")
     if not is_ours(path):

@@ -74,15 +74,15 @@ def german(t, q, tau):
     return "\r\n".join(rows) + "\r\n"
 
 
-def write(folder, kind):
-    """Write the campaign `kind` to `folder` and return it."""
+def write(folder, kind, count=6):
+    """Write the campaign `kind` of `count` runs to `folder` and return it."""
     rate = {"1 kHz": 1000.0, "20 Hz": 20.0}.get(kind, 100.0)
     extras = {"slack cable": ("slack cable",), "drag crisis": ("drag crisis",), "Stribeck": ("Stribeck",),
               "everything at once": ("slack cable", "drag crisis", "Stribeck")}.get(kind, ())
     text = {"German": german, "1 kHz": milliseconds, "everything at once": german}.get(kind, plain)
     (folder / "recordings").mkdir(parents=True)
     (folder / "recordings" / "Thumbs.db").write_bytes(b"\0")
-    for k, run in enumerate(runs(rate, extras)):
+    for k, run in enumerate(runs(rate, extras, count)):
         content = text(*run)
         (folder / "recordings" / f"Lauf {k + 1}.csv").write_bytes(content.encode("utf-16") if text is german else content.encode())
     (folder / ("arm.yml" if text is german else "arm.yaml")).write_text(yaml.safe_dump(ARM))

@@ -5,7 +5,7 @@ from typing import final
 
 from nnhydro.api.shown import Shown
 from nnhydro.errors import ConfigError, require
-from nnhydro.identification.channel_order import survey_with_physics
+from nnhydro.identification.physical_survey import survey_with_physics
 from nnhydro.parallel import HERE, Workers
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.survey import Survey

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, shell_words
 
 
 def arm(
@@ -36,4 +36,4 @@ def arm(
         say(f"note    {note}")
     links = found.arm.n_links
     conclude(f"An arm of {links} link{'s' if links > 1 else ''}, {float(found.arm.L.sum()):.3g} m long.", [out],
-             f"nnhydro check {out.parent}   (once {out.parent / 'recordings'} holds your runs)")
+             f"nnhydro check {shell_words(out.parent)}   (once {out.parent / 'recordings'} holds your runs)")

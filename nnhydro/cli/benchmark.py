@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, emit
+from nnhydro.report.screen import JSON, MAP, QUIET, emit, shell_words, warn_of_errors
 from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 
@@ -46,6 +46,7 @@ def benchmark(
     campaigns = open_campaigns(campaign, column_map)
     for one in campaigns:
         one.verify()
+    unusable = [warn_of_errors(one) for one in campaigns]
     total = folds * len(names or default_names(campaigns[0].arm)) if protocol == DEFAULT and names != ["all"] else None
     with steps_on_screen(total) as report:
         result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol, workers)
@@ -53,5 +54,6 @@ def benchmark(
     if json:
         emit(result.document())
         return
+    folder = shell_words(campaign, column_map)
     print_benchmark(result, [path for path in paths if path.suffix in SHOWN],
-                    result.following(str(campaign)))
+                    f"nnhydro check {folder}   (it names errors)" if any(unusable) else result.following(folder))

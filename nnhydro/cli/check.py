@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, emit, say
+from nnhydro.report.screen import JSON, QUIET, emit, say, shell_words
 from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 
@@ -20,7 +20,7 @@ def check(
 ) -> None:
     """Read every file of a campaign, print what was given, derived and looks wrong, and what to do about it."""
     from nnhydro.errors import ConfigError, RecordingError, require
-    from nnhydro.identification.channel_order import survey_with_physics
+    from nnhydro.identification.physical_survey import survey_with_physics
     from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.report.survey_table import document, print_survey
@@ -37,7 +37,7 @@ def check(
             continue
         if len(campaigns) > 1:
             say(f"== {one.arm.name} ({name})")
-        print_survey(found, name)
+        print_survey(found, shell_words(name, column_map))
     if json:
         emit(documents[0] if len(documents) == 1 else {"campaigns": documents})
     if failed:

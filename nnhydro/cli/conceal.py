@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, note, say, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, note, say, shell_words, table
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
 Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "
@@ -44,4 +44,5 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
           [(m.name, str(m.links), str(m.recordings), m.baseline) for m in made])
     say(f"The key lies in {key or out / 'key.txt'}; keep it from whoever diagnoses.")
     conclude(f"{len(made)} campaign{'s' if len(made) > 1 else ''} with sealed answers in {out}.", following=f"nnhydro diagnose "
-             f"{out / made[0].name} --out DIAGNOSES/{made[0].name}; then nnhydro reveal {out} --diagnoses DIAGNOSES")
+             f"{shell_words(out / made[0].name)} --out DIAGNOSES/{made[0].name}; then nnhydro reveal {shell_words(out)} --diagnoses "
+             "DIAGNOSES")

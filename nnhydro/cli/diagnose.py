@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, table, use_of
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, table, use_of, warn_of_errors
 from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 if TYPE_CHECKING:
+    from nnhydro.diagnosis.result import Diagnosis
     from nnhydro.parallel import Workers
+    from nnhydro.recordings.campaign import Campaign
     from nnhydro.report.diagnosis_batch import Asked, Told
 
 
@@ -43,6 +45,42 @@ def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
         raise CampaignError(f"{len(failed)} of {len(told)} campaigns could not be diagnosed; the first: {failed[0]}")
     if not json:
         conclude(f"{len(told)} campaigns diagnosed.", [asked[0].out.parent])
+
+
+def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
+    """Say which of the recordings a baseline that is not fitted anew has seen: its error on these is no prediction."""
+    from nnhydro.models.seen import seen_names
+    from nnhydro.models.storage import MODEL, load_model
+    from nnhydro.models.strip_theory import StripTheory
+
+    if not baseline or not (Path(baseline) / MODEL).is_file():
+        return
+    model = load_model(Path(baseline))
+    if isinstance(model, StripTheory) and not model.instruments and model.loads.linear():  # fitted anew to each fold
+        return
+    seen = seen_names(model, campaign)
+    if seen is None:
+        note(f"warning: --baseline {baseline} does not say which recordings it has seen: its errors here may be no predictions")
+    elif seen:
+        note(f"warning: --baseline {baseline} has seen {len(seen)} of the {len(campaign.names)} recordings here ({', '.join(seen[:4])}"
+             f"{', ...' if len(seen) > 4 else ''}): its errors on these are no predictions")
+
+
+def following(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
+    """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
+    from nnhydro.diagnosis.experiment.proposal import FAIR
+    from nnhydro.diagnosis.result import NEXT, UNTOLD
+
+    folder = shell_words(campaign, column_map)
+    if result.following is not None and result.following.chance >= FAIR:
+        return (f"record the motion in {out / NEXT}, put it into {campaign / 'recordings'}, then nnhydro diagnose {folder} "
+                f"--out {shell_words(out)}")
+    if not result.detected and not result.findings and result.noise_floor > UNTOLD:
+        return f"nnhydro power {folder}   (what these motions could reveal)"
+    if result.detected and (result.remainder.detected or not result.findings):
+        return (f"nnhydro train {folder} --out my_model   (a hybrid learns what has no name; {out / 'report.html'} shows where it lies; "
+                f"baseline = '{out / 'model'}' in its --config keeps what was found)")
+    return use_of(out / "model", campaign, column_map)
 
 
 def diagnose(
@@ -91,6 +129,8 @@ def diagnose(
     if effects is not None:
         load_plugin(effects)
     opened = verified(campaign, column_map)
+    unusable = warn_of_errors(opened)
+    warn_of_seen(baseline, opened)
     with steps_on_screen() as report:
         result = find(opened, baseline or None, seed, cutoff, progress=report, rehearsals=rehearse, limits=stated)
     paths = write_diagnosis(result, opened, out)
@@ -101,4 +141,7 @@ def diagnose(
     for sheet in (findings_sheet(document), parameters_sheet(document), location_sheet(document)):
         if len(sheet):
             show(sheet)
-    conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], use_of(out / "model", campaign))
+    then = following(result, out, campaign, column_map)
+    if unusable:
+        then = f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)"
+    conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], then)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, shell_words, table
 
 
 def gains(
@@ -45,4 +45,4 @@ def gains(
     columns = [loaded.arm.text(name) for name in columns]
     table(f"{result['model']}: gains of joints that move alone, wake developed", columns, rows)
     conclude(loaded.arm.text(gain_verdict(made)), [out / "gains.json", out / "gains.png"],
-             f"nnhydro export {model} --format onnx --out {model.name}.onnx   (for a controller)")
+             f"nnhydro export {shell_words(model)} --format onnx --out {shell_words(model.name)}.onnx   (for a controller)")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, show, without_bulk
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
 
 
 def identify(
@@ -29,6 +29,7 @@ def identify(
 
     check_folder(out, DIGEST)
     opened = verified(campaign, column_map)
+    unusable = warn_of_errors(opened)
     fitted = fit(opened, model, cutoff, seed) if dry is None else fit_in_water(opened, dry_model(dry), model, cutoff, seed)
     save_model(fitted, out)
     if json:
@@ -38,8 +39,9 @@ def identify(
         show(parameter_sheet(fitted))
     for line in fitted.fit.get("warnings", []):
         say(f"warning {line}")
-    if fitted.fit.get("warnings"):
-        conclude(told(fitted), [out], f"nnhydro check {campaign}, then nnhydro diagnose {campaign} --out diagnosis   (what is wrong, and "
+    folder = shell_words(campaign, column_map)
+    if unusable or fitted.fit.get("warnings"):
+        conclude(told(fitted), [out], f"nnhydro check {folder}, then nnhydro diagnose {folder} --out diagnosis   (what is wrong, and "
                  "what is missing?)")
         return
-    conclude(told(fitted), [out], f"nnhydro benchmark {campaign} --out compared   (is it any good on recordings that it has not seen?)")
+    conclude(told(fitted), [out], f"nnhydro benchmark {folder} --out compared   (is it any good on recordings that it has not seen?)")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, show
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors
 
 
 def power(
@@ -31,6 +31,7 @@ def power(
     if effects is not None:
         load_plugin(effects)
     opened, left_off = planned(campaign, baseline or None) if campaign.is_file() else (verified(campaign, column_map), ())
+    warn_of_errors(opened)
     with steps_on_screen() as report:
         result = find(opened, baseline or None, seed, cutoff, progress=report).document()
     if json:
@@ -39,5 +40,6 @@ def power(
     if left_off:
         say(f"Terms of the plan that are no part of the baseline are left off: {', '.join(left_off)}")
     show(power_sheet(result))
-    following = f"nnhydro simulate {campaign} --out trial" if campaign.is_file() else f"nnhydro diagnose {campaign} --out diagnosis"
+    following = (f"nnhydro simulate {shell_words(campaign)} --out trial" if campaign.is_file() else
+                 f"nnhydro diagnose {shell_words(campaign, column_map)} --out diagnosis")
     conclude(power_verdict(result), following=following)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, say
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
 
 if TYPE_CHECKING:
     from nnhydro.models.prediction import Prediction
@@ -63,7 +63,17 @@ def predict(
         share = prediction.outside_share
         far = "" if not share else f", {share:.0%} of them outside what the model was trained on (column outside)"
         say(f"{path}: {len(prediction.t)} rows{far}")
-    conclude(_verdict(predictions, out), following=f"nnhydro gains {model}   (effective damping and inertia)")
+    conclude(_verdict(predictions, out), following=_following(model, odd, predictions))
+
+
+def _following(model: Path, odd: list[str], predictions: "list[Prediction]") -> str:
+    """What comes next: mending the motions, recording such motions, else a look at the model."""
+    if odd:
+        return "mend what is named above, then nnhydro predict again   (--strict refuses such motions)"
+    far = [p.name for p in predictions if (p.outside_share or 0.0) > STRICT]
+    if far:
+        return f"record motions like {far[0]} and fit again, or leave out the rows whose column outside is above 0"
+    return f"nnhydro gains {shell_words(model)}   (effective damping and inertia)"
 
 
 def _require_familiar(model: Path, odd: list[str], shares: dict[str, float | None]) -> None:

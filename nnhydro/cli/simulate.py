@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
+from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, shell_words, table
 
 RecipeArgument = Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Arm, terms of the truth, motions, controller, sensors, seed.")]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign; one made by a recipe before is replaced whole.")]
@@ -29,4 +29,4 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     table(f"{out}: {read.arm.name}, seed {read.settings.seed}", ("file", "motion", "rows", "seconds"),
           [(m.file, m.kind, str(m.rows), "" if m.seconds is None else f"{m.seconds:.2f}") for m in made])
     say(f"Truth: {', '.join(read.loads.terms)}")
-    conclude(f"{len(made)} files in {out}, seed {read.settings.seed}.", following=f"nnhydro check {out}")
+    conclude(f"{len(made)} files in {out}, seed {read.settings.seed}.", following=f"nnhydro check {shell_words(out)}")

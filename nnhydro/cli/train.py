@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, show, use_of, without_bulk
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, use_of, warn_of_errors, without_bulk
 
 if TYPE_CHECKING:
     from nnhydro.models.learned import LearnedTorque
@@ -54,10 +54,14 @@ def train(
     from nnhydro.recordings.campaign import verified
     from nnhydro.report.parameter_sheet import parameter_sheet, told
     from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
+    from nnhydro.stamp import refuse_among_recordings
 
     check_folder(out, DIGEST)
+    if tensorboard is not None:
+        refuse_among_recordings(tensorboard, "--tensorboard")
     chosen = read_config(config) if config is not None else TrainingConfig()
     opened = verified(campaign, column_map)
+    unusable = warn_of_errors(opened)
     checkpoint, beside = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
     identity = {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()}
     if resume:
@@ -78,8 +82,9 @@ def train(
             for listen in listeners:
                 listen(epoch, epochs, error)
 
-        model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), f"nnhydro train {campaign} --out {out} --resume"
-                           + (f" --config {config}" if config else ""))
+        again = f"nnhydro train {shell_words(campaign, column_map)} --out {shell_words(out)} --resume"
+        again += f" --config {shell_words(config)}" if config else ""
+        model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), again)
     save_model(model, out)
     checkpoint.unlink(missing_ok=True)
     beside.unlink(missing_ok=True)
@@ -87,4 +92,5 @@ def train(
         emit({"model": str(out), **without_bulk(model.fit)})
         return
     show(parameter_sheet(model))
-    conclude(told(model), [out], use_of(out, campaign))
+    conclude(told(model), [out], f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)" if unusable else
+             use_of(out, campaign, column_map))

@@ -12,7 +12,7 @@ from nnhydro.identification.gradient_fit import Progress
 from nnhydro.identification.several_arms import calibrated_on
 from nnhydro.identification.train import train_units
 from nnhydro.models.baselines import BASELINES
-from nnhydro.models.seen import seen_by
+from nnhydro.models.seen import marks_seen_by
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
@@ -41,7 +41,7 @@ def _physics(name: str) -> Contender:
 def _learned(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> Contender:
     own = config.model_copy(update={"model": name})
     stored = name == "hybrid" and config.baseline != "auto" and config.baseline not in BASELINES
-    seen = seen_by(_stored_model(Path(config.baseline), campaigns)) if stored else frozenset[str]()
+    seen = marks_seen_by(_stored_model(Path(config.baseline), campaigns)) if stored else frozenset[str]()
     return Contender(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, own, progress=progress), seen or frozenset())
 
 
@@ -53,7 +53,7 @@ def _rival(name: str, config: TrainingConfig) -> Contender:
 def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
     """Return the model in `folder`; raises ConfigError where it is of another arm or does not say which recordings it has seen."""
     model = load_model(folder)
-    if seen_by(model) is None:
+    if marks_seen_by(model) is None:
         raise ConfigError(f"{folder}: does not say which recordings it has seen, so none here can be called new to it: make it again with "
                           f"this version, or name the model ({', '.join((*BASELINES, *LEARNED))}) instead of its folder")
     if model.arm.n_links != campaigns[0].arm.n_links:
@@ -63,7 +63,7 @@ def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
 
 def _stored(folder: Path, campaigns: Sequence[Campaign]) -> Contender:
     model = _stored_model(folder, campaigns)
-    return Contender(folder.name, lambda chosen, arm, how, progress: model, seen_by(model) or frozenset())
+    return Contender(folder.name, lambda chosen, arm, how, progress: model, marks_seen_by(model) or frozenset())
 
 
 def default_names(arm: Arm) -> tuple[str, ...]:

@@ -22,7 +22,6 @@ from nnhydro.identification.least_squares import correlation_time, fit
 from nnhydro.identification.prior import prior
 from nnhydro.identification.statistics import Statistics, block, columns_and_offset, residual_energy, total
 from nnhydro.models.baselines import baseline
-from nnhydro.parallel import HERE, Workers
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.coulomb_friction import CoulombFriction
 from nnhydro.physics.loads.viscous_friction import ViscousFriction
@@ -32,7 +31,6 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.preprocessing import Preparation
 from nnhydro.recordings.segment import Segment
-from nnhydro.recordings.survey import Survey, survey
 
 Array = NDArray[np.float64]
 RECORDINGS, ROWS = 8, 1500  # looked at, spread over the campaign; rows of each
@@ -108,7 +106,7 @@ class Judged:
     error: float  # rms of what is left over rms of the torque
 
 
-def _judge(way: Way, motions: list[tuple[Array, Array]], torques: list[Array], loads: Loads, arm: Arm, correlation: Array) -> Judged:
+def judge(way: Way, motions: list[tuple[Array, Array]], torques: list[Array], loads: Loads, arm: Arm, correlation: Array) -> Judged:
     """The likelihood of one way, given the columns X, c_0 of its motion and the torques as recorded."""
     index, sign = list(way.torques), np.array(way.torque_signs, dtype=float)
     stats: Statistics = total([block(X, sign * tau[:, index] - c0) for (X, c0), tau in zip(motions, torques, strict=True)])
@@ -123,25 +121,50 @@ def _judge(way: Way, motions: list[tuple[Array, Array]], torques: list[Array], l
     return Judged(way, nats, float(np.sqrt(left.sum() / max(size, 1e-300))))
 
 
-@one_thread()
-def judged_ways(campaign: Campaign, how: Preparation) -> list[Judged]:
-    """Return every way to read the columns with its likelihood, the likeliest first; empty where nothing moves or no torque was read."""
-    arm = campaign.arm.model_copy(update={"links": tuple(link.model_copy(update={"known_to": LOOSE}) for link in campaign.arm.links),
+@final
+@dataclass(frozen=True, eq=False)
+class Material:
+    """What readings are judged on: the arm with loose masses, some segments with torques, how long their torques are alike, the physics."""
+
+    arm: Arm
+    segments: list[Segment]
+    torques: list[Array]  # (n, joints) N m, of the compared rows
+    correlation: Array  # (joints,) rows
+    loads: Loads
+
+
+def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> Material | None:
+    """Return what the readings of `campaign` are judged on, masses `known_to` so much; None where nothing moves or no torque was read."""
+    arm = campaign.arm.model_copy(update={"links": tuple(link.model_copy(update={"known_to": known_to}) for link in campaign.arm.links),
                                           "friction": None})
     chosen = campaign.names[::max(1, -(-len(campaign.names) // RECORDINGS))]
     segments = [_some(segment) for name in chosen for segment in campaign.segments(name, how)[:2] if segment.tau is not None]
     segments = [segment for segment in segments if segment.keep.any()]
     torques = [segment.tau[segment.keep] for segment in segments if segment.tau is not None]
     if not torques or not any(np.abs(tau).max() > 0 for tau in torques) or not any(np.ptp(s.q, axis=0).max() > 1e-3 for s in segments):
-        return []
+        return None
     correlation = np.median([[correlation_time(tau[:, j]) for j in range(arm.n_links)] for tau in torques], axis=0)
-    loads, found, motions = _loads(arm), [], dict[tuple[tuple[int, ...], tuple[int, ...]], list[tuple[Array, Array]]]()
-    for way in ways(arm):
+    return Material(arm, segments, torques, correlation, _loads(arm))
+
+
+def columns_of(seen: Material, way: Way) -> list[tuple[Array, Array]]:
+    """Return the columns X (n, joints, p) and the fixed torque c_0 (n, joints) N m of every segment read in one way."""
+    columns = [columns_and_offset(seen.loads, _turned(segment, way), seen.arm) for segment in seen.segments]
+    return [(X[s.keep], c0[s.keep]) for (X, c0), s in zip(columns, seen.segments, strict=True)]
+
+
+@one_thread()
+def judged_ways(campaign: Campaign, how: Preparation) -> list[Judged]:
+    """Return every way to read the columns with its likelihood, the likeliest first; empty where nothing moves or no torque was read."""
+    seen = material(campaign, how)
+    if seen is None:
+        return []
+    found, motions = [], dict[tuple[tuple[int, ...], tuple[int, ...]], list[tuple[Array, Array]]]()
+    for way in ways(seen.arm):
         key = (way.angles, way.angle_signs)
         if key not in motions:
-            columns = [columns_and_offset(loads, _turned(segment, way), arm) for segment in segments]
-            motions[key] = [(X[s.keep], c0[s.keep]) for (X, c0), s in zip(columns, segments, strict=True)]
-        found.append(_judge(way, motions[key], torques, loads, arm, correlation))
+            motions[key] = columns_of(seen, way)
+        found.append(judge(way, motions[key], seen.torques, seen.loads, seen.arm, seen.correlation))
     return sorted(found, key=lambda one: -one.likelihood)
 
 
@@ -193,20 +216,3 @@ def channel_order(campaign: Campaign, how: Preparation) -> Oddity | None:
                              f"{here.error:.0%} (odds {much}{odds:.0f} to 1)")
     remedy = "all of these lines together under 'columns:' in columns.yaml or --map FILE: " + "; ".join(lines)
     return Oddity(None, "warning", ", ".join(line.partition(":")[0] for line in lines), what, remedy, "channel_order")
-
-
-def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:
-    """Return the survey of a campaign with signs and order of the channels held against the physics.
-
-    What that says of the torques' signs replaces what work alone says, joint by joint.
-    """
-    found = survey(campaign, cutoff_hz, workers)
-    if found.how is None or not campaign.names:
-        return found
-    order = channel_order(campaign, found.how)
-    if order is None:
-        return found
-    rest = tuple(one for one in found.oddities if one.check != "torque_sign")
-    at = sum(one.severity == "error" for one in rest)
-    return replace(found, oddities=(*rest[:at], order, *rest[at:]))
-

@@ -9,18 +9,17 @@ from typing import Any, TypeVar, final
 
 from nnhydro.errors import CampaignError, RecordingError
 from nnhydro.recordings.arm import Arm, read_arm
-from nnhydro.recordings.content_hash import content_sha256
+from nnhydro.recordings.content_hash import exact, marks
 from nnhydro.recordings.preprocessing import Preparation, plan, prepare, steady_segment
 from nnhydro.recordings.readers.column_map import FILE, ColumnMap, read_column_map
 from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable, read_recording, read_steady
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
-from nnhydro.stamp import is_system_file
+from nnhydro.stamp import ARM_FILES, is_system_file
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-ARM_FILES = ("arm.yaml", "arm.yml")
 SHORT, MOST = 60, 6  # characters of a further message, messages that are listed
 CACHED_SAMPLES = 2_000_000  # about 100 MB: recordings beyond that are read again from disk when they are needed again
 
@@ -41,7 +40,7 @@ class Campaign:
     map_sha256: str = ""  # of the column mapping that the files were read through, "" where there is none
     _cache: dict[str, Recording] = field(default_factory=dict, repr=False)
     _seen: dict[str, str] = field(default_factory=dict, repr=False)  # sha256 of each recording when it was first read
-    _content: dict[str, str] = field(default_factory=dict, repr=False)  # sha256 of what each recording holds
+    _marks: dict[str, frozenset[str]] = field(default_factory=dict, repr=False)  # of what each recording holds
 
     def __getstate__(self) -> dict[str, Any]:
         """What goes to another process: recordings that were read are read there again, from their files."""
@@ -76,9 +75,14 @@ class Campaign:
 
     def content(self, name: str) -> str:
         """Return the sha256 of what the recording called `name` holds (content_hash.py); it is read where it was not yet."""
-        if name not in self._content:
-            self._content[name] = content_sha256(self.load(name))
-        return self._content[name]
+        (found,) = exact(self.marks(name))
+        return found
+
+    def marks(self, name: str) -> frozenset[str]:
+        """Return that sha256 and the marks by which the recording is known when it was saved again with fewer digits."""
+        if name not in self._marks:
+            self._marks[name] = marks(self.load(name))
+        return self._marks[name]
 
     def recordings(self) -> Iterator[Recording]:
         """Yield the recordings one at a time."""

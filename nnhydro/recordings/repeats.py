@@ -84,18 +84,22 @@ def repeated_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
 
 
 def copied_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
-    """Return groups of two or more recordings that hold the same numbers: copies of one run, which repeat nothing."""
+    """Return groups of two or more recordings that hold the same numbers, to all digits or fewer: copies of one run, no repeats of it."""
+    leaders: dict[str, str] = {}
     groups: dict[str, list[str]] = {}
     for name in campaign.names:
-        groups.setdefault(campaign.content(name), []).append(name)
+        known = sorted(campaign.marks(name))
+        leader = next((leaders[mark] for mark in known if mark in leaders), name)
+        leaders |= dict.fromkeys(known, leader)
+        groups.setdefault(leader, []).append(name)
     return tuple(tuple(names) for names in groups.values() if len(names) > 1)
 
 
 def independent(campaign: Campaign, groups: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
     """Return the groups of repeats with one recording of each set of copies; groups of one are left out."""
-    kept = ({campaign.content(name): name for name in reversed(group)} for group in groups)
-    return tuple(tuple(name for name in group if name in set(only.values())) for group, only in zip(groups, kept, strict=True)
-                 if len(only) > 1)
+    copies = {name for copied in copied_recordings(campaign) for name in copied[1:]}
+    kept = (tuple(name for name in group if name not in copies) for group in groups)
+    return tuple(group for group in kept if len(group) > 1)
 
 
 def group_names(campaign: Campaign) -> dict[str, str]:

@@ -37,7 +37,7 @@ class Unit:
     steady: bool
     segments: Callable[[], tuple[Segment, ...]]
     arm: Arm | None = None
-    content: Callable[[], frozenset[str]] = frozenset  # sha256 of the recordings and steady runs in it, content_hash.py
+    content: Callable[[], frozenset[str]] = frozenset  # contents and marks of what is in it, content_hash.py
 
 
 def steady_unit(table: SteadyTable, name: str) -> Unit:
@@ -46,7 +46,7 @@ def steady_unit(table: SteadyTable, name: str) -> Unit:
 
 
 def _one(campaign: Campaign, name: str) -> frozenset[str]:
-    return frozenset({campaign.content(name)})
+    return campaign.marks(name)
 
 
 def _steady_units(table: SteadyTable, seed: int) -> list[Unit]:

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 CHANNELS = {"q": "q", "qd": "dq", "qdd": "ddq", "u0": "u0", "du0": "du0", "base": "base", "dbase": "dbase", "heading": "base_yaw",
             "current": "current", "dcurrent": "dcurrent", "tau": "tau", "tau_sim": "tau_sim", "clock": "clock"}
 ORDER = ("error", "warning", "note")
+LOOKED_AT = 20  # recordings of a campaign whose errors a command tells before it works
 BATCH = 8  # recordings a task: reading and checking one takes some 20 ms, handing out a task 1 ms
 
 
@@ -127,10 +128,14 @@ class _Seen:
     stroke: Array
 
 
+def _of_recording(reading: Reading) -> tuple[Oddity, ...]:
+    return tuple(replace(oddity, check=check.id) for check in CHECKS.values() if isinstance(check, RecordingCheck)
+                 for oddity in check.find(reading))
+
+
 def _seen(campaign: Campaign, name: str) -> _Seen:
     reading = Reading.of(campaign.load(name), campaign.arm)
-    found = tuple(replace(oddity, check=check.id) for check in CHECKS.values() if isinstance(check, RecordingCheck)
-                  for oddity in check.find(reading))
+    found = _of_recording(reading)
     top, stroke = np.zeros(campaign.arm.n_links), np.zeros(campaign.arm.n_links)
     if not any(oddity.severity == "error" for oddity in found):
         for link, dt, w in _tips(campaign.arm, reading):
@@ -169,8 +174,15 @@ def _of_arm_and_tables(arm: Arm, tables: tuple[SteadyTable, ...]) -> Iterator[Od
 def oddities_of(recording: Recording, arm: Arm) -> list[str]:
     """Return what looks wrong with one motion, a line each: errors and warnings of the checks that need no other recording."""
     reading = Reading.of(recording, arm)
-    found = [oddity for check in CHECKS.values() if isinstance(check, RecordingCheck) for oddity in check.find(reading)]
-    return [arm.text(oddity.message) for oddity in found if oddity.severity in ("error", "warning")]
+    return [arm.text(oddity.message) for oddity in _of_recording(reading) if oddity.severity in ("error", "warning")]
+
+
+def errors_of(campaign: Campaign) -> list[str]:
+    """Return what makes the arm or some of the recordings unusable, a line each; of many recordings `LOOKED_AT` are looked at."""
+    found = [*_of_arm_and_tables(campaign.arm, campaign.steady)]
+    for name in campaign.names[::-(-len(campaign.names) // LOOKED_AT) or 1]:
+        found += _of_recording(Reading.of(campaign.load(name), campaign.arm))
+    return [campaign.arm.text(oddity.message) for oddity in found if oddity.severity == "error"]
 
 
 def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:

@@ -3,13 +3,17 @@
 Every command ends alike: a verdict in one sentence, what was written, the next command to try. `--quiet` leaves the verdict alone.
 """
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from nnhydro.report.sheet import Sheet
+
+if TYPE_CHECKING:
+    from nnhydro.recordings.campaign import Campaign
 
 MAP = typer.Option(None, "--map", help="YAML file: foreign columns and their units; columns.yaml in the campaign by default.")
 _quiet = False  # of the command that runs; QUIET sets it anew for each
@@ -51,12 +55,36 @@ def conclude(verdict: str, written: Sequence[Path] = (), following: str = "") ->
         say(f"Next: {following}")
 
 
-def use_of(model: Path, campaign: Path) -> str:
+def shell_words(path: Path | str, column_map: Path | None = None) -> str:
+    """Return `path` as it can be shell_words in a shell, quoted where it must be, and the --map with which it was read."""
+    return shlex.quote(str(path)) + _mapped(column_map)
+
+
+def _mapped(column_map: Path | None) -> str:
+    return "" if column_map is None else f" --map {shlex.quote(str(column_map))}"
+
+
+def warn_of_errors(campaign: "Campaign") -> bool:
+    """Say on standard error what makes the recordings unusable, as nnhydro check would; return whether anything does."""
+    from nnhydro.recordings.survey import errors_of
+
+    found = errors_of(campaign)
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        note(f"warning: nnhydro check calls this campaign not usable: {found[0]}{more}")
+    return bool(found)
+
+
+def use_of(model: Path, campaign: Path, column_map: Path | None = None) -> str:
     """Return the command that uses a new model: on the campaign's unseen motions where it has any, else a look at its gains."""
+    from nnhydro.recordings.readers.files import is_readable
+    from nnhydro.stamp import is_system_file
+
     unseen = campaign / "unseen"
-    if unseen.is_dir() and any(unseen.iterdir()):
-        return f"nnhydro predict {model} {unseen}/*.csv --out torques"
-    return f"nnhydro gains {model}   (effective damping and inertia)"
+    motions = [path for path in sorted(unseen.iterdir()) if not is_system_file(path.name) and is_readable(path)] if unseen.is_dir() else []
+    if motions:
+        return f"nnhydro predict {shell_words(model)} {shell_words(unseen)}/*{motions[0].suffix}{_mapped(column_map)} --out torques"
+    return f"nnhydro gains {shell_words(model)}   (effective damping and inertia)"
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[bool] = (True,)) -> None:

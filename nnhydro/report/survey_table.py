@@ -98,7 +98,7 @@ def verdict(found: Survey) -> str:
 
 
 def print_survey(found: Survey, campaign: str) -> None:
-    """Print the survey of the campaign in the folder `campaign`."""
+    """Print the survey of the campaign in the folder `campaign`, given as it is typed."""
     _print_recordings(found)
     for line in merged(found.oddities):
         say(line)

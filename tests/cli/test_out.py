@@ -153,3 +153,14 @@ def test_a_folder_without_a_list_of_what_was_written_is_not_replaced(tmp_path):
 def test_the_list_names_every_file_with_its_content(place):
     listed = json.loads((place / "model" / STAMP).read_text())["files"]
     assert listed == {p.name: content_of(p) for p in (place / "model").iterdir() if not is_system_file(p.name)}
+
+
+def test_a_link_to_a_folder_of_results_stays_a_link_and_its_folder_is_replaced(place, tmp_path):
+    arguments = ["identify", str(place / "campaign"), "--quiet", "--out"]
+    assert run([*arguments, str(tmp_path / "model")]) == 0
+    (tmp_path / "latest").symlink_to(tmp_path / "model")
+    before = (tmp_path / "model").stat().st_ino
+    assert run([*arguments, str(tmp_path / "latest")]) == 0
+    assert (tmp_path / "latest").is_symlink()
+    assert (tmp_path / "model").stat().st_ino != before
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["latest", "model"]

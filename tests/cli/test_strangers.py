@@ -1,7 +1,10 @@
 """A stranger's folder from its files to a verdict by commands alone, without a script: foreign formats, and arms that hide something."""
 
+import importlib.util
 import json
+import shutil
 import time
+from pathlib import Path
 
 import pytest
 from strangers import C_D, C_M, HEALTHY, HIDING, write
@@ -58,3 +61,37 @@ def test_the_diagnosis_of_a_strangers_folder_ends_in_a_verdict(kind, folders, tm
     document = json.loads(said(capsys, "diagnose", folders[kind], "--out", tmp_path / "d", "--json"))
     named = {one["effect"] for one in document["findings"]}
     assert named == set() if kind in HEALTHY else document["mismatch"]["detected"]
+
+
+@pytest.mark.slow
+def test_the_transcript_is_what_its_script_types(tmp_path):
+    """training/strangers/run.py on one kind: every command ends well, names the next one, and the verdict is true."""
+    path = Path(__file__).resolve().parents[2] / "training" / "strangers" / "run.py"
+    spec = importlib.util.spec_from_file_location("strangers_walk", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    said, told = module.walk("20 Hz")
+    assert [step["command"] for step in told["steps"]] == ["check", "benchmark", "identify", "diagnose", "predict"]
+    assert sum(line.startswith("Next: nnhydro ") for line in said) == 5
+    assert told["named"] == []
+    assert not told["detected"]
+    assert told["C_D"] == pytest.approx(C_D, rel=0.05)
+    shipped = json.loads((path.parent / "results.json").read_text())
+    assert set(shipped["kinds"]) == {*HEALTHY, *HIDING}
+    assert all(kind in (path.parent / "transcript.txt").read_text() for kind in shipped["kinds"])
+
+
+@pytest.mark.slow
+def test_what_a_diagnosis_has_seen_is_no_proof_for_its_model(folders, tmp_path, capsys):
+    """A diagnosed model on the recordings of its own diagnosis, under other names, beside ones that it has not seen."""
+    said(capsys, "diagnose", folders["20 Hz"], "--out", tmp_path / "d", "--quiet")
+    write(tmp_path / "c", "20 Hz")
+    recordings = sorted((tmp_path / "c" / "recordings").glob("*.csv"))
+    for k, recording in enumerate(recordings):
+        recording.rename(recording.with_name(f"renamed {k}.csv"))
+    arguments = ["benchmark", str(tmp_path / "c"), "--models", f"constant,{tmp_path / 'd' / 'model'}", "--out", str(tmp_path / "b")]
+    assert run(arguments) == 2
+    assert "has seen 6 of the 6 recordings" in capsys.readouterr().err
+    shutil.rmtree(tmp_path / "c")
+    write(tmp_path / "c", "20 Hz", count=8)
+    assert "Not compared on 6 recordings" in said(capsys, *arguments)

@@ -109,6 +109,8 @@ FAULTS: dict[str, tuple[Fault, str]] = {
     "one bad row": (glitch, "glitch"),
     "coarse torque": (coarse, "quantisation"),
     "slow sampling": (too_slow, "slow_sampling"),
+    "an angle that begins again after a turn": (lambda c: {"q1_rad": (6 * c["q1_rad"]) % (2 * np.pi), "dq1_rad_s": 6 * c["dq1_rad_s"]},
+                                                "wrapped"),
     "carriage given but at rest": (lambda c: {"u0_m_s": 0 * c["t_s"]}, "carriage_at_rest"),
     "clock backward": (lambda c: {"clock_s": 5000 - c["t_s"]}, "clock_course clock_order"),
     "clock too fast": (lambda c: {"clock_s": 5000 + 2 * c["t_s"]}, "clock_course clock_order"),

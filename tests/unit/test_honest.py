@@ -2,18 +2,23 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from campaigns import GIVEN, campaign, planted, recording, write_folder
+from campaigns import GIVEN, TINY, campaign, columns_of, planted, recording, write_csv, write_folder
 from rigs import arm, assert_close
 from rigs import run as motion
 
+from nnhydro.cli.diagnose import following, warn_of_seen
 from nnhydro.cli.main import run
 from nnhydro.effects.encoder_offset import EncoderOffset
 from nnhydro.effects.sensor_timing import SensorTiming
 from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.errors import ModelError
+from nnhydro.identification.identify import identify
+from nnhydro.identification.train import train
 from nnhydro.models.amended import Amended
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.export.onnx_file import memories_of, record
@@ -79,9 +84,55 @@ def test_check_sends_to_what_the_result_asks_for(tmp_path, capsys):
     good = write_folder(campaign(A, planted(A), 3, noise=0.02, seconds=4.0, rate=50.0), tmp_path / "good")
     bad = write_folder(copied(), tmp_path / "bad")
     lone = write_folder(campaign(A, planted(A), 1, noise=0.02, seconds=4.0, rate=50.0), tmp_path / "lone")
-    for folder, following in ((good, "nnhydro benchmark"), (bad, "mend what is named above"), (lone, "nnhydro identify")):
+    for folder, command in ((good, "nnhydro benchmark"), (bad, "mend what is named above"), (lone, "nnhydro identify")):
         assert run(["check", str(folder)]) == 0
-        assert f"Next: {following}" in capsys.readouterr().out
+        assert f"Next: {command}" in capsys.readouterr().out
+
+
+def diagnosed(named=0, detected=True, floor=0.01, chance=None, remains=False):
+    """What the end of a diagnosis looks at."""
+    proposal = None if chance is None else SimpleNamespace(chance=chance)
+    return SimpleNamespace(findings=[None] * named, detected=detected, noise_floor=floor, following=proposal,
+                           remainder=SimpleNamespace(detected=remains))
+
+
+@pytest.mark.parametrize(("result", "words"), [
+    (diagnosed(1), "nnhydro gains 'my diagnosis/model'"), (diagnosed(0, False), "nnhydro gains 'my diagnosis/model'"),
+    (diagnosed(1, remains=True), "nnhydro train c --out my_model"),
+    (diagnosed(0), "nnhydro train c --out my_model   (a hybrid learns what has no name"),
+    (diagnosed(0, False, 0.5), "nnhydro power c   (what these motions could reveal)"),
+    (diagnosed(1, chance=0.9), "record the motion in my diagnosis/next_experiment.csv"),
+    (diagnosed(1, chance=0.01), "nnhydro gains 'my diagnosis/model'")])
+def test_a_diagnosis_sends_to_what_its_result_asks_for(result, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert following(result, Path("my diagnosis"), Path("c"), None).startswith(words)
+
+
+def test_a_prediction_sends_to_what_its_result_asks_for(tmp_path, capsys):
+    whole = campaign(A, planted(A), 3, noise=0.02, seconds=4.0, rate=50.0)
+    folder = write_folder(whole, tmp_path / "c")
+    assert run(["identify", str(folder), "--out", str(tmp_path / "m"), "--quiet"]) == 0
+    known = whole.load("run0")
+    fast = replace(known, name="fast", qd=8 * known.qd, qdd=64 * known.qdd)
+    for r, words in ((known, "nnhydro gains"), (fast, "record motions like fast")):
+        write_csv(tmp_path / f"{r.name}.csv", columns_of(replace(r, q=known.q), torque=False))
+        capsys.readouterr()
+        assert run(["predict", str(tmp_path / "m"), str(tmp_path / f"{r.name}.csv"), "--out", str(tmp_path / "t")]) == 0
+        out, err = capsys.readouterr()
+        assert f"Next: {words if not err else 'mend what is named above'}" in out
+
+
+def test_a_baseline_that_has_seen_the_recordings_is_told(tmp_path, capsys):
+    """Errors of a network on its own recordings are no predictions, whatever is held out of the fit of the effects."""
+    whole = campaign(A, planted(A), 3, noise=0.02, seconds=3.0, rate=50.0)
+    some = Campaign.of(A, [whole.load("run0"), whole.load("run1")])
+    network = str(save_model(train(some, TINY), tmp_path / "network"))
+    physics = str(save_model(identify(some, "constant"), tmp_path / "physics"))
+    for baseline, words in ((network, "has seen 2 of the 3 recordings here (run0, run1)"), (physics, ""), ("", ""), ("constant", "")):
+        warn_of_seen(baseline, whole)
+        err = capsys.readouterr().err
+        assert words in err
+        assert bool(words) == bool(err)
 
 
 # faults of sensors and controllers
@@ -144,3 +195,11 @@ def test_the_message_names_the_one_cause_that_stands_in_the_way():
     with pytest.raises(ModelError, match=r"state_drag and .* export a network") as refused:
         record(travelling)
     assert "Basset" not in str(refused.value)
+
+
+def test_the_report_says_that_the_choice_of_effects_has_seen_what_the_fit_has_not():
+    from importlib.resources import files
+
+    page = (files("nnhydro.report.page") / "diagnosis.html").read_text(encoding="utf-8")
+    assert "the choice of effects has seen all of them" in page
+    assert "took no part" not in page

@@ -14,7 +14,8 @@ from nnhydro.identification.train import train
 from nnhydro.models.seen import SEEN, seen_by, seen_campaign, unseen_units
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.content_hash import content_sha256, steady_sha256
+from nnhydro.recordings.content_hash import content_sha256, exact, marks, steady_sha256
+from nnhydro.recordings.repeats import copied_recordings, noise_floor
 from nnhydro.recordings.splitting import units
 
 A = arm(1)
@@ -82,7 +83,7 @@ def test_what_is_not_fitted_has_seen_nothing():
 def test_a_model_whose_baseline_says_nothing_says_nothing_either():
     base = identify(Campaign.of(A, runs([1, 2])), "constant")
     assert seen_campaign(Campaign.of(A, runs([3])), replace(base, fit={})) is None
-    assert frozenset(seen_campaign(Campaign.of(A, runs([3])), base)) == contents(runs([1, 2, 3]))
+    assert exact(seen_campaign(Campaign.of(A, runs([3])), base)) == contents(runs([1, 2, 3]))
     assert seen_by(replace(base, fit={})) is None
 
 
@@ -155,3 +156,43 @@ def test_two_models_that_are_alike_are_not_told_as_better():
 
 def replace_standing(standing, name):
     return type(standing)(name, standing.by_fold, standing.fit_s, standing.models)
+
+
+# files that were saved again with fewer digits
+
+RESAVED = {"single precision": lambda x: x.astype(np.float32).astype(float), "six significant digits": lambda x: np.array(
+    [float(f"{v:.6g}") for v in x.ravel()]).reshape(x.shape), "five decimals": lambda x: np.round(x, 5)}
+
+
+@pytest.mark.parametrize("how", RESAVED)
+def test_a_file_that_was_saved_again_with_fewer_digits_is_known(how):
+    change, missed = RESAVED[how], 0
+    for r in runs(range(1, 41)):
+        again = replace(r, name="again", t=np.round(r.t, 5), q=change(r.q), tau=change(r.tau))
+        assert content_sha256(again) != content_sha256(r)
+        missed += not marks(again) & marks(r)
+    assert missed == 0
+
+
+def test_repeats_of_a_motion_are_no_copies_of_each_other():
+    (r,) = runs([1])
+    rms = float(np.sqrt((r.tau**2).mean()))
+    for noise in (0.003, 0.01, 0.1):
+        again = [replace(r, tau=r.tau + noise * rms * np.random.default_rng(k).standard_normal(r.tau.shape)) for k in range(20)]
+        assert not any(marks(one) & marks(other) for k, one in enumerate(again) for other in again[:k])
+    assert not marks(r) & marks(replace(r, tau=None))
+
+
+def test_a_resaved_recording_is_told_as_a_copy_and_says_nothing_of_the_noise():
+    first, *others = runs([1, 2, 3])
+    again = replace(first, name="again", tau=np.round(first.tau, 4))
+    whole = Campaign.of(A, [first, *others, again])
+    assert copied_recordings(whole) == (("run1", "again"),)
+    assert noise_floor(whole, whole.plan()) is None
+
+
+def test_a_resaved_recording_is_not_new_to_a_model():
+    model = identify(Campaign.of(A, runs([1, 2, 3])), "constant")
+    again = [replace(r, name=f"x{r.name}", tau=np.round(r.tau, 4)) for r in runs([2, 3, 4, 5])]
+    mixed = Campaign.of(A, again)
+    assert [unit.name for unit in unseen_units(model, units(mixed, mixed.plan()))] == ["xrun4", "xrun5"]

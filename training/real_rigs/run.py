@@ -1,4 +1,4 @@
-"""Diagnose real rigs and hold what is said against what is known of them: `python training/real_rigs/run.py FOLDER [OUT]`.
+"""Diagnose real rigs and hold what is said against what is known of them: `python training/real_rigs/run.py FOLDER [OUT] [family-out]`.
 
 FOLDER holds one campaign a rig (a folder with arm.yaml) and answers.json:
 
@@ -8,6 +8,8 @@ must: effects that a right answer names (any of the list), their joint (null: an
 also true; error: the held-out error of a good answer (null: not known); nothing: whether silence is right; path: where the campaign lies,
 from FOLDER. A rig is right, half (true, but something is missing or a value is off), silent, wrong (a false name or an absurd figure),
 refused, or crashed. OUT holds each diagnosis, results.json and index.html with the pictures; what is there is not diagnosed again.
+With family-out the families of what a right answer names are taken out of the catalogue, as if nobody had written a card for the cause:
+whatever is named then and is not also true (may) is a wrong name. OUT/family_out.json holds what was said.
 """
 
 import html
@@ -87,6 +89,37 @@ def row(name: str, card: dict[str, Any], root: Path, out: Path) -> dict[str, Any
             "noise_floor": document["mismatch"]["noise_floor"], "card_error": card.get("error"), "seconds": document["seconds"]}
 
 
+def family_out(cards: dict[str, Any], root: Path, out: Path) -> None:
+    """Diagnose every rig without the families of what is known to be missing; print and write what is named all the same."""
+    import nnhydro
+    from nnhydro.diagnosis.diagnose import diagnose
+    from nnhydro.effects.catalogue import catalogue
+    from nnhydro.errors import NnhydroError
+    from nnhydro.files import write_json
+    from nnhydro.identification.identify import versions
+
+    every, rows = catalogue(), []
+    for name, card in cards.items():
+        families = {every[effect].family for names, *_ in card["must"] for effect in names}
+        if not families or not (root / card.get("path", name)).exists():
+            continue
+        without = tuple(effect for effect in every if every[effect].family in families)
+        try:
+            found = diagnose(nnhydro.load(root / card.get("path", name)), card["baseline"], without=without)
+        except NnhydroError as cause:
+            rows.append({"rig": name, "without": sorted(families), "refused": str(cause)})
+        else:
+            named = [[f.effect.id, round(f.confidence, 2)] for f in found.findings]
+            rows.append({"rig": name, "without": sorted(families), "named": named, "detected": found.detected,
+                         "wrong": [effect for effect, _ in named if effect not in card["may"]]})
+        print(f"| {name} | {', '.join(sorted(families))} | {rows[-1].get('named', 'refused')} | {rows[-1].get('wrong', '')} |", flush=True)
+    answered = [one for one in rows if "named" in one]
+    told = {"a wrong name": f"{sum(bool(one['wrong']) for one in answered)} of {len(answered)}",
+            "an alarm": f"{sum(one['detected'] for one in answered)} of {len(answered)}"}
+    print(json.dumps(told))
+    write_json(out / "family_out.json", {"versions": versions(), "summary": told, "rigs": rows})
+
+
 def _picture(rig: str, name: str) -> str:
     return f'<img src="{rig}/{name}" alt="{name[:-4]} of {rig}">'
 
@@ -107,9 +140,13 @@ def main() -> None:
     from nnhydro.files import write_json, write_text
     from nnhydro.identification.identify import versions
 
-    root, out = Path(sys.argv[1]), Path(sys.argv[2] if len(sys.argv) > 2 else "runs/real_rigs")
+    places = [x for x in sys.argv[1:] if x != "family-out"]
+    root, out = Path(places[0]), Path(places[1] if len(places) > 1 else "runs/real_rigs")
     cards = {k: v for k, v in json.loads((root / "answers.json").read_text()).items() if not k.startswith("_")}
     out.mkdir(parents=True, exist_ok=True)
+    if "family-out" in sys.argv[1:]:
+        family_out(cards, root, out)
+        return
     rows = []
     for name, card in cards.items():
         if not (root / card.get("path", name)).exists():

@@ -13,7 +13,7 @@ class Copies(CampaignCheck):
     """Every recording should be a run of its own."""
 
     id = "copies"
-    looks_for = "recordings with the same times, angles and torques, digit for digit"
+    looks_for = "recordings with the same times, angles and torques, digit for digit or rounded"
     remedy = "remove the copies: they count as runs of their own in every fit, and tell nothing of the noise"
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:

@@ -10,6 +10,7 @@ import numpy as np
 from nnhydro.recordings.checks.glitch import misfit
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading
+from nnhydro.recordings.checks.wrapped import TURNS, wrapped_rows
 
 ROWS_A_PERIOD = 14.0  # 1 - cos(2 pi / 14) = 0.1
 MOVED = 0.05  # rad
@@ -39,6 +40,6 @@ class SlowSampling(RecordingCheck):
         """Yield one finding a joint."""
         for joint in range(reading.arm.n_links):
             rows = rows_a_period(reading, joint)
-            if rows < ROWS_A_PERIOD:
+            if rows < ROWS_A_PERIOD and not any(wrapped_rows(reading, joint, turn) for turn, _ in TURNS):
                 what = f"bends between neighbouring rows as a sine with {rows:.2g} rows a period would ({1 / reading.dt:.4g} Hz)"
                 yield Oddity(reading.name, "warning", reading.arm.column("q", joint + 1), what, self.remedy)

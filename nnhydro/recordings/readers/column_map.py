@@ -12,6 +12,8 @@ topic: /joint_states
 ```
 
     SI value = unit * scale * (sign * value + offset)        offset in the foreign unit
+
+An angle that begins again after a turn states its `period`, in the foreign unit too (360, say): it then goes on.
 """
 
 from dataclasses import dataclass
@@ -33,13 +35,14 @@ FOLDERS = ("recordings", "steady", "unseen")
 
 
 class Source(Settings):
-    """Where a channel comes from: foreign column, its unit (SI by default), own scale, sign and offset."""
+    """Where a channel comes from: foreign column, its unit (SI by default), own scale, sign, offset and period."""
 
     from_: str = Field(alias="from", min_length=1, max_length=500)
     unit: str | None = Field(default=None, max_length=40)
     scale: float = Field(default=1.0, ge=-1e12, le=1e12)
     sign: Literal[1, -1] = 1
     offset: float = Field(default=0.0, ge=-1e12, le=1e12)
+    period: float | None = Field(default=None, gt=0, le=1e12)
 
     @field_validator("scale")
     @classmethod
@@ -109,6 +112,13 @@ def map_beside(path: Path) -> ColumnMap | None:
     return read_column_map(found) if path.absolute().parent.name in FOLDERS and found.is_file() else None
 
 
+def unwrapped(values: Array, period: float) -> Array:
+    """Return `values` (n,) of a reading that begins again after a `period` as they go on; cells that are not finite stay."""
+    made, finite = values.copy(), np.isfinite(values)
+    made[finite] = np.unwrap(values[finite], period=period)
+    return made
+
+
 def mapped(table: Table, sources: dict[str, Source], where: str) -> Columns:
     """Return the columns of `table` under our names and in SI; raises RecordingError where a source is absent or a name is taken."""
     used = {source.from_ for source in sources.values()}
@@ -122,6 +132,7 @@ def mapped(table: Table, sources: dict[str, Source], where: str) -> Columns:
         if target in columns:
             raise RecordingError(f"{where}: has a column {target!r} already, but the mapping takes it from {source.from_!r}: remove one")
         values = np.asarray(table.columns[source.from_], dtype=float)
+        values = values if source.period is None else unwrapped(values, source.period)
         written = source.unit if source.unit is not None else table.units.get(source.from_)
         unit = 1.0 if written is None else _factor(written, target, source.from_, where)
         converted: Array = unit * source.scale * (source.sign * values + source.offset)

@@ -32,6 +32,7 @@ _RAGGED = re.compile(r"Expected (\d+) fields in line (\d+), saw (\d+)")
 _DATE = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
 _MOMENT = re.compile(rf"(?:{_DATE.pattern}[T ]+)?\d{{1,2}}:\d\d(?::\d\d(?:\.\d*)?)?\s*(?:Z|[+-]\d\d:?\d\d)?$")
 DAY = 86_400.0  # s
+MINUS = "\N{MINUS SIGN}"  # as spreadsheets of some countries write it
 
 
 def _lines(path: Path) -> int:
@@ -103,7 +104,7 @@ def read_csv(path: Path, request: Request) -> Table:
         elif name in request.numbers:
             moments = name in request.times or name in request.clocks
             seconds = _seconds(frame[index], name in request.times) if moments else None
-            columns[name] = _numbers(frame[index], name, path, head.first) if seconds is None else seconds
+            columns[name] = _numbers(frame[index], name, path, head) if seconds is None else seconds
             since = " since the first row" if name in request.times else ""
             steps += [] if seconds is None else [f"{name}: dates and times of day in seconds{since}"]
     units = {name: unit for name, unit in zip(head.names, head.units, strict=True) if unit} if head.units else {}
@@ -157,7 +158,7 @@ def _seconds(series: "pd.Series", since_start: bool) -> Array | None:
     return np.asarray(t, dtype=float)
 
 
-def _numbers(series: "pd.Series", name: str, path: Path, first_row: int) -> Array:
+def _numbers(series: "pd.Series", name: str, path: Path, head: Layout) -> Array:
     """One column as float64, empty cells as NaN; raises RecordingError at the first cell that is no number."""
     import pandas as pd
 
@@ -165,9 +166,11 @@ def _numbers(series: "pd.Series", name: str, path: Path, first_row: int) -> Arra
         raise wrong_kind(path, name, "true/false values")
     if series.dtype.kind in "iuf":
         return series.to_numpy(dtype=float)
-    values: Array = pd.to_numeric(series.astype(str).where(series.notna()), errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    text = series.astype(str).where(series.notna()).str.replace(MINUS, "-", regex=False)
+    text = text.str.replace(",", ".", regex=False) if head.decimal == "," else text
+    values: Array = pd.to_numeric(text, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
     bad = np.flatnonzero(np.isnan(values) & series.notna().to_numpy())
     if len(bad):
         row = int(bad[0])
-        raise not_a_number(path, name, first_row + row, series.iloc[row])
+        raise not_a_number(path, name, head.first + row, series.iloc[row])
     return values

@@ -3,7 +3,7 @@
 import codecs
 import csv
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import final
 
@@ -11,6 +11,7 @@ from nnhydro.errors import RecordingError
 
 MAX_HEADER = 1_000_000  # characters: a longer first line is no header
 SAMPLE = 65_536  # bytes that tell the encoding
+PREAMBLE = 60  # lines that a logger may write above the header
 LOOKED_AT = 20  # rows below the header that tell the decimal sign
 BOMS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"), (codecs.BOM_UTF16_LE, "utf-16"),
         (codecs.BOM_UTF16_BE, "utf-16"))
@@ -22,7 +23,10 @@ _UNIT = re.compile(r"[\[(<]?\s*([A-Za-z%\u00b0\u00b5][\w%\u00b0\u00b5\u00b2\u00b
 @final
 @dataclass(frozen=True)
 class Layout:
-    """What a text table looks like; `line` is the number of the header line, `first` that of the first row of numbers, counted from 1."""
+    """What a text table looks like; `line` is the number of the header line, `first` that of the first row of numbers, counted from 1.
+
+    `above` counts the lines of text above the header.
+    """
 
     names: tuple[str, ...]
     delimiter: str
@@ -30,6 +34,7 @@ class Layout:
     encoding: str
     decimal: str = "."
     units: tuple[str, ...] = ()
+    above: int = 0
 
     @property
     def first(self) -> int:
@@ -39,7 +44,7 @@ class Layout:
     @property
     def said(self) -> tuple[str, ...]:
         """What a reader should know of how the file was read."""
-        told = []
+        told = [] if not self.above else [f"{self.above} line{'s' if self.above > 1 else ''} above the header passed over"]
         if self.encoding not in ("utf-8", "utf-8-sig"):
             told.append(f"text in {self.encoding}")
         if self.decimal == ",":
@@ -100,32 +105,55 @@ def _units_in(row: list[str], count: int) -> tuple[str, ...]:
 def layout_of(path: Path) -> Layout:
     """Return the layout of the text table `path`: the header is the first line that is neither blank nor a comment.
 
+    What a logger writes above it (its name, a date) is passed over where its cells are of another number than those of the rows.
     Excel's `sep=;` line is understood. Raises RecordingError where there is no header.
     """
-    stated, below = "", list[str]()
+    stated, lines = "", list[tuple[int, str]]()
     encoding = encoding_of(path)
-    names: tuple[str, ...] = ()
-    delimiter, line_number = "", 0
     with path.open(encoding=encoding, newline="") as file:
         for number in range(1, 1000):
             line = file.readline(MAX_HEADER)
-            if not line or len(line) == MAX_HEADER or len(below) == LOOKED_AT:
+            if not line or len(line) == MAX_HEADER or len(lines) > PREAMBLE + LOOKED_AT:
                 break
             text = line.strip("\r\n")
             if not text.strip() or text.lstrip().startswith("#"):
                 continue
-            if names:
-                below.append(text)
-            elif text.lower().startswith("sep=") and len(text) == 5:
+            if not lines and text.lower().startswith("sep=") and len(text) == 5:
                 stated = text[4]
-            elif "\0" in text:
+            elif not lines and "\0" in text:
                 break
             else:
-                delimiter, line_number = stated or _delimiter(text), number
-                names = tuple(cells(text, delimiter))
-    if not names:
+                lines.append((number, text))
+    if not lines:
         raise RecordingError(f"{path}: has no header line: is it a CSV file? The first line names the columns, e.g. t_s,q1_rad,tau1_Nm")
-    return _with_rows(Layout(names, delimiter, line_number, encoding), below)
+    above = _above_header([text for _, text in lines], stated)
+    line_number, header = lines[above]
+    delimiter = stated or _delimiter(header)
+    below = [text for _, text in lines[above + 1: above + 1 + LOOKED_AT]]
+    return replace(_with_rows(Layout(tuple(cells(header, delimiter)), delimiter, line_number, encoding), below), above=above)
+
+
+def _is_row(row: list[str]) -> bool:
+    """Whether cells may be a row of numbers: numbers, times and empty cells."""
+    return any(_NUMBER.fullmatch(cell) for cell in row) and all(not cell or cell[0].isdigit() or _NUMBER.fullmatch(cell) for cell in row)
+
+
+def _above_header(lines: list[str], stated: str) -> int:
+    """How many lines stand above the header: 0, unless the first row of numbers has other cells than the first line has."""
+    try:
+        first = cells(lines[0], stated or _delimiter(lines[0]))
+        for k in range(2, len(lines)):
+            delimiter = stated or _delimiter(lines[k - 1])
+            names, row = cells(lines[k - 1], delimiter), cells(lines[k], delimiter)
+            if len(row) < 2 or len(row) != len(names) or not _is_row(row) or any(_NUMBER.fullmatch(name) for name in names):
+                continue
+            if len(row) == len(first):
+                return 0
+            before = cells(lines[k - 2], delimiter)
+            return k - 2 if len(before) == len(names) and _units_in(names, len(names)) and not _units_in(before, len(before)) else k - 1
+    except csv.Error:
+        return 0
+    return 0
 
 
 def _with_rows(layout: Layout, below: list[str]) -> Layout:
