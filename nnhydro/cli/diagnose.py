@@ -10,10 +10,10 @@ from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 if TYPE_CHECKING:
     from nnhydro.parallel import Workers
-    from nnhydro.report.diagnosis_batch import Asked, Told
+    from nnhydro.report.diagnosis_batch import Asked, Outcome
 
 
-def _links(one: "Told") -> list[str]:
+def _links(one: "Outcome") -> list[str]:
     """Slenderness of the links and the coefficients of the calibrated baseline, link by link: how drag follows L/D from arm to arm."""
     from nnhydro.recordings.arm import read_arm
     from nnhydro.recordings.campaign import arm_file
@@ -29,20 +29,20 @@ def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
     from nnhydro.errors import CampaignError
     from nnhydro.report.diagnosis_batch import diagnose_all
 
-    told = []
+    outcomes = []
     for one in diagnose_all(asked, workers):
-        told.append(one)
-        note(f"{len(told)} of {len(asked)}: {one.asked.campaign.name}: {one.verdict}")
+        outcomes.append(one)
+        note(f"{len(outcomes)} of {len(asked)}: {one.asked.campaign.name}: {one.verdict}")
     if json:
-        emit({"campaigns": {one.asked.campaign.name: one.document for one in told}})
+        emit({"campaigns": {one.asked.campaign.name: one.document for one in outcomes}})
     else:
-        rows = [[one.asked.campaign.name, *_links(one), one.verdict] for one in told]
+        rows = [[one.asked.campaign.name, *_links(one), one.verdict] for one in outcomes]
         table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "left out"], rows, (True,) * 5)
-    failed = [f"{one.asked.campaign}: {one.verdict}" for one in told if one.document is None]
+    failed = [f"{one.asked.campaign}: {one.verdict}" for one in outcomes if one.document is None]
     if failed:
-        raise CampaignError(f"{len(failed)} of {len(told)} campaigns could not be diagnosed; the first: {failed[0]}")
+        raise CampaignError(f"{len(failed)} of {len(outcomes)} campaigns could not be diagnosed; the first: {failed[0]}")
     if not json:
-        conclude(f"{len(told)} campaigns diagnosed.", [asked[0].out.parent])
+        conclude(f"{len(outcomes)} campaigns diagnosed.", [asked[0].out.parent])
 
 
 def diagnose(

@@ -25,7 +25,7 @@ def identify(
     from nnhydro.identification.identify import identify as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.parameter_sheet import parameter_sheet, told
+    from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
 
     check_folder(out, DIGEST)
     opened = verified(campaign, column_map)
@@ -39,7 +39,8 @@ def identify(
     for line in fitted.fit.get("warnings", []):
         say(f"warning {line}")
     if fitted.fit.get("warnings"):
-        conclude(told(fitted), [out], f"nnhydro check {campaign}, then nnhydro diagnose {campaign} --out diagnosis   (what is wrong, and "
-                 "what is missing?)")
+        conclude(model_sentence(fitted), [out],
+                 f"nnhydro check {campaign}, then nnhydro diagnose {campaign} --out diagnosis   (what is wrong, and what is missing?)")
         return
-    conclude(told(fitted), [out], f"nnhydro benchmark {campaign} --out compared   (is it any good on recordings that it has not seen?)")
+    conclude(model_sentence(fitted), [out],
+             f"nnhydro benchmark {campaign} --out compared   (is it any good on recordings that it has not seen?)")

@@ -52,7 +52,7 @@ def train(
     from nnhydro.identification.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.parameter_sheet import parameter_sheet, told
+    from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
     from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
 
     check_folder(out, DIGEST)
@@ -87,4 +87,4 @@ def train(
         emit({"model": str(out), **without_bulk(model.fit)})
         return
     show(parameter_sheet(model))
-    conclude(told(model), [out], use_of(out, campaign))
+    conclude(model_sentence(model), [out], use_of(out, campaign))

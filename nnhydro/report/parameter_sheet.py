@@ -45,7 +45,7 @@ def _learned(model: LearnedTorque) -> Sheet:
                                                 Column("is", [None if v is None else str(v) for v in rows.values()], words=True)))
 
 
-def told(model: TorqueModel) -> str:
+def model_sentence(model: TorqueModel) -> str:
     """Return what the model is, in one sentence."""
     base = getattr(model.baseline, "name", model.baseline.kind) if isinstance(model, LearnedTorque) and model.baseline else None
     name, joints, low_pass = getattr(model, "name", model.kind), model.arm.n_links, model.preparation.low_pass

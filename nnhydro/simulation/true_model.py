@@ -41,7 +41,7 @@ class TrueModel(TorqueModel):
         return {}
 
 
-def foretold(unseen: Unseen, document: dict[str, Any], csv: str) -> NDArray[Any]:
+def true_torque(unseen: Unseen, document: dict[str, Any], csv: str) -> NDArray[Any]:
     """Return the sensor torques (n, joints) N m of the truth for its motion as recorded in `csv`, by the arm of arm.yaml's `document`.
 
     Derivatives that the recorder left out are taken as for any model (`predict`).

@@ -115,12 +115,12 @@ def _of_sectors(search: Search, found: Scored, k: int, beta: Array, model: Strip
 def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
     """Return `found` with members confined to the part of the campaign in which they act, where the rest speaks against them.
 
-    Laws of which a part can never be foretold (gaps, clippings) are not asked: where they are silent they may only be late.
+    Laws of which a part cannot be predicted (gaps, clippings) are not asked: where they are silent they may only be late.
     """
     for k in found.chosen:
         library = search.view.library
         h = library.hypotheses[k]
-        if h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.foreseen < 1:
+        if h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.predictable_share < 1:
             continue
         at = found.places(search.view)[k]
         scaled = found.fit.mean[at]

@@ -20,7 +20,7 @@ from nnhydro.diagnosis.search.library import View, bound_bonus
 
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
-KEPT = 5  # keys a scale that are fitted exactly
+FITTED_EXACTLY = 5  # keys a scale that are fitted exactly
 LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown from which its evidence is climbed, too
 
 
@@ -102,7 +102,7 @@ class Search:
         effect = self.view.library.hypotheses[k].effect
         return effect.family, effect.joint
 
-    def screen(self, chosen: Sequence[int], most: int = KEPT) -> list[int]:
+    def screen(self, chosen: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the unknown's best scale."""
         now, columns = self.score(chosen), self.view.joined(sorted(chosen))
         library, taken = self.view.library, self.taken(chosen)
@@ -136,7 +136,7 @@ class Search:
     def run(self) -> Scored:
         """Return the best set found."""
         empty = self.score(())
-        singles = sorted((self.score((k,)) for k in self.screen((), 2 * KEPT)), key=lambda s: -s.score)
+        singles = sorted((self.score((k,)) for k in self.screen((), 2 * FITTED_EXACTLY)), key=lambda s: -s.score)
         best = self._better(empty, [s.chosen for s in singles])
         for first in singles[:4]:
             best = self._better(best, [(*first.chosen, k) for k in self.screen(first.chosen)], empty)

@@ -108,18 +108,18 @@ def _table(path: Path, messages: list[_Message], request: Request) -> Table:
     if not joints and not mapped:
         raise RecordingError(f"{path}: its joints are {', '.join(names[:8]) or '(unnamed)'}: "
                              "say which is which by 'joints: [...]' in a mapping (--map FILE)")
-    kept = [m for m in messages if not joints or set(joints) & set(m.names)]
-    require_shape(path, len(kept), len(names) * len(CHANNELS))
-    t, how = _time(kept)
+    wanted = [m for m in messages if not joints or set(joints) & set(m.names)]
+    require_shape(path, len(wanted), len(names) * len(CHANNELS))
+    t, how = _time(wanted)
     columns: Columns = {TIME: t}
     header = [TIME]
     for name in names:
         for channel, ours in CHANNELS.items():
             targets = {f"{name}.{channel}"} | ({column(ours, joints.index(name) + 1)} if name in joints else set())
             header += sorted(targets)
-            values = _channel(kept, name, channel) if targets & request.numbers else None
+            values = _channel(wanted, name, channel) if targets & request.numbers else None
             columns |= {target: values for target in targets & request.numbers if values is not None}
-    skipped = len(messages) - len(kept)
+    skipped = len(messages) - len(wanted)
     steps = (f"joint states of {', '.join(joints)}" if joints else "joint states", how)
     return Table(columns, tuple(header), steps=(*steps, f"{skipped} messages of other joints left out") if skipped else steps)
 

@@ -39,14 +39,14 @@ class Layout:
     @property
     def said(self) -> tuple[str, ...]:
         """What a reader should know of how the file was read."""
-        told = []
+        steps = []
         if self.encoding not in ("utf-8", "utf-8-sig"):
-            told.append(f"text in {self.encoding}")
+            steps.append(f"text in {self.encoding}")
         if self.decimal == ",":
-            told.append("decimal commas")
+            steps.append("decimal commas")
         if self.units:
-            told.append("units from the row below the header")
-        return tuple(told)
+            steps.append("units from the row below the header")
+        return tuple(steps)
 
 
 def encoding_of(path: Path) -> str:

@@ -95,8 +95,8 @@ class _Frame:
 
     def ends(self, bottom: float) -> Markup:
         """Shade the ends that the filter touches and no comparison uses."""
-        kept, across = np.flatnonzero(self.trace.segment.keep), self.across
-        pairs = () if self.trace.segment.steady else ((self.x[0], self.x[kept[0]]), (self.x[kept[-1]], self.x[-1]))
+        compared, across = np.flatnonzero(self.trace.segment.keep), self.across
+        pairs = () if self.trace.segment.steady else ((self.x[0], self.x[compared[0]]), (self.x[compared[-1]], self.x[-1]))
         return joined([tag("rect", class_="ends", x=across(a), y=TOP, width=across(b) - across(a), height=bottom - TOP)
                        for a, b in pairs if b > a])
 

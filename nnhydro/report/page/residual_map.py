@@ -17,7 +17,7 @@ from nnhydro.report.page.trace import Trace
 Array = NDArray[np.float64]
 BINS = 10
 FEWEST = 5  # rows in a cell that is shown
-TOLD = 6  # recordings named in a cell
+NAMED_RECORDINGS = 6  # recordings named in a cell
 WHITE_IN_LIGHT, BLACK_IN_DARK = 0.565, 0.476  # there the scale's luminance is 0.18: black and white stand out alike, 4.6 to 1
 ORDER = "when"  # the name of the map over recordings and time
 
@@ -109,7 +109,7 @@ def _cell(r: Array, of: NDArray[np.int64], names: Sequence[str]) -> Cell | None:
     if len(r) < FEWEST:
         return None
     energy = np.bincount(of, r**2, minlength=len(names))
-    order = np.argsort(-energy, kind="stable")[:TOLD]
+    order = np.argsort(-energy, kind="stable")[:NAMED_RECORDINGS]
     total = float(energy.sum()) or 1.0
     return Cell(float(np.sqrt((r**2).mean())), float(r.mean()), len(r),
                 tuple((names[i], float(energy[i] / total)) for i in order if energy[i] > 0.005 * total))
