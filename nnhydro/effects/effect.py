@@ -45,7 +45,7 @@ class Effect(Parametrised):
     own_in_every_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
     offset_of_its_own: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
-    predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can foretell where it is the cause, as far as that is known
+    predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can predict where it is the cause, as far as that is known
     reads_torque: ClassVar[bool] = False  # where torque was measured, that decides what the effect does: no prediction may look at it
     dissipates: ClassVar[bool] = False  # with the hub at rest no sample gives the drive energy back, but for what a contact was bent
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque

@@ -72,7 +72,7 @@ def _last(moving: Tensor) -> Tensor:
 
 
 def _direction(w: Tensor, since_zero: Tensor) -> Tensor:
-    """Sign of the latest believable velocity (n, links, s), 0 before the first.
+    """Sign of the latest velocity that counts (n, links, s), 0 before the first.
 
     Believable is a velocity above STILL that has carried the strip `since_zero` > BACK diameters from where it last stood still.
     """
@@ -100,7 +100,7 @@ def travel(strips: Strips, rule: TravelRule | None = None) -> Tensor:
         return torch.full_like(w, torch.inf)
     path, path_at_zero = _path(strips)
     sign = _direction(w, (path - path_at_zero) / strips.flow.D[:, None])
-    started = torch.cat([torch.zeros_like(sign[:1]), sign[:-1]]) != sign  # first believable motion, or a reversal
+    started = torch.cat([torch.zeros_like(sign[:1]), sign[:-1]]) != sign  # first motion that counts, or a reversal
     reversals = started & (torch.cat([sign[:1], sign[:-1]]) * sign < 0)
     t = strips.flow.motion.t
     rests = (t[:, None, None] - t[_last(w.abs() > STILL)] > rule.dwell_s) if rule.dwell_s > 0 else torch.zeros_like(reversals)

@@ -1,4 +1,4 @@
-"""The truth in the place of a model: what its own equations and numbers foretell for a motion as a recorder wrote it down.
+"""The truth in the place of a model: what its own equations and numbers predict for a motion as a recorder wrote it down.
 
 A model of nothing but the truth still errs on recorded motions: angles come in steps, derivatives have to be taken. What is left of the
 error of a baseline when that is taken off is all that a diagnosis could mend.
