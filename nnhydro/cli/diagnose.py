@@ -52,9 +52,9 @@ def diagnose(
                                  "tau*_sim_Nm); constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
-    seed: int = typer.Option(0, "--seed", help="Seed of the bootstraps."),
-    rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Plant findings and rivals so often on these very motions and "
-                                 "name them again: no confidence is then higher than what was counted."),
+    seed: int = typer.Option(0, "--seed", help="Random seed of subsets of recordings and of null draws."),
+    rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate confidence by simulation: inject each finding and its "
+                                 "alternatives N times into these motions and repeat the decision."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
                                        "tau_Nm, seconds), for the motion to record next; by default what it has shown."),
     column_map: Path | None = MAP,
@@ -64,7 +64,7 @@ def diagnose(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Is there a mismatch beyond noise and recalibration, where, what physics is left out, and does the model with it predict better?"""
+    """Find missing physics: whether the model differs from the recordings, where, which effect, how large, and what the corrected model gains."""
     from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin

@@ -42,7 +42,7 @@ def train(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network or a hybrid on all recordings; a share of them is only watched, for early stopping."""
+    """Train a network or a hybrid on all recordings; some of them serve for early stopping only."""
     from contextlib import ExitStack
 
     from nnhydro.errors import ConfigError, require

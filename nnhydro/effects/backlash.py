@@ -85,5 +85,5 @@ class Backlash(InstrumentEffect):
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         give = f", whose flanks give way within {said['settling']}" if any(self.settling) else ""
-        return (f"The drive of joint {self.joint} has a gap of {said['gap']}{give}; a torque that changes sign carries the link across "
-                f"with {said['impulse']}.")
+        return (f"The drive of joint {self.joint} has a gap of {said['gap']}{give}: backlash. A torque that changes sign carries the "
+                f"link across with {said['impulse']}.")

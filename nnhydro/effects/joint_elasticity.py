@@ -82,4 +82,4 @@ class JointElasticity(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The drive of joint {self.joint} gives way with a stiffness of {said['stiffness']}: a compliant belt, gear or shaft."
+        return f"The drive of joint {self.joint} is compliant, with a stiffness of {said['stiffness']}: a soft belt, gear or shaft."

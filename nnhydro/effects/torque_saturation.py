@@ -52,4 +52,4 @@ class TorqueSaturation(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} clips at {said['level']} (share cut off: {said['share']})."
+        return f"The torque sensor of joint {self.joint} clips at {said['level']}; it loses {said['share']} of what exceeds this level."

@@ -79,9 +79,9 @@ class WakeReentry(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The arm meets its own wake, which runs on after a stop and pushes by a C_D of {said['push']}. Of the wake's "
-                f"lead the link feels {said['slowing']} (times C_D) while it slows down and {said['meeting']} once it has "
-                f"turned back; the wake fades over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
+        return (f"The arm meets its own wake: water that runs on after a stop pushes with a C_D of {said['push']}. The link feels "
+                f"{said['slowing']} of the wake's lead (times C_D) while it slows down, and {said['meeting']} after a reversal. "
+                f"The wake fades over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
 
     def _twice(self, said: Mapping[str, str]) -> str:
         """How much later the water is met that the wake itself drags along, in words."""

@@ -105,5 +105,5 @@ class WaveOrbital(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A wave of {said['frequency']} moves the water to and fro with {said['amplitude']} along the direction "
+        return (f"A wave of {said['frequency']} moves the water with an amplitude of {said['amplitude']} along the direction "
                 f"{said['direction']} from +X.")
