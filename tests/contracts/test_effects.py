@@ -317,3 +317,12 @@ def test_the_rigs_of_these_tests_are_what_they_say():
     assert isinstance(m, Motion)
     assert not m.steady
     assert states(2).steady
+
+
+@IDS
+def test_a_finding_is_said_in_sentences_that_are_read_once(id_):
+    effect_ = valued(found(id_, arm(2))[0])
+    text = effect_.sentence(dict.fromkeys([*effect_.quantities(), *effect_.linear_names()], "0.5"))
+    assert text.endswith(".")
+    for sentence in text.removesuffix(".").replace(": ", ". ").split(". "):
+        assert len(sentence.split()) <= 25, sentence

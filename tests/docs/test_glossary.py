@@ -10,7 +10,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
 SOURCES = sorted((ROOT / "nnhydro").rglob("*.py"))
-PAGES = [path for path in (*(ROOT / "docs").rglob("*.md"), ROOT / "README.md") if path.name != "glossary.md" and "_build" not in path.parts]
+PAGES = sorted(path for path in (*(ROOT / "docs").rglob("*.md"), ROOT / "README.md")
+               if path.name != "glossary.md" and not {"_build", "effects"} & set(path.parts))
 
 
 @cache
@@ -82,3 +83,10 @@ def test_every_term_has_a_textbook_word_and_a_place_for_its_reference():
 @pytest.mark.parametrize("name", ["told_once", "ToldOnce", "TOLD", "_told"])
 def test_a_word_is_found_in_every_form_of_a_name(name):
     assert "told" in parts(name)
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_commit_hash_stands_in_prose(path):
+    prose = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("|")]
+    found = re.findall(r"(?<![\w.])(?=[0-9a-f]*[a-f])(?=[0-9a-f]*\d)[0-9a-f]{7,40}(?![\w.])", "\n".join(prose))
+    assert found == [], "a version says more than a commit, and stays true"
