@@ -94,7 +94,8 @@ def picture() -> str:
              '<path d="M0 0L8 4L0 8z" fill="#556"/></marker></defs>', f'<rect width="{width:g}" height="{height:g}" fill="#fff"/>']
     for name, other in reduced(graph):
         (x, y), (to_x, to_y) = place[name], place[other]
-        parts.append(f'<path d="M{x + WIDE / 2:g} {y + HIGH:g}L{to_x + WIDE / 2:g} {to_y:g}" stroke="#889" fill="none" marker-end="url(#tip)"/>')
+        way = f"M{x + WIDE / 2:g} {y + HIGH:g}L{to_x + WIDE / 2:g} {to_y:g}"
+        parts.append(f'<path d="{way}" stroke="#889" fill="none" marker-end="url(#tip)"/>')
     for name, (x, y) in place.items():
         parts.append(f'<rect x="{x:g}" y="{y:g}" width="{WIDE}" height="{HIGH}" rx="5" fill="#eef3f8" stroke="#456"/>'
                      f'<text x="{x + WIDE / 2:g}" y="{y + 22:g}" text-anchor="middle" fill="#123">{name}</text>')

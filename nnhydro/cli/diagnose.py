@@ -64,7 +64,7 @@ def diagnose(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Find missing physics: whether the model differs from the recordings, where, which effect, how large, and what the corrected model gains."""
+    """Find missing physics: whether model and recordings differ, where, which effect, how large, and what the corrected model gains."""
     from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin

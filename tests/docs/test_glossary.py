@@ -61,7 +61,8 @@ def test_no_retired_word_stands_in_a_name_or_a_sentence():
 def test_no_retired_word_stands_in_a_page():
     for path in PAGES:
         text = path.read_text(encoding="utf-8").lower()
-        assert not retired()[1] & set(re.findall(r"[a-z]+", text)), f"{path.relative_to(ROOT)}: docs/glossary.md has the word to write instead"
+        found = retired()[1] & set(re.findall(r"[a-z]+", text))
+        assert not found, f"{path.relative_to(ROOT)}: docs/glossary.md has the words to write instead"
 
 
 def test_the_list_of_retired_words_is_read():

@@ -70,7 +70,8 @@ def main():
 
     features, law = (sorted(names, key=lambda name: -found[name]) for names in (START.features, START.law))
     write_text(HERE / "README.md", PAGE.format(
-        version=versions()["nnhydro"], minutes=round(seconds / 60), campaign=config["campaign"], folds=config["folds"], all=100 * found["everything"],
+        version=versions()["nnhydro"], minutes=round(seconds / 60),
+        campaign=config["campaign"], folds=config["folds"], all=100 * found["everything"],
         lawless=100 * found["lawless"], featureless=100 * found["featureless"], law="\n".join(map(row, law)),
         features="\n".join(row(name, alone(name)) for name in features)))
     write_json(HERE / "results.json", {"errors": found, "seconds": round(seconds), "config": config,
