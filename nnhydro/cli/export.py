@@ -41,6 +41,7 @@ def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: s
 
 
 def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
+    """Print inputs and outputs of one step in time, and what its memory is."""
     rows = [[x["name"], " x ".join(map(str, x["shape"])), x["unit"], way.removesuffix("s"), x["meaning"]]
             for way in ("inputs", "outputs") for x in written[way]]
     table(f"{out}: {written['model']}, {precision} precision", ["name", "shape", "unit", "", "meaning"], rows)
@@ -49,6 +50,7 @@ def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
 
 
 def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
+    """Write the MuJoCo file; return what it holds and lacks, and the verdict."""
     from nnhydro.exchange.mujoco import mujoco_xml
     from nnhydro.files import write_own
 
@@ -59,6 +61,7 @@ def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 
 
 def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
+    """Write the coefficient curves; return their number of rows and the verdict."""
     from nnhydro.exchange.curves import curves_csv
     from nnhydro.files import write_own
 

@@ -114,6 +114,7 @@ def _lagged(run: Run, torque: Array, sensors: Sensors, t: Array) -> Array:
 
 
 def _motion_columns(run: Run, arm: Arm, sensors: Sensors, t: Array) -> dict[str, Array]:
+    """Angles as the encoders step, and whichever derivatives the recorder gives, at the times `t` (m,) s."""
     from scipy.interpolate import CubicHermiteSpline
 
     s = run.state

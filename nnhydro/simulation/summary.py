@@ -63,6 +63,7 @@ def groups(verdicts: Sequence[Verdict]) -> list[tuple[str, list[Verdict]]]:
 
 
 def _group(name: str, members: Sequence[Verdict]) -> dict[str, Any]:
+    """Shares and medians of one group of verdicts."""
     listed = members[0].kind == "effect"
     quiet = members[0].kind == "none"
     return {"group": name, "campaigns": len(members),

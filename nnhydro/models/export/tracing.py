@@ -75,6 +75,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         return np.frompyfunc(Complex, 2, 1)(cells[..., 0], cells[..., 1])
 
     def _write(self, x: Tensor, values: Objects) -> None:
+        """Note the symbolic values of a tensor by the addresses of its elements, so that views share them."""
         if x.numel() == 0:
             return
         address = x.untyped_storage().data_ptr()

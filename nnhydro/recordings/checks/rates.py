@@ -85,6 +85,7 @@ class Rates(RecordingCheck):
                 yield from self._judged(reading, joint, found)
 
     def _judged(self, reading: Reading, joint: int, found: Fit) -> Iterator[Oddity]:
+        """What is wrong with a rate channel, from its regression on the derivative of the angle."""
         name, angle = reading.arm.column("qd", joint + 1), reading.arm.column("q", joint + 1)
         if abs(found.correlation) < FOLLOWS:
             yield Oddity(reading.name, "warning", name, f"does not follow the derivative of {angle} (correlation {found.correlation:.2f})",

@@ -62,6 +62,7 @@ def _require_tables_alone(path: Path) -> None:
 
 
 def _topic(path: Path, there: Sequence[str], asked: str | None, kinds: Sequence[str]) -> str:
+    """The topic with joint states: the one asked for, or the only one; raises RecordingError otherwise."""
     if not there:
         raise RecordingError(f"{path}: holds no sensor_msgs/JointState messages (it has {', '.join(kinds[:4]) or 'none at all'}): "
                              "record the joint states with effort")
@@ -91,6 +92,7 @@ def _channel(messages: Sequence[_Message], joint: str, channel: str) -> Array | 
 
 
 def _time(messages: Sequence[_Message]) -> tuple[Array, str]:
+    """Seconds since the first message, by the stamp of the sensor where it has one, else by that of arrival."""
     stamps = np.array([m.stamp for m in messages], dtype=np.int64)
     stamped = bool(stamps.any())
     if not stamped:
@@ -99,6 +101,7 @@ def _time(messages: Sequence[_Message]) -> tuple[Array, str]:
 
 
 def _table(path: Path, messages: list[_Message], request: Request) -> Table:
+    """Angles, rates and efforts of the chosen joints, one row a message."""
     names = list(dict.fromkeys(name for message in messages for name in message.names))
     joints = request.joints or numbered(names, request.links)
     unknown = [joint for joint in joints if joint not in names]

@@ -103,6 +103,7 @@ class _Frame:
 
 def _picture(trace: Trace, x: Array, over: str, label: str, styles: Mapping[str, int], most: int, first: Sequence[str]
              ) -> History:
+    """One recording: torque and residual of each joint, one panel below the other."""
     across = Scale.around(x, LEFT, WIDTH - RIGHT) if trace.segment.steady else Scale(float(x[0]), float(x[-1]), LEFT, WIDTH - RIGHT)
     frame, panels, top = _Frame(trace, x, across, styles, most, first), list[Markup](), TOP
     for joint in range(trace.segment.n_links):

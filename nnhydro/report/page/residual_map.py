@@ -106,6 +106,7 @@ def _states(trace: Trace) -> dict[str, Array]:
 
 
 def _cell(r: Array, of: NDArray[np.int64], names: Sequence[str]) -> Cell | None:
+    """The rms and mean of the residual in a cell and the recordings that fill it; None for too few rows."""
     if len(r) < FEWEST:
         return None
     energy = np.bincount(of, r**2, minlength=len(names))
@@ -117,6 +118,7 @@ def _cell(r: Array, of: NDArray[np.int64], names: Sequence[str]) -> Cell | None:
 
 def _grid(r: Array, of: NDArray[np.int64], names: Sequence[str], column: NDArray[np.int64], row: NDArray[np.int64], shape: tuple[int, int]
           ) -> list[list[Cell | None]]:
+    """Cells by row and column of the map."""
     place = row * shape[1] + column
     order = np.argsort(place, kind="stable")
     bounds = np.searchsorted(place[order], np.arange(shape[0] * shape[1] + 1))

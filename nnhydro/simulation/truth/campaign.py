@@ -105,6 +105,7 @@ def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
 
 
 def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: Sensors, stem: str, start: float) -> tuple[Run, ...]:
+    """The runs of a plan, a few minutes apart on the clock."""
     result = []
     for number, plan in enumerate(todo, 1):
         result.append(carry_out(plan, len(arm.links), FINE * sensors.rate, f"{stem}_{number:02d}", start, int(rng.integers(2**31))))
@@ -183,6 +184,7 @@ def draw_campaign(seed: int, index: int, wish: Wish) -> Concealed:
 
 
 def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
+    """One draw of a concealed campaign; None where its causes cannot be shown at the strength asked for."""
     links = wish.links or (2 if rng.random() < 0.75 else 1)
     counts, seconds, rates = SIZES[wish.size]
     names = choose(rng, wish, links)

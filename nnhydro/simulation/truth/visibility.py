@@ -59,6 +59,7 @@ class Reference:
     priors: int
 
     def _seen(self, x: Array) -> Array:
+        """Columns as a recorder gives them: low-passed where it gives angles alone."""
         x = x[::FINE]
         if self.sensors.given == "all":
             return x
