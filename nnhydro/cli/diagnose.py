@@ -10,10 +10,10 @@ from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 if TYPE_CHECKING:
     from nnhydro.parallel import Workers
-    from nnhydro.report.diagnosis_batch import Asked, Outcome
+    from nnhydro.report.diagnosis_batch import Asked, BatchOutcome
 
 
-def _links(one: "Outcome") -> list[str]:
+def _links(one: "BatchOutcome") -> list[str]:
     """Slenderness of the links and the coefficients of the calibrated baseline, link by link: how drag follows L/D from arm to arm."""
     from nnhydro.recordings.arm import read_arm
     from nnhydro.recordings.campaign import arm_file
