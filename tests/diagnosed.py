@@ -106,6 +106,12 @@ def drifting():
     return Campaign.of(ARM, found)
 
 
+def since(first):
+    """Recordings an hour apart by the clock that rub from number `first` on."""
+    runs = made(count=8, more=lambda r, k: dry(r) * (k >= first))
+    return Campaign.of(ARM, [replace(r, clock=1e4 + 3600.0 * k + r.t) for k, r in enumerate(runs)])
+
+
 def simulated(column):
     """A campaign of `rubbing` whose recordings hold somebody's simulation of the healthy arm."""
     runs = []
@@ -138,6 +144,7 @@ CAMPAIGNS = {
     "rubbing, three recordings": lambda: rubbing(count=3),
     "two frictions": lambda: Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.3) + 0.4 * r.qd)),
     "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=8, more=lambda r, k: dry(r, 2, 0.2))),
+    "rubbing since the fourth": lambda: since(3),
     "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=8)),
     "free pendulum": pendulum,
     "soft drive": springy,

@@ -5,6 +5,7 @@ prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> 
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -13,17 +14,18 @@ import numpy as np
 from nnhydro.diagnosis.calibration.rehearsal import confident, rehearse
 from nnhydro.diagnosis.corrected_model import corrected_model
 from nnhydro.diagnosis.decision.decide import Decided, decide
+from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
 from nnhydro.diagnosis.decision.proof import noise_error, prove
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.diagnosis.model.evidence import Whitened, posterior
-from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
-from nnhydro.diagnosis.model.unknown import Unknown, unknown_of
-from nnhydro.diagnosis.noise.spectrum import Noise, first_noise, reestimated
-from nnhydro.diagnosis.problem.baseline import baseline_of
-from nnhydro.diagnosis.problem.design import Design, design_of
+from nnhydro.diagnosis.model.sizes import fitted, none
+from nnhydro.diagnosis.model.unknown import unknown_of
+from nnhydro.diagnosis.noise.calibrated import NOISE_ROUNDS, calibrated_noise
+from nnhydro.diagnosis.noise.spectrum import Noise, reestimated
+from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Problem, problem_of
 from nnhydro.diagnosis.result import Diagnosis
@@ -41,8 +43,6 @@ from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 
 MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
-FIRST_SIZE = 0.1  # of the unknown, from which its sizes are climbed
-NOISE_ROUNDS = 3
 
 
 @final
@@ -63,29 +63,6 @@ def drawn(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
     rng = np.random.default_rng(seed)
     stretches = np.array_split(np.arange(len(names)), min(most, max(len(names), 1)))
     return tuple(names[int(rng.choice(stretch))] for stretch in stretches if len(stretch))
-
-
-def design_on(problem: Problem, baseline: str | None) -> Design:
-    """Return the rows of `problem` against the baseline by name or from a file."""
-    from nnhydro.recordings.low_pass import LowPass
-    from nnhydro.recordings.preprocessing import Preparation
-
-    moving = any(not stretch.segment.steady for stretch in problem.stretches)
-    how = Preparation(LowPass(problem.edge) if moving else None)
-    return design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
-
-
-def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened, Sizes, StripTheory]:
-    """Return the noise beside the unknown alone, the unknown's sizes, and the baseline calibrated so."""
-    noise, sizes = first_noise(design), None
-    for _ in range(NOISE_ROUNDS):
-        whitened = Whitened(design, unknown, noise.v)
-        _, sizes = fitted(whitened, None, Sizes.even(whitened, FIRST_SIZE) if sizes is None else sizes)
-        noise = reestimated(design, noise, whitened, None, sizes.vector(whitened))
-    whitened = Whitened(design, unknown, noise.v)
-    assert sizes is not None
-    fit, sizes = fitted(whitened, None, sizes)
-    return noise, whitened, sizes, design.baseline.at(fit.mean[: whitened.p])
 
 
 def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
@@ -113,7 +90,8 @@ def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Ca
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
     search = Search(View(whitened, library), sizes, progress)
-    best = search.run()
+    parts = in_parts(search, search.run(), model)
+    search, best, library = parts.search, parts.best, parts.search.view.library
     for _ in range(NOISE_ROUNDS - 1):
         noise = reestimated(design, noise, search.whitened, search.view.joined(best.chosen), best.sizes.vector(search.whitened))
         whitened = Whitened(design, unknown, noise.v)
@@ -124,9 +102,9 @@ def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Ca
     progress("finer values")
     finer = refined(search, best, model)
     search = finer.search
-    best = simplest(search, plain(search, search.climb(finer.best)))
-    parts = in_parts(search, best, model)
-    search, best = parts.search, parts.best
+    parts = in_parts(search, search.climb(finer.best), model)
+    search = parts.search
+    best = simplest(search, plain(search, parts.best))
     decided = decide(search, best, seed)
     return Studied(design, noise, search, decided, model, search.score(()))
 
@@ -154,6 +132,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [confident(finding, rehearsal) for finding in findings]
+    progress("other bands")
+    bands = _other_bands(campaign, names, baseline, found) if findings else ()
     progress("next experiment")
     following, why = _following(found, campaign, seed, limits)
     progress("held-out errors")
@@ -170,8 +150,18 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
     return Diagnosis(before, corrected, base.name, time.perf_counter() - start,
                      _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                     _checks(found, proof.before, proof.after, proof.recordings) | why, following, _recalibrated(base.at(z_before)),
+                     _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following, _recalibrated(base.at(z_before)),
                      versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+
+
+def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: Studied) -> tuple[OtherBand, ...]:
+    """The claims at other edges of the band; none where too little is left there: it never costs the verdict."""
+    claimed = [found.search.view.library.hypotheses[k] for k in found.decided.claimed.chosen]
+    made = []
+    for factor in FACTORS:
+        with suppress(NnhydroError, np.linalg.LinAlgError):
+            made.append(claims_at(campaign, names, factor * found.design.problem.edge, baseline, claimed))
+    return tuple(made)
 
 
 def _following(found: Studied, campaign: Campaign, seed: int, limits: Limits | None) -> tuple[Proposal | None, dict[str, str]]:

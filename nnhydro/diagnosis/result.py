@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from nnhydro.diagnosis.decision.decide import Decision
+from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.decision.proof import Proof
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
@@ -33,6 +34,7 @@ class Diagnosis:
     remainder: Unexplained
     decisions: tuple[Decision, ...]
     checks: dict[str, Any]
+    other_bands: tuple[OtherBand, ...]
     following: Proposal | None
     recalibrated: dict[str, list[float]]
     versions: dict[str, str]
@@ -53,6 +55,7 @@ class Diagnosis:
                 "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
                              "noise_floor": self.noise_floor, "scale": self.proof.scale},
                 "decisions": [decision.document() for decision in self.decisions],
+                "other_bands": [band.document() for band in self.other_bands],
                 "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
                 "unexplained": self.remainder.document(), "proof": self.checks, "recalibrated": self.recalibrated,
@@ -71,9 +74,10 @@ class Diagnosis:
         """Return the finding of the diagnosis in plain words."""
         if self.findings:
             following = "" if self.following is None else f" {self.following.statement()}"
+            bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
             with_them = "With it" if len(self.findings) == 1 else "With them"
             gained = (f"{with_them}, the error on recordings held out of the fit falls from {100 * self.proof.before:.1f} % to "
-                      f"{100 * self.proof.after:.1f} %.{self._remains()}{following}")
+                      f"{100 * self.proof.after:.1f} %.{bands}{self._remains()}{following}")
             return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:
             hum = "".join(f" There is {line.sentence()}." for line in self.remainder.lines)

@@ -26,13 +26,17 @@ def motion(rng, t, tow):
     return q, qd, qdd, u, tow * np.pi / t[-1] * np.sin(2 * np.pi * t / t[-1])
 
 
-def torque(arm, q, qd, qdd, u, du):
-    """Joint torques (n, 2) N m by virtual work of rods and strips; the carriage moves along +Y."""
+def torque(arm, q, qd, qdd, u, du, water=None, drag=None):
+    """Joint torques (n, 2) N m by virtual work of rods and strips; the carriage moves along +Y.
+
+    `water` (velocity, acceleration), each (n, 2), is the water's own motion; `drag` gives C_D's factor from w, both (n, strips), and D.
+    """
     tau = np.zeros_like(q)
     phi, om, al = np.cumsum(q, axis=1), np.cumsum(qd, axis=1), np.cumsum(qdd, axis=1)
     e = [np.stack([np.cos(phi[:, i]), np.sin(phi[:, i])], axis=1) for i in range(2)]
     n = [np.stack([-np.sin(phi[:, i]), np.cos(phi[:, i])], axis=1) for i in range(2)]
     base_v, base_a = np.stack([0 * u, u], axis=1), np.stack([0 * du, du], axis=1)
+    water_v, water_a = (np.zeros_like(base_v), np.zeros_like(base_a)) if water is None else water
     for i, link in enumerate(arm["links"]):
         m, c, inertia, L, D = (link[k] for k in ("mass_kg", "com_m", "inertia_kg_m2", "length_m", "diameter_m"))
         start_v, start_a = base_v.copy(), base_a.copy()
@@ -42,10 +46,12 @@ def torque(arm, q, qd, qdd, u, du):
             start_a += Lk * (al[:, k:k + 1] * n[k] - om[:, k:k + 1] ** 2 * e[k])
         acc = start_a + c * (al[:, i:i + 1] * n[i] - om[:, i:i + 1] ** 2 * e[i])
         x = (np.arange(STRIPS) + 0.5) * L / STRIPS
-        w = (start_v * n[i]).sum(axis=1)[:, None] + om[:, i:i + 1] * x
+        wet_v, wet_a = start_v - water_v, start_a - water_a
+        w = (wet_v * n[i]).sum(axis=1)[:, None] + om[:, i:i + 1] * x
         # the inertia term's acceleration is taken in the link's own frame
-        dw = ((start_a * n[i]).sum(axis=1) - om[:, i] * (start_v * e[i]).sum(axis=1))[:, None] + al[:, i:i + 1] * x
-        f = 0.5 * 1000 * arm["cd"][i] * D * np.abs(w) * w + 1000 * np.pi / 4 * D**2 * arm["cm"][i] * dw
+        dw = ((wet_a * n[i]).sum(axis=1) - om[:, i] * (wet_v * e[i]).sum(axis=1))[:, None] + al[:, i:i + 1] * x
+        factor = 1.0 if drag is None else drag(w, D)
+        f = 0.5 * 1000 * arm["cd"][i] * factor * D * np.abs(w) * w + 1000 * np.pi / 4 * D**2 * arm["cm"][i] * dw
         for j in range(i + 1):
             lever_c = c * n[i] + sum((arm["links"][k]["length_m"] * n[k] for k in range(j, i)), start=np.zeros_like(acc))
             tau[:, j] += m * (acc * lever_c).sum(axis=1) + inertia * al[:, i]
@@ -63,8 +69,8 @@ def coloured(rng, n, rho):
     return made
 
 
-def campaign(seed):
-    """Return (kind, arm document, [(name, columns)]) of one healthy arm."""
+def campaign(seed, plant=None):
+    """Return (kind, arm document, [(name, columns)]) of one arm, healthy unless `plant(true, t, motion)` gives other torques and angles."""
     rng = np.random.default_rng(seed)
     kind = KINDS[seed % len(KINDS)]
     links = [{"length_m": rng.uniform(0.4, 0.6), "diameter_m": rng.uniform(0.05, 0.08), "mass_kg": rng.uniform(0.5, 2.0), "com_m": 0.25,
@@ -78,7 +84,10 @@ def campaign(seed):
     for k in range(count):
         t = np.arange(0, rng.uniform(4, 8), 1 / rate)
         q, qd, qdd, u, du = motion(rng, t, rng.uniform(0, 0.6) * (k % 3 == 0))
-        tau = torque(true, q, qd, qdd, u, du)
+        if plant is None:
+            tau = torque(true, q, qd, qdd, u, du)
+        else:
+            tau, q, qd, qdd = plant(true, t, (q, qd, qdd, u, du))
         rho = {"ar95": 0.95, "ar98": 0.98}.get(kind, 0.5)
         e = rng.standard_t(3, (len(t), 2)) / np.sqrt(3) if kind == "heavy" else coloured(rng, len(t), rho)
         size = 0.01 * tau.std(axis=0) * {"ratio3": 3.0, "ratio10": 10.0}.get(kind, 1.0) ** (k % 2)

@@ -22,12 +22,13 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
-from nnhydro.diagnosis.diagnose import FIRST_SIZE, MOST_STUDIED, calibrated_noise, design_on, drawn, hypotheses_for
+from nnhydro.diagnosis.diagnose import MOST_STUDIED, drawn, hypotheses_for
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.model.unknown import unknown_of
+from nnhydro.diagnosis.noise.calibrated import FIRST_SIZE, calibrated_noise
 from nnhydro.diagnosis.noise.spectrum import Noise
-from nnhydro.diagnosis.problem.design import Design
+from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library, View

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NEAR, RHO
 from nnhydro.diagnosis.experiment.motions import Proposed
-from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
+from nnhydro.diagnosis.findings.equivalence import ALIKE, HARDLY, alternatives, parameter_count
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design, columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
@@ -32,7 +32,6 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
-HARDLY = 0.05  # of all that the truth gains: a rival behind by less stays in the class while its torque is alike (`findings.equivalence`)
 SCATTER = 1.0  # nats^2: what two values more, fitted to chance alone, gain (half a chi-squared of two)
 PLANNED_HZ = 50.0  # rows a second at which planned motions are compared, at least: diagnosis never looks above 20 Hz
 Members = tuple[int, ...]
@@ -219,13 +218,16 @@ class Judge:
     def limits(self, H: Array) -> Array:
         """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.
 
-        Where the rival leaves less than 1 - ALIKE^2 of what the truth adds, its torque is alike and a share of the gain is asked for, too.
+        Where the rival leaves less than 1 - ALIKE^2 of what the truth adds, its torque is alike: of one with no more values a share of the
+        gain is asked for, too.
         """
         size2, beside = self.apart(H)[0], self._beside()
         A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
         energy = [max(_left(H, beside, A, m), 1e-12) for m in self.moments]
         whole = np.array(energy)[:, None]
-        return np.where(size2 / whole < 1 - ALIKE**2, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
+        counts = np.array([parameter_count(self.search, k) for k in self.contest.members])
+        alike = (size2 / whole < 1 - ALIKE**2) & (counts[None, :] <= counts[:, None])
+        return np.where(alike, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
 
     def _beside(self) -> NDArray[np.int64]:
         """The places of the baseline and the other findings."""

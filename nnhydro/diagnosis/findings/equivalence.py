@@ -9,6 +9,7 @@ from nnhydro.diagnosis.constants import NEAR, TRUSTED_RATIO
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 
 ALIKE = 0.98  # cosine of the visible torques from which two effects are one
+HARDLY = 0.05  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
 MOST = 0.99
 
 
@@ -24,7 +25,8 @@ class Alternative:
     equivalent: bool
 
 
-def _parameters(search: Search, k: int) -> int:
+def parameter_count(search: Search, k: int) -> int:
+    """Return how many values, nonlinear ones included, hypothesis `k` has."""
     h = search.view.library.hypotheses[k]
     return h.width + sum(1 for name in h.spans if any(getattr(h.effect, name)))
 
@@ -39,7 +41,7 @@ def plain(search: Search, found: Scored) -> Scored:
         rest = tuple(x for x in found.chosen if x != k)
         plainer = [i for i, h in enumerate(library.hypotheses) if search.place(i) == search.place(k) and h.key != library.hypotheses[k].key
                    and not h.effect.general
-                   and _parameters(search, i) < _parameters(search, k)]
+                   and parameter_count(search, i) < parameter_count(search, k)]
         if not plainer:
             continue
         best = max((search.score((*rest, i)) for i in plainer), key=lambda s: s.score)
@@ -54,11 +56,12 @@ def simplest(search: Search, found: Scored) -> Scored:
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
         _, others = alternatives(search, found, k)
-        near = [a.number for a in others if a.equivalent and a.deficit < NEAR and _parameters(search, a.number) < _parameters(search, k)
+        near = [a.number for a in others if a.equivalent and a.deficit < NEAR
+                and parameter_count(search, a.number) < parameter_count(search, k)
                 and not search.view.library.hypotheses[a.number].effect.general]
         if near:
-            least = min(_parameters(search, n) for n in near)
-            found = max((search.score((*rest, n)) for n in near if _parameters(search, n) == least), key=lambda s: s.score)
+            least = min(parameter_count(search, n) for n in near)
+            found = max((search.score((*rest, n)) for n in near if parameter_count(search, n) == least), key=lambda s: s.score)
     return found
 
 
@@ -91,7 +94,9 @@ def alternatives(search: Search, found: Scored, k: int) -> tuple[float, list[Alt
     made = []
     for s, r, deficit, weight in zip(sets, numbers, deficits, weights.tolist(), strict=True):
         cosine = _cosine(search, found, k, s, r)
-        equivalent = search.admits(base, s) and (deficit < NEAR or (cosine > ALIKE and deficit < 0.05 * max(found.score - base.score, 0.0)))
+        no_wider = parameter_count(search, r) <= parameter_count(search, k)  # a general law holds the finding's own
+        alike = no_wider and cosine > ALIKE and deficit < HARDLY * max(found.score - base.score, 0.0)
+        equivalent = search.admits(base, s) and (deficit < NEAR or alike)
         made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
     inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total
     left = found.unknown_nats / max(base.unknown_nats, 1e-9) if base.unknown_nats > 10 else 0.0

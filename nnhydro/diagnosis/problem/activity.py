@@ -6,6 +6,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.effects.in_sector import within
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ class ActivityWindow:
         """Return 1 where the effect acts on the rows of `segment`, else 0, (n,)."""
         if self.sector is not None:
             q = segment.q[:, self.sector.joint - 1]
-            return ((q >= self.sector.low) & (q <= self.sector.high)).astype(float)
+            return np.asarray(within(q, self.sector.low, self.sector.high)).astype(float)
         return np.full(len(segment), float(segment.recording in self.recordings))
 
     def sentence(self) -> str:

@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.diagnosis.problem.baseline import Baseline
+from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.effects.effect import LoadEffect, at_joint
@@ -25,6 +25,8 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import gear_factor, sensed, to_drives
+from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.preprocessing import Preparation
 
 Array = NDArray[np.float64]
 
@@ -160,6 +162,13 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
 
     first = build(baseline)
     return build(baseline.with_held(_scale_direction(first))) if first.undriven else first
+
+
+def design_on(problem: Problem, baseline: str | None) -> Design:
+    """Return the rows of `problem` against the baseline by name or from a file."""
+    moving = any(not stretch.segment.steady for stretch in problem.stretches)
+    how = Preparation(LowPass(problem.edge) if moving else None)
+    return design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
 
 
 def _scale_direction(design: Design) -> Array:

@@ -3,19 +3,23 @@
     y = ... + sum_m a_m mask_m (X_k beta_k),     a ~ N(1/2, 1)        m: recordings, or bins of a joint's angle
 
 Where the amplitudes a_m fall into some near 1 and some near 0, the law with the mask of the former competes with the whole law by the same
-score; a part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from
-clocks alone.
+score, its prior shared between the parts that are tried; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
+part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from clocks alone.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import LEAST_GAIN
+from nnhydro.diagnosis.constants import DETECTED
+from nnhydro.diagnosis.model.evidence import posterior
+from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.design import columns_on
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.stepwise import Scored, Search
@@ -35,24 +39,36 @@ class Windowed:
     best: Scored
 
 
-def _amplitudes(search: Search, found: Scored, k: int, parts: Array) -> tuple[Array, Array]:
-    """Return the amplitudes (m,) of the parts (n, joints, m) of member `k` beside the others, and their standard deviations."""
+def _products(search: Search, found: Scored, k: int, parts: Array) -> tuple[Array, Array]:
+    """Return Gram matrix (m, m) and products with the torque (m,) of the parts (n, joints, m) of member `k` beside the others.
+
+    The unknown is left out: it could take the place of any part.
+    """
     from scipy.linalg import solve_triangular
 
-    rest = search.score(tuple(x for x in found.chosen if x != k))
     view = search.view
-    columns = view.joined(rest.chosen)
+    columns = view.joined(tuple(x for x in found.chosen if x != k))
+    fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
     Xw = view.whitened.weighted(parts)
     cross = view.whitened.cross(parts)
     if columns is not None:
         width = columns.Xw.shape[2]
         cross = np.concatenate([cross, columns.Xw.reshape(-1, width).T @ Xw.reshape(-1, parts.shape[2])])
     flat = Xw.reshape(-1, parts.shape[2])
-    C = solve_triangular(rest.fit.chol, cross * rest.fit.scale[:, None], lower=True, check_finite=False)
-    R = flat.T @ flat - C.T @ C + np.eye(parts.shape[2])
-    c = flat.T @ view.whitened.y.ravel() - C.T @ rest.fit.half
-    covariance = np.linalg.inv(R)
+    C = solve_triangular(fit.chol, cross * fit.scale[:, None], lower=True, check_finite=False)
+    return flat.T @ flat - C.T @ C, flat.T @ view.whitened.y.ravel() - C.T @ fit.half
+
+
+def _amplitudes(R: Array, c: Array) -> tuple[Array, Array]:
+    """Return the amplitudes (m,) of parts with the products `R`, `c`, and their standard deviations."""
+    covariance = np.linalg.inv(R + np.eye(len(R)))
     return covariance @ (c + 0.5), np.sqrt(np.diag(covariance))
+
+
+def _best_run(R: Array, c: Array) -> tuple[int, int]:
+    """Return the consecutive parts, first and one past the last, that one amplitude explains best: the largest (m'c)^2 / m'(R + 1)m."""
+    runs = [(a, b) for a in range(len(c)) for b in range(a + 1, len(c) + 1)]
+    return max(runs, key=lambda ab: c[ab[0]:ab[1]].sum() ** 2 / (R[ab[0]:ab[1], ab[0]:ab[1]].sum() + 1))
 
 
 def _silent(a: Array, sd: Array) -> NDArray[np.bool_]:
@@ -68,7 +84,7 @@ def _of_recordings(search: Search, found: Scored, k: int, u: Array) -> list[Acti
     if len(used) < 3 or len(used) > len(problem.names):
         return []
     parts = np.stack([u * (group == g)[:, None] for g in used], axis=2)
-    a, sd = _amplitudes(search, found, k, parts)
+    a, sd = _amplitudes(*_products(search, found, k, parts))
     silent = _silent(a, sd)
     acting = (a - 2 * sd > 0) & ~silent
     if not silent.any() or not acting.any():
@@ -101,41 +117,71 @@ def _of_sectors(search: Search, found: Scored, k: int, beta: Array, model: Strip
             at = np.searchsorted(edges, stretch.segment.q[:, joint], side="right") - 1
             return np.stack([u * (at == b)[:, None] for b in range(BINS)], axis=2)
 
-        a, sd = _amplitudes(search, found, k, design.rows(binned))
-        acting = ~_silent(a, sd)
-        if acting.all() or not acting.any():
+        first, stop = _best_run(*_products(search, found, k, design.rows(binned)))
+        if stop - first == BINS:
             continue
-        first, last = int(np.flatnonzero(acting)[0]), int(np.flatnonzero(acting)[-1])
         low = float(edges[first]) if first else float(q.min())
-        high = float(edges[last + 1]) if last < BINS - 1 else float(q.max())
+        high = float(edges[stop]) if stop < BINS else float(np.nextafter(q.max(), np.inf))
         made.append(ActivityWindow(sector=Sector(joint + 1, low, high)))
     return made
 
 
-def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
-    """Return `found` with members confined to the part of the campaign in which they act, where the rest speaks against them.
+def _windows(search: Search, found: Scored, k: int, model: StripTheory, sectors: bool) -> list[ActivityWindow]:
+    """The parts of the campaign that the amplitudes of member `k` of `found` suggest; `sectors` of angles, too."""
+    library = search.view.library
+    at = library.at(k)
+    scaled = found.fit.mean[found.places(search.view)[k]]
+    windows = _of_recordings(search, found, k, library.X[..., at] @ scaled)
+    return windows if not sectors else windows + _of_sectors(search, found, k, scaled * library.scale[at], model)
 
+
+def _confined(library: Library, laws: Sequence[int], windows: Sequence[ActivityWindow], model: StripTheory) -> Library:
+    """Return `library` with each of `laws` confined to each of `windows`; whole recordings need no new columns."""
+    hypotheses, X = [], []
+    problem = library.design.problem
+    for w in windows:
+        acts = np.isin(problem.group_of, [problem.names.index(name) for name in w.recordings])[:, None, None]
+        for k in laws:
+            h = replace(library.hypotheses[k], activity=w)
+            hypotheses.append(h)
+            X.append(library.X[..., library.at(k)] / np.maximum(library.scale[library.at(k)], 1e-300) * acts if w.sector is None
+                     else library.design.columns([h], model))
+    return library.with_more(Library.scaled(library.design, hypotheses, np.concatenate(X, axis=2)), library.key_counts)
+
+
+def _may_be_confined(h: Hypothesis) -> bool:
+    return not (h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.predictable_share < 1)
+
+
+def _whole(search: Search, found: Scored, k: int) -> Scored:
+    """Return `found` with the law of member `k` in the whole campaign."""
+    hypotheses = search.view.library.hypotheses
+    h, rest = hypotheses[k], tuple(x for x in found.chosen if x != k)
+    same = [i for i, o in enumerate(hypotheses) if o.activity is None and o.effect == h.effect and o.working_model is h.working_model]
+    return search.score((*rest, *same[:1]))
+
+
+def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
+    """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
+
+    Members are asked, and where the unknown holds more than chance also the laws that gain most beside them and beside nothing, these
+    for whole recordings only: a law of the angles passes for many others in a sector.
     Laws of which a part cannot be predicted (gaps, clippings) are not asked: where they are silent they may only be late.
     """
-    for k in found.chosen:
-        library = search.view.library
-        h = library.hypotheses[k]
-        if h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.predictable_share < 1:
-            continue
-        at = found.places(search.view)[k]
-        scaled = found.fit.mean[at]
-        u = library.X[..., library.at(k)] @ scaled
-        windows = _of_recordings(search, found, k, u) + _of_sectors(search, found, k, scaled * library.scale[library.at(k)], model)
-        if not windows:
-            continue
-        more = Library.of(library.design, [replace(h, activity=w) for w in windows], model)
-        first = len(library.hypotheses)
-        view = View(search.whitened, library.with_more(more, library.key_counts), before=search.view)
-        following = Search(view, found.sizes, search.report)
-        now = following.score(found.chosen)
-        rest = tuple(x for x in found.chosen if x != k)
-        best = max((following.score((*rest, first + i)) for i in range(len(windows))), key=lambda s: s.score)
-        if best.score - np.log(len(windows)) > now.score + LEAST_GAIN:
-            search, found = following, best
-    return Windowed(search, found)
-
+    asked = {(k, found) for k in found.chosen}
+    if found.unknown_nats > DETECTED:
+        for base in {(), found.chosen}:
+            asked |= {(k, search.score((*base, k))) for k in search.screen(base)}
+    laws = sorted({k for k, _ in asked if _may_be_confined(search.view.library.hypotheses[k])})
+    windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda one: (one[1].chosen, one[0])) if k in laws
+                            for w in _windows(search, fitted, k, model, fitted is found))
+    if not windows:
+        return Windowed(search, found)
+    grown = _confined(search.view.library, laws, tuple(windows), model)
+    following = Search(View(search.whitened, grown, before=search.view), found.sizes, search.report)
+    best = following.climb(following.score(found.chosen))
+    for k in best.chosen:
+        if following.view.library.hypotheses[k].activity is not None and k in best.chosen:
+            whole = _whole(following, best, k)
+            best = best if following.admits(whole, best) else whole
+    return Windowed(following, best)

@@ -1,5 +1,6 @@
 """The candidate library: hypotheses with their scaled columns, and what each gains beside a selection, all at once by Schur complement."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -8,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.constants import LEAST_GAIN, RHO
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
@@ -32,7 +33,11 @@ class Library:
     @staticmethod
     def of(design: Design, hypotheses: Sequence[Hypothesis], model: StripTheory) -> "Library":
         """Return the library of `hypotheses`, instruments at the reading of `model`."""
-        X = design.columns(hypotheses, model)
+        return Library.scaled(design, hypotheses, design.columns(hypotheses, model))
+
+    @staticmethod
+    def scaled(design: Design, hypotheses: Sequence[Hypothesis], X: Array) -> "Library":
+        """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects."""
         rms = np.sqrt((X**2).sum(axis=0) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
         largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
         scale = np.where(largest > 0, 1.0 / np.maximum(largest, 1e-300), 0.0)
@@ -63,8 +68,18 @@ class Library:
         return counts
 
     def log_prior(self, k: int) -> float:
-        """Return the log prior probability of hypothesis `k`: every key alike, every law of a key alike."""
-        return -float(np.log(len(self.key_counts)) + np.log(self.key_counts[self.hypotheses[k].key]))
+        """Return the log prior probability of hypothesis `k`: every key alike, every law of a key alike, every part of a campaign alike.
+
+        That a law acts in a part only is as improbable as a claim without the least gain.
+        """
+        h = self.hypotheses[k]
+        part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])
+        return -float(np.log(len(self.key_counts)) + np.log(self.key_counts[h.key]) + part)
+
+    @cached_property
+    def _parts(self) -> Counter[Key]:
+        """In how many parts of the campaign the laws of every key are tried."""
+        return Counter(h.key for h in self.hypotheses if h.activity is not None)
 
     def bounds(self, k: int) -> tuple[Array, Array]:
         """Return the physical bounds (width,) of the scaled values of hypothesis `k`."""

@@ -21,6 +21,7 @@ from nnhydro.diagnosis.search.library import View, bound_bonus
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
 FITTED_EXACTLY = 5  # keys a scale that are fitted exactly
+IMPOSSIBLE = -1e6  # nats of values that make no physical sense together
 LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown from which its evidence is climbed, too
 
 
@@ -90,6 +91,8 @@ class Search:
                 low, high = library.bounds(k)
                 at = slice(start, start + width)
                 total += bound_bonus(low, high, fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
+                if not library.hypotheses[k].plausible(np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]):
+                    total += IMPOSSIBLE
             start += width
         return total
 

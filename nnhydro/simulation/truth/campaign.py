@@ -23,7 +23,7 @@ from nnhydro.simulation.truth.motions import Plan, carry_out, plans
 from nnhydro.simulation.truth.rivals import RUNS, nearest
 from nnhydro.simulation.truth.sensors import FINE, Sensors, draw_sensors, record
 from nnhydro.simulation.truth.tank import belted, plain_torque, read
-from nnhydro.simulation.truth.visibility import FACTORS, SizeReference, reference, sized
+from nnhydro.simulation.truth.visibility import FACTORS, Yardstick, reference, sized
 from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm
 
 ATTEMPTS = 30
@@ -113,7 +113,7 @@ def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: Sensors, 
     return tuple(result)
 
 
-def _local(rng: Generator, reference: SizeReference, draft: Draft, acts: str) -> tuple[Draft, Part | None] | None:
+def _local(rng: Generator, reference: Yardstick, draft: Draft, acts: str) -> tuple[Draft, Part | None] | None:
     """Return the draft as it acts in a part of the campaign, and the part; None where it cannot."""
     sample = draft.make(draft.low)
     part = draw_part(rng, acts, reference.runs, sample.joint) if acts != "always" else None
@@ -124,7 +124,7 @@ def _local(rng: Generator, reference: SizeReference, draft: Draft, acts: str) ->
     return replace(draft, make=lambda a: replace(draft.make(a), share=part.share)), part
 
 
-def _hide(rng: Generator, reference: SizeReference, names: Sequence[str], wish: Wish) -> tuple[list[tuple[Cause, float]], Part | None] | None:
+def _hide(rng: Generator, reference: Yardstick, names: Sequence[str], wish: Wish) -> tuple[list[tuple[Cause, float]], Part | None] | None:
     """Return the causes with their lambdas and the part in which they act; None where one of them cannot be made visible enough."""
     low, high = FACTORS[wish.strength]
     found: list[tuple[Cause, float]] = []
@@ -156,7 +156,7 @@ def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause], phases: int = PHA
     return mean
 
 
-def _answer(wish: Wish, reference: SizeReference, hidden: Sequence[tuple[Cause, float]], known_to: float) -> dict[str, Any]:
+def _answer(wish: Wish, reference: Yardstick, hidden: Sequence[tuple[Cause, float]], known_to: float) -> dict[str, Any]:
     """Return what is to be sealed, without the unseen motions' torques."""
     def entry(cause: Cause, size: float) -> dict[str, Any]:
         return {"effect": cause.id, "family": cause.family, "joint": cause.joint, "shape": cause.shape, "law": cause.law,

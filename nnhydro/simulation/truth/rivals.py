@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nnhydro.simulation.truth.registry import makers, names, takes_belt
-from nnhydro.simulation.truth.visibility import SizeReference
+from nnhydro.simulation.truth.visibility import Yardstick
 from nnhydro.simulation.truth.world import Array, Cause, Generator
 
 RUNS = 5
@@ -29,7 +29,7 @@ def _left(x: Array, y: Array) -> float:
     return float(np.linalg.norm(x - y * (x @ y) / size**2) / max(float(np.linalg.norm(x)), 1e-12))
 
 
-def nearest(rng: Generator, reference: SizeReference, found: Sequence[tuple[Cause, float]]) -> list[dict[str, float]]:
+def nearest(rng: Generator, reference: Yardstick, found: Sequence[tuple[Cause, float]]) -> list[dict[str, float]]:
     """Return for each cause with its lambda the three nearest others: name -> lambda_left."""
     hidden = [reference.column([cause]) for cause, _ in found]
     left: list[dict[str, float]] = [{} for _ in found]

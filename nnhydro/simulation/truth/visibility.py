@@ -47,7 +47,7 @@ def base_columns(run: Run, arm: TrueArm, known_to: float, added_mass: bool) -> t
 
 
 @dataclass(frozen=True)
-class SizeReference:
+class Yardstick:
     """A campaign against which sizes are measured; `healthy` are its runs' joint torques, `basis` spans what a refit can absorb."""
 
     runs: tuple[Run, ...]
@@ -110,9 +110,9 @@ def _orthonormal(columns: Sequence[Array]) -> list[Array]:
     return list(np.linalg.qr(np.column_stack(columns))[0].T)
 
 
-def reference(runs: tuple[Run, ...], arm: TrueArm, known_to: float, sensors: Sensors, sigma: Array, added_mass: bool = True) -> SizeReference:
+def reference(runs: tuple[Run, ...], arm: TrueArm, known_to: float, sensors: Sensors, sigma: Array, added_mass: bool = True) -> Yardstick:
     """Return the reference of a campaign whose torque noise has deviations `sigma` (L,) N m."""
-    made = SizeReference(runs, arm, sensors, tuple(plain_torque(run, arm) for run in runs), sigma * sensors.inflation(), np.zeros((0, 0)), 0)
+    made = Yardstick(runs, arm, sensors, tuple(plain_torque(run, arm) for run in runs), sigma * sensors.inflation(), np.zeros((0, 0)), 0)
     parts = [base_columns(run, arm, known_to, added_mass) for run in runs]
     prior = parts[0][1]
     table = np.column_stack([made.weighted([part[0][..., k] for part in parts]) for k in range(len(prior))])
@@ -120,7 +120,7 @@ def reference(runs: tuple[Run, ...], arm: TrueArm, known_to: float, sensors: Sen
     return replace(made, basis=np.linalg.qr(table)[0], priors=len(prior))
 
 
-def sized(reference: SizeReference, draft: Draft, target: float) -> tuple[Cause, float]:
+def sized(reference: Yardstick, draft: Draft, target: float) -> tuple[Cause, float]:
     """Return the cause whose lambda is near `target` (within a tenth where the draft's bounds allow) and its lambda."""
     low, high = draft.low, draft.high
     amount = float(np.sqrt(low * high))

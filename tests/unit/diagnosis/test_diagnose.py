@@ -148,6 +148,20 @@ def test_a_drift_is_found_by_the_clock_whatever_the_names_of_the_files():
 
 
 @pytest.mark.slow
+def test_friction_that_begins_in_mid_campaign_is_told_with_the_recording_it_begins_in_and_kept_in_the_model():
+    told = diagnosed("rubbing since the fourth")
+    assert named(told) == RUBS
+    (finding,) = told.findings
+    assert finding.activity.since
+    assert finding.activity.recordings == tuple(f"run{k:02d}" for k in range(3, 8))
+    assert "from recording run03 on" in finding.statement
+    assert finding.persists
+    level, low, high = value("rubbing since the fourth", "coulomb_friction", "level")
+    assert level == pytest.approx(FRICTION, rel=0.05)
+    assert low <= FRICTION <= high
+
+
+@pytest.mark.slow
 def test_a_finding_whose_every_interval_holds_nothing_at_all_is_none():
     for finding in diagnosed("drift").findings:
         assert any(low > 0 or high < 0 for low, high in (p["ci95"] for p in finding.parameters.values()))

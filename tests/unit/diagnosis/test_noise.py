@@ -7,8 +7,8 @@ import pytest
 from diagnosed import ARM, campaign, made
 
 from nnhydro.diagnosis.constants import SMALLEST_SIZE
-from nnhydro.diagnosis.diagnose import calibrated_noise
 from nnhydro.diagnosis.model.unknown import unknown_of
+from nnhydro.diagnosis.noise.calibrated import calibrated_noise
 from nnhydro.diagnosis.noise.spectrum import Bands, first_noise
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of

@@ -1,0 +1,61 @@
+"""Whether the claims hang on the band: the claimed laws once more at other upper edges of it.
+
+    gain_k(f) = score(S) - score(S less k)   on rows up to f times the edge;   lost where <= LEAST_GAIN
+
+Motion, noise and unknown are estimated anew at each edge.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from nnhydro.diagnosis.constants import LEAST_GAIN
+from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.unknown import unknown_of
+from nnhydro.diagnosis.noise.calibrated import calibrated_noise
+from nnhydro.diagnosis.noise.spectrum import reestimated
+from nnhydro.diagnosis.problem.design import design_on
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
+from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.recordings.campaign import Campaign
+
+FACTORS = (0.7, 1.4)  # times the band's upper edge
+
+
+@final
+@dataclass(frozen=True)
+class OtherBand:
+    """The upper edge, Hz, and the effects and joints that would not be claimed with it."""
+
+    edge: float
+    lost: tuple[Key, ...]
+
+    def document(self) -> dict[str, Any]:
+        """Return the entry of diagnosis.json."""
+        return {"band_hz": self.edge, "lost": [{"effect": effect, "joint": joint or None} for effect, joint in self.lost]}
+
+    def sentence(self) -> str:
+        """Return what would not be claimed, in words; empty where all stands."""
+        said = ", ".join(f"{effect} at joint {joint}" if joint else effect for effect, joint in self.lost)
+        return f"Judged on what lies below {self.edge:.2g} Hz alone, this would not be claimed: {said}." if self.lost else ""
+
+
+def claims_at(campaign: Campaign, names: tuple[str, ...], edge: float, baseline: str | None, claimed: Sequence[Hypothesis]) -> OtherBand:
+    """Return which of the `claimed` laws lose their evidence when the band ends at `edge` Hz.
+
+    Raises CampaignError or RecordingError where too little is left in that band.
+    """
+    design = design_on(problem_of(campaign, names, edge), baseline)
+    unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
+    noise, whitened, sizes, model = calibrated_noise(design, unknown)
+    library, whole = Library.of(design, claimed, model), tuple(range(len(claimed)))
+    search = Search(View(whitened, library), sizes)
+    found = search.score(whole)
+    noise = reestimated(design, noise, whitened, search.view.joined(whole), found.sizes.vector(whitened))
+    search = Search(View(Whitened(design, unknown, noise.v), library), found.sizes)
+    gains = [search.score(whole).score - search.score(tuple(x for x in whole if x != k)).score for k in whole]
+    return OtherBand(edge, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

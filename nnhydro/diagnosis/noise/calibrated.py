@@ -1,0 +1,24 @@
+"""The noise beside the unknown alone, the unknown's sizes, and the baseline calibrated so."""
+
+from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.sizes import Sizes, fitted
+from nnhydro.diagnosis.model.unknown import Unknown
+from nnhydro.diagnosis.noise.spectrum import Noise, first_noise, reestimated
+from nnhydro.diagnosis.problem.design import Design
+from nnhydro.models.strip_theory import StripTheory
+
+FIRST_SIZE = 0.1  # of the unknown, from which its sizes are climbed
+NOISE_ROUNDS = 3
+
+
+def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened, Sizes, StripTheory]:
+    """Return the noise beside the unknown alone, the rows whitened by it, the unknown's sizes, and the baseline calibrated so."""
+    noise, sizes = first_noise(design), None
+    for _ in range(NOISE_ROUNDS):
+        whitened = Whitened(design, unknown, noise.v)
+        _, sizes = fitted(whitened, None, Sizes.even(whitened, FIRST_SIZE) if sizes is None else sizes)
+        noise = reestimated(design, noise, whitened, None, sizes.vector(whitened))
+    whitened = Whitened(design, unknown, noise.v)
+    assert sizes is not None
+    fit, sizes = fitted(whitened, None, sizes)
+    return noise, whitened, sizes, design.baseline.at(fit.mean[: whitened.p])
