@@ -3,8 +3,6 @@
 import ast
 import base64
 import json
-import sys
-import types
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,7 @@ def lines(text: str) -> list[str]:
 
 def shown(source: str, names: dict[str, Any]) -> Any:
     """Run a cell and return the value of its last line, where that is an expression."""
-    tree = ast.parse(source)
+    tree = ast.parse(source.replace("from IPython.display import Image\n", ""))
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     exec(compile(tree, str(NOTEBOOK), "exec"), names)
     return None if not isinstance(last, ast.Expr) else eval(compile(ast.Expression(last.value), str(NOTEBOOK), "eval"), names)
@@ -48,10 +46,7 @@ def main() -> None:
     import matplotlib as mpl
 
     mpl.use("agg")
-    display = types.ModuleType("IPython.display")
-    display.Image = Image  # type: ignore[attr-defined]
-    sys.modules |= {"IPython": types.ModuleType("IPython"), "IPython.display": display}
-    document, names = json.loads(NOTEBOOK.read_text(encoding="utf-8")), {"__name__": "tutorial"}
+    document, names = json.loads(NOTEBOOK.read_text(encoding="utf-8")), {"__name__": "tutorial", "Image": Image}
     for number, cell in enumerate((c for c in document["cells"] if c["cell_type"] == "code"), 1):
         cell["outputs"], cell["execution_count"] = output(shown("".join(cell["source"]), names), number), number
         print(f"cell {number}", flush=True)
