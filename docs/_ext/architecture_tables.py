@@ -6,9 +6,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE, PAGE, PICTURE = ROOT / "nnhydro", ROOT / "docs" / "architecture.md", ROOT / "docs" / "architecture.svg"
-BASE = "conventions, errors, files"  # modules beside the folders: everybody may cite them
 ORDER = ["problem", "model", "noise", "search", "calibration", "decision", "findings", "unexplained", "experiment"]  # of the method
-WIDE, HIGH, GAP, ROW = 118, 34, 14, 62  # pixels of a box, between boxes, between floors
+CELL = 26  # pixels
 
 
 def folders(package: Path) -> list[str]:
@@ -68,37 +67,25 @@ def table(package: Path, dotted: str, order: list[str]) -> str:
     return "\n".join(["| folder | holds | depends on | modules |", "| --- | --- | --- | --- |", *rows]) + "\n"
 
 
-def reduced(graph: dict[str, tuple[str, ...]]) -> list[tuple[str, str]]:
-    """Return the arrows that no longer path replaces (transitive reduction)."""
-    def reach(name: str) -> set[str]:
-        return set(graph[name]).union(*(reach(other) for other in graph[name]))
-    return [(name, other) for name in graph for other in graph[name]
-            if not any(other in reach(third) for third in graph[name] if third != other)]
-
-
 def picture() -> str:
-    """Return the folders as SVG: a box each, the lowest floor below, an arrow to what is imported directly."""
+    """Return the imports as a design structure matrix in SVG: a dot where the folder of the row imports from that of the column."""
     graph = depends(PACKAGE, "nnhydro")
     level = floors(graph)
-    top = max(level.values())
-    rows = [[name for name in sorted(graph) if level[name] == k] for k in range(top + 1)]
-    width = max(len(row) for row in rows) * (WIDE + GAP) + GAP
-    place = {}
-    for k, row in enumerate(rows):
-        left = (width - len(row) * (WIDE + GAP) + GAP) / 2
-        place |= {name: (left + i * (WIDE + GAP), GAP + (top - k) * ROW) for i, name in enumerate(row)}
-    height = top * ROW + HIGH + 2 * GAP
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" font-family="sans-serif" font-size="14">',
-             "<title>Folders of nnhydro; an arrow leads from a folder to one that it imports from</title>",
-             '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
-             '<path d="M0 0L8 4L0 8z" fill="#556"/></marker></defs>', f'<rect width="{width:g}" height="{height:g}" fill="#fff"/>']
-    for name, other in reduced(graph):
-        (x, y), (to_x, to_y) = place[name], place[other]
-        way = f"M{x + WIDE / 2:g} {y + HIGH:g}L{to_x + WIDE / 2:g} {to_y:g}"
-        parts.append(f'<path d="{way}" stroke="#889" fill="none" marker-end="url(#tip)"/>')
-    for name, (x, y) in place.items():
-        parts.append(f'<rect x="{x:g}" y="{y:g}" width="{WIDE}" height="{HIGH}" rx="5" fill="#eef3f8" stroke="#456"/>'
-                     f'<text x="{x + WIDE / 2:g}" y="{y + 22:g}" text-anchor="middle" fill="#123">{name}</text>')
+    names = [name for name in sorted(graph, key=lambda name: (level[name], name)) if modules(PACKAGE / name)]
+    size, left, top = CELL * len(names), 120, 110
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {left + size + 10} {top + size + 10}" font-family="sans-serif" '
+             'font-size="14" fill="#123">', "<title>Who imports from whom: a dot where a row imports from a column</title>",
+             f'<rect width="{left + size + 10}" height="{top + size + 10}" fill="#fff"/>']
+    for i, row in enumerate(names):
+        y = top + i * CELL
+        parts.append(f'<text x="{left - 8}" y="{y + 17}" text-anchor="end">{row}</text>'
+                     f'<text transform="translate({left + i * CELL + 17} {top - 8}) rotate(-60)">{row}</text>')
+        for j, column in enumerate(names):
+            x = left + j * CELL
+            shade = "#cfd8e3" if i == j else "#f4f7fa" if j < i else "#fff"
+            parts.append(f'<rect x="{x}" y="{y}" width="{CELL}" height="{CELL}" fill="{shade}" stroke="#dde"/>')
+            if column in graph[row]:
+                parts.append(f'<circle cx="{x + CELL / 2:g}" cy="{y + CELL / 2:g}" r="6" fill="#246"/>')
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 

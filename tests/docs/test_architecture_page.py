@@ -31,5 +31,8 @@ def test_floors_are_the_longest_chains():
         made.floors({"a": ("b",), "b": ("a",)})
 
 
-def test_an_arrow_that_a_longer_path_replaces_is_left_out():
-    assert made.reduced({"a": (), "b": ("a",), "c": ("a", "b")}) == [("b", "a"), ("c", "b")]
+def test_every_dot_of_the_picture_lies_below_the_diagonal():
+    graph = made.depends(made.PACKAGE, "nnhydro")
+    level = made.floors(graph)
+    assert all(level[other] < level[name] for name, others in graph.items() for other in others)
+    assert made.picture().count("<circle") == sum(len([o for o in others if o != "demo"]) for others in graph.values())
