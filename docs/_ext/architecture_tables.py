@@ -73,9 +73,9 @@ def picture() -> str:
     level = floors(graph)
     names = [name for name in sorted(graph, key=lambda name: (level[name], name)) if modules(PACKAGE / name)]
     size, left, top = CELL * len(names), 120, 110
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {left + size + 10} {top + size + 10}" font-family="sans-serif" '
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {left + size + 50} {top + size + 10}" font-family="sans-serif" '
              'font-size="14" fill="#123">', "<title>Who imports from whom: a dot where a row imports from a column</title>",
-             f'<rect width="{left + size + 10}" height="{top + size + 10}" fill="#fff"/>']
+             f'<rect width="{left + size + 50}" height="{top + size + 10}" fill="#fff"/>']
     for i, row in enumerate(names):
         y = top + i * CELL
         parts.append(f'<text x="{left - 8}" y="{y + 17}" text-anchor="end">{row}</text>'
