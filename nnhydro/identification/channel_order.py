@@ -39,7 +39,7 @@ RECORDINGS, ROWS = 8, 1500  # looked at, spread over the campaign; rows of each
 LOOSE = 0.3  # known_to of the masses here: signs do not hang on them
 FARTHEST = 3.0  # standard deviations that a mass may move: no mass is negative
 CHANGE = 3.0  # nats against each channel that would have been wrong: one in twenty
-DECISIVE = np.log(100.0)  # nats between the likeliest reading and the one as recorded
+SURE = np.log(100.0)  # nats between the likeliest reading and the one as recorded
 EXPLAINS, BETTER = 0.6, 0.7  # the likeliest leaves less than so much of the torque, and less than so much of what the recorded one leaves
 MOST_JOINTS = 3  # beyond: signs of torques alone are tried
 CERTAIN = 1e6  # odds beyond it are not told apart
@@ -182,7 +182,7 @@ def channel_order(campaign: Campaign, how: Preparation) -> Oddity | None:
         return None
     best = found[0]
     here = next(one for one in found if one.way.changes == 0)
-    if best is here or best.likelihood - here.likelihood < DECISIVE or best.error > EXPLAINS or best.error > BETTER * here.error:
+    if best is here or best.likelihood - here.likelihood < SURE or best.error > EXPLAINS or best.error > BETTER * here.error:
         return None
     first = campaign.load(campaign.names[0])
     given = {name for name in ("qd", "qdd") if getattr(first, name) is not None}

@@ -93,8 +93,8 @@ def copied_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
 
 def independent(campaign: Campaign, groups: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
     """Return the groups of repeats with one recording of each set of copies; groups of one are left out."""
-    distinct = ({campaign.content(name): name for name in reversed(group)} for group in groups)
-    return tuple(tuple(name for name in group if name in set(only.values())) for group, only in zip(groups, distinct, strict=True)
+    kept = ({campaign.content(name): name for name in reversed(group)} for group in groups)
+    return tuple(tuple(name for name in group if name in set(only.values())) for group, only in zip(groups, kept, strict=True)
                  if len(only) > 1)
 
 

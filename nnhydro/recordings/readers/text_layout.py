@@ -39,14 +39,14 @@ class Layout:
     @property
     def said(self) -> tuple[str, ...]:
         """What a reader should know of how the file was read."""
-        steps = []
+        told = []
         if self.encoding not in ("utf-8", "utf-8-sig"):
-            steps.append(f"text in {self.encoding}")
+            told.append(f"text in {self.encoding}")
         if self.decimal == ",":
-            steps.append("decimal commas")
+            told.append("decimal commas")
         if self.units:
-            steps.append("units from the row below the header")
-        return tuple(steps)
+            told.append("units from the row below the header")
+        return tuple(told)
 
 
 def encoding_of(path: Path) -> str:
