@@ -4,6 +4,7 @@ import ast
 import base64
 import json
 from pathlib import Path
+from pprint import pformat
 from typing import Any
 
 NOTEBOOK = Path(__file__).resolve().parents[1] / "tutorial.ipynb"
@@ -37,7 +38,7 @@ def output(value: Any, number: int) -> list[dict[str, Any]]:
         data: dict[str, Any] = {"image/png": base64.b64encode(value.data).decode(), "text/plain": ["<IPython.core.display.Image object>"]}
     else:
         html = value._repr_html_() if hasattr(value, "_repr_html_") else None
-        data = ({"text/html": lines(html)} if html else {}) | {"text/plain": lines(repr(value))}
+        data = ({"text/html": lines(html)} if html else {}) | {"text/plain": lines(pformat(value))}
     return [{"data": data, "execution_count": number, "metadata": {}, "output_type": "execute_result"}]
 
 
