@@ -1,5 +1,6 @@
 """Small diagnoses made of random columns: a design, an unknown, a library and a search, in which every figure can be computed densely."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -25,6 +26,7 @@ class Law:
     limits: tuple[tuple[float, float], ...] = ()
     spans: dict = field(default_factory=dict)
     activity: None = None
+    sense: Callable[[np.ndarray], bool] = lambda values: True
 
     @property
     def key(self):
@@ -32,6 +34,9 @@ class Law:
 
     def bounds(self):
         return self.limits or (FREE,) * self.width
+
+    def plausible(self, values):
+        return self.sense(values)
 
 
 def law(name, width=1, joint=0, family=None, **keys):

@@ -7,7 +7,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.effects.compliance import direction, turned_reading
+from nnhydro.effects.compliance import turned_reading
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.motion import tensor
@@ -75,7 +75,7 @@ class Backlash(InstrumentEffect):
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return d reading / d gap, (n, joints, 1)."""
-        return seen.along(direction(seen, self._side(seen, self._carried(seen)), self.joint))[..., None]
+        return seen.along(self._side(seen, self._carried(seen)), self.joint)[..., None]
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the gap."""

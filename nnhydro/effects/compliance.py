@@ -13,7 +13,7 @@ from torch import Tensor
 from nnhydro.effects.sensor_view import SensorView
 
 ROUNDS = 8
-DONE = 1e-10  # of the largest torque
+DONE = 1e-6  # of the largest torque: far below any sensor
 
 
 def direction(seen: SensorView, twist: Tensor, joint: int) -> Tensor:
@@ -25,11 +25,24 @@ def direction(seen: SensorView, twist: Tensor, joint: int) -> Tensor:
 
 def turned_reading(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor]) -> Tensor:
     """Return the reading (n, joints) N m of an arm whose `joint` (from 1) twists by `twist(tau_j)` (n,) rad, tau_j at the joint."""
+    def moved(turn: Tensor) -> Tensor:
+        dq = direction(seen, turn, joint)
+        dqd = seen.in_time(dq)
+        return seen.torque_of(seen.moved(dq, dqd, seen.in_time(dqd)))
+
+    return _settled(seen, joint, twist, moved)
+
+
+def nearly_turned_reading(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor]) -> Tensor:
+    """Return the reading to first order in the twist, from the derivatives of the torque alone: a third of the time."""
+    return _settled(seen, joint, twist, lambda turn: seen.tau + seen.along(turn, joint))
+
+
+def _settled(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor], moved: Callable[[Tensor], Tensor]) -> Tensor:
+    """The reading at which the twist is that of its own torque; `moved(turn)` is the torque where the joint turns by so much."""
     tau, size = seen.tau, float("inf")
     for _ in range(ROUNDS):
-        dq = direction(seen, twist(seen.joint_torque(tau)[:, joint - 1]), joint)
-        dqd = seen.in_time(dq)
-        after = seen.torque_of(seen.moved(dq, dqd, seen.in_time(dqd)))
+        after = moved(twist(seen.joint_torque(tau)[:, joint - 1]))
         change = float((after - tau).abs().max()) if len(tau) else 0.0
         if change > size:
             return tau

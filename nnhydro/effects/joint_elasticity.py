@@ -1,13 +1,13 @@
 """Hypothesis: a drive is compliant, so that the link is not where its encoder says."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import final
 
 from torch import Tensor
 
-from nnhydro.effects.compliance import direction, turned_reading
+from nnhydro.effects.compliance import nearly_turned_reading, turned_reading
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
@@ -45,7 +45,7 @@ class JointElasticity(InstrumentEffect):
     def columns(self, seen: SensorView) -> Tensor:
         """Return d reading / d compliance, (n, joints, 1)."""
         twist = -seen.joint_torque(seen.tau)[:, self.joint - 1]
-        return seen.along(direction(seen, twist, self.joint))[..., None]
+        return seen.along(twist, self.joint)[..., None]
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the spring, which twists by what lies below the resonance of link and drive.
@@ -54,11 +54,19 @@ class JointElasticity(InstrumentEffect):
 
         G is a low-pass at 0.9 f_0: above the resonance the iteration would diverge.
         """
+        return turned_reading(seen, self.joint, self._twist(seen))
+
+    def rough_secant(self, seen: SensorView) -> Tensor:
+        """Return the columns of `secant` with the reading to first order in the twist."""
+        return self._secant_to(seen, nearly_turned_reading(seen, self.joint, self._twist(seen)))
+
+    def _twist(self, seen: SensorView) -> Callable[[Tensor], Tensor]:
+        """The twist (n,) rad of the spring under a torque (n,) N m."""
         m, c, inertia = seen.motion, self.compliance[0], self._inertia(seen)
         if m.steady or len(m) < 4 or c * inertia <= 0:
-            return turned_reading(seen, self.joint, lambda tau: -c * tau)
+            return lambda tau: -c * tau
         dt, below = float(m.t[-1] - m.t[0]) / (len(m) - 1), LowPass(BELOW / (2 * pi * sqrt(c * inertia)), ORDER)
-        return turned_reading(seen, self.joint, lambda tau: -c * tensor(below.apply(tau.numpy(), dt)))
+        return lambda tau: -c * tensor(below.apply(tau.numpy(), dt))
 
     def starts(self, seen: SensorView) -> tuple["JointElasticity", ...]:
         """Return drives whose resonance lies within the motion's band: about a rigid one the torque's curvature drowns all else there."""

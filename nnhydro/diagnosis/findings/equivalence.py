@@ -44,8 +44,8 @@ def plain(search: Search, found: Scored) -> Scored:
                    and parameter_count(search, i) < parameter_count(search, k)]
         if not plainer:
             continue
-        best = max((search.score((*rest, i)) for i in plainer), key=lambda s: s.score)
         base = search.score(rest)
+        best = max((search.score((*rest, i)) for i in search.most_gaining(base, plainer)), key=lambda s: s.score)
         if search.admits(base, best) and not (found.score > best.score + NEAR and search.admits(best, found)):
             found = best
     return found

@@ -55,7 +55,8 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
             made = to_drives(effect.columns(flow), arm) * factor
         else:
             view = view_of(one.working_model or model)
-            made = effect.columns(view) if one.working_model is None else effect.secant(view)
+            made = (effect.columns(view) if one.working_model is None else
+                    effect.rough_secant(view) if one.rough else effect.secant(view))
             if effect.offset_of_its_own:
                 made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
         return made if one.activity is None else made * tensor(one.activity.mask(segment))[:, None, None]

@@ -29,8 +29,8 @@ LONG_GRID, COUNTED_GRID = 8, 50  # values from which every second one is tried a
 class Hypothesis:
     """An effect with its nonlinear parameters; `spans` are their neighbouring values, `grid` how many were tried at first.
 
-    An instrument effect with a `working_model` has its columns about its own values, on the reading of that model. With an `activity` it
-    acts only there.
+    An instrument effect with a `working_model` has its columns about its own values, on the reading of that model, nearly so if `rough`.
+    With an `activity` it acts only there.
     """
 
     effect: AnyEffect
@@ -38,6 +38,7 @@ class Hypothesis:
     spans: Mapping[str, Span] = field(default_factory=dict)
     working_model: StripTheory | None = None
     activity: ActivityWindow | None = None
+    rough: bool = False
 
     @property
     def key(self) -> Key:
@@ -77,7 +78,7 @@ class Hypothesis:
         """Return an instrument hypothesis with its columns about `values` on the reading of `model`; loads are linear as they are."""
         if not isinstance(self.effect, InstrumentEffect) or self.per_recording:
             return self
-        return replace(self, effect=self.with_values(values.to(torch.float64)), working_model=model)
+        return replace(self, effect=self.with_values(values.to(torch.float64)), working_model=model, rough=False)
 
 
 def grid_neighbours(values: Sequence[float], value: float) -> Span:

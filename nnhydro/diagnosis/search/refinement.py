@@ -50,7 +50,7 @@ def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: Stri
     longest = max(moving, key=lambda stretch: len(stretch.segment))
     flow = Flow(model.arm, Motion.of(longest.segment))
     view = SensorView(flow, lambda f: sensed(model.loads.torque(f), f.motion.qd, model.arm))
-    return tuple(replace(h, effect=start, working_model=model) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
+    return tuple(replace(h, effect=start, working_model=model, rough=True) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
                  for start in h.effect.starts(view))
 
 
@@ -91,7 +91,7 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float]) -> 
 
 def _finer(view: View, found: Scored, k: int, model: StripTheory) -> list[Hypothesis]:
     h = view.library.hypotheses[k]
-    made = list(refine_grid(h)[1:])
+    made = [] if h.rough else list(refine_grid(h)[1:])
     if isinstance(h.effect, InstrumentEffect) and not h.per_recording:
         made.append(h.linearised_at(scaled_values(view, found, k), model))
     return made
@@ -113,7 +113,8 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
         start = first
         for k, hs in finer.items():
             options = [tuple(sorted((set(now.chosen) - {k}) | {start + i})) for i in range(len(hs))]
-            now = max([now, *map(following.score, options)], key=lambda s: s.score)
+            stays = [] if view.library.hypotheses[k].rough else [now]  # rough columns are for the screening alone
+            now = max([*stays, *map(following.score, options)], key=lambda s: s.score)
             start += len(hs)
         improved = now.chosen != best.chosen
         search, best = following, now

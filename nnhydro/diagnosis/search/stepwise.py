@@ -127,6 +127,16 @@ class Search:
                     break
         return [k for _, k in sorted(best.values(), reverse=True)[:most]]
 
+    def most_gaining(self, base: Scored, among: Sequence[int], most: int = KEPT) -> list[int]:
+        """Return those of the hypotheses `among` that gain most beside `base`, the unknown at its sizes and switched off."""
+        library, columns = self.view.library, self.view.joined(base.chosen)
+        prior = np.array([library.log_prior(k) for k in among])
+        best: set[int] = set()
+        for sizes in (base.sizes, none(self.whitened)):
+            gains = self.view.gains(columns, posterior(self.whitened, columns, sizes.vector(self.whitened)))
+            best |= {among[i] for i in np.argsort(-(gains[list(among)] + prior))[:most].tolist()}
+        return sorted(best)
+
     def admits(self, now: Scored, then: Scored) -> bool:
         """Return whether `then` takes from the unknown what a law that is one would, and is more probable than `now`."""
         return then.score > now.score + 1e-6 and then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS)

@@ -43,6 +43,14 @@ def test_two_planted_laws_are_claimed_whatever_their_order():
     assert decide(one, one.run(), 0).claimed.chosen == (0, 1)
 
 
+def test_a_law_whose_values_make_no_sense_together_is_not_claimed():
+    laws = (law("law_0", sense=lambda values: values[0] < 0), *LAWS[1:])
+    one = with_planted([0.6], laws=laws)
+    assert decide(one, one.run(), 0).claimed.chosen == ()
+    one = with_planted([-0.6], laws=laws)
+    assert decide(one, one.run(), 0).claimed.chosen == (0,)
+
+
 def test_noise_alone_is_left_alone():
     assert [with_planted([], seed).run().chosen for seed in range(5)].count(()) >= 4
     assert all(decide(one := with_planted([], seed), one.run(), 0).claimed.chosen == () for seed in range(5))

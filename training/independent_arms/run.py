@@ -1,9 +1,9 @@
-"""Diagnose arms by truth.py and planted.py: `python training/healthy/run.py [healthy|planted|family-out] [COUNT] [SEED] [OUT.json]`.
+"""Diagnose arms by truth.py and planted.py: `python training/independent_arms/run.py [MODE] [COUNT] [SEED] [OUT.json]`.
 
-healthy: how often an arm that hides nothing is accused, by name (a finding) or by alarm (a mismatch without a name). planted: how often
-the one law that is hidden is named at its joint, and how often another is. family-out: the same with the family of what is hidden taken
-out of the catalogue: every name is wrong then. truth.py and planted.py import nothing of the package. A row a campaign goes to OUT.json
-(by default results_MODE.json); rows that it holds are not made again.
+MODE healthy (the default): how often an arm that hides nothing is accused, by name (a finding) or by alarm (a mismatch without a name).
+planted: how often the one law that is hidden is named at its joint, and how often another is. family-out: the same with the family of what
+is hidden taken out of the catalogue: every name is wrong then. truth.py and planted.py import nothing of the package. A row a campaign goes
+to OUT.json (by default results_MODE.json); rows that it holds are not made again.
 """
 
 import json
@@ -96,7 +96,7 @@ def main() -> None:
         hidden = "" if r["hidden"] is None else "{effect}@{joint} {share:.3f}".format(**r["hidden"])
         said = " ".join("{effect}@{joint} {confidence:.2f}".format(**s) for s in r["said"]) or ("alarm" if r["detected"] else "silent")
         print(f"{seed} {r['kind']:8s} {hidden:32s} {said} {r['seconds']:.0f} s", flush=True)
-        write_json(out, {"versions": versions(), "summary": summary(mode, rows), "campaigns": rows})
+        write_json(out, {"mode": mode, "versions": versions(), "summary": summary(mode, rows), "campaigns": rows})
     print(json.dumps(summary(mode, rows), indent=1))
 
 

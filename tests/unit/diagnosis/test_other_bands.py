@@ -1,0 +1,40 @@
+"""Claims are judged again at other upper edges of the band: what shows in all of them stands, what only the highest rows hold is told."""
+
+import numpy as np
+import pytest
+from diagnosed import ARM, FRICTION, campaign, diagnosed, dry, made
+
+from nnhydro.diagnosis.decision.other_bands import FACTORS, claims_at
+from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
+from nnhydro.errors import NnhydroError
+from nnhydro.recordings.campaign import Campaign
+
+
+def coulomb():
+    return [h for h in enumerate_hypotheses(ARM, (5.0,)) if h.key == ("coulomb_friction", 1)][:1]
+
+
+def test_friction_shows_at_every_edge_and_nothing_is_said_of_the_band():
+    told = diagnosed("rubbing")
+    assert [band.lost for band in told.other_bands] == [()] * len(FACTORS)
+    assert "Judged on what lies below" not in told.verdict()
+    assert [band["lost"] for band in told.document()["other_bands"]] == [[]] * len(FACTORS)
+
+
+def test_a_law_that_is_not_there_is_lost_at_any_edge_and_the_sentence_says_where():
+    of = campaign("healthy")
+    band = claims_at(of, of.names, 2.0, None, coulomb())
+    assert band.lost == (("coulomb_friction", 1),)
+    assert band.sentence() == "Judged on what lies below 2 Hz alone, this would not be claimed: coulomb_friction at joint 1."
+
+
+def test_what_shows_only_above_an_edge_is_lost_below_it():
+    hum = Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.02 * FRICTION)))
+    low = claims_at(hum, hum.names, 0.4, None, coulomb())
+    assert low.lost == (("coulomb_friction", 1),)
+
+
+def test_an_edge_that_is_none_is_refused():
+    of = campaign("rubbing")
+    with pytest.raises((NnhydroError, np.linalg.LinAlgError, ValueError)):
+        claims_at(of, of.names, -1.0, None, coulomb())
