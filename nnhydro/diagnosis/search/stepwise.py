@@ -127,7 +127,7 @@ class Search:
                     break
         return [k for _, k in sorted(best.values(), reverse=True)[:most]]
 
-    def most_gaining(self, base: Scored, among: Sequence[int], most: int = KEPT) -> list[int]:
+    def most_gaining(self, base: Scored, among: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return those of the hypotheses `among` that gain most beside `base`, the unknown at its sizes and switched off."""
         library, columns = self.view.library, self.view.joined(base.chosen)
         prior = np.array([library.log_prior(k) for k in among])
