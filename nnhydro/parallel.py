@@ -82,6 +82,7 @@ def _dask(workers: Workers) -> Iterator[None]:
 
 
 def _results(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], jobs: int | None) -> Iterator[Result]:
+    """Results in the order of the tasks, as they come in from joblib."""
     import joblib
 
     warnings.filterwarnings("ignore", message=RENEWED, category=UserWarning)  # raised as an error it would end the thread that waits

@@ -23,7 +23,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
-from nnhydro.report.parameter_sheet import parameter_sheet, told
+from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
 from nnhydro.report.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Model(Shown):
 
     def verdict(self) -> str:
         """Return what the model is, in one sentence."""
-        return told(self.torque_model)
+        return model_sentence(self.torque_model)
 
     def sheets(self) -> tuple[Sheet, ...]:
         """Return the parameters, or how a network is built."""

@@ -47,6 +47,7 @@ class Prediction(Shown):
         return joint_text(f"{self.name}, {len(self)} rows: {ranges}.", self.sliding)
 
     def _sheet(self, rows: int | None) -> Sheet:
+        """Torques row by row, of the first `rows` where given, with standard deviations and shares outside the training where known."""
         joints = range(self.tau.shape[1])
         columns = [Column(TIME, self.t[:rows].tolist(), "{:.6g}"),
                    *(Column(column("tau", j + 1, self.sliding), self.tau[:rows, j].tolist(), "{:.5g}") for j in joints)]

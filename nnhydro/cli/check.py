@@ -18,7 +18,7 @@ def check(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Read every file of a campaign, print what was given, derived and looks wrong, and what to do about it."""
+    """Read every file of a campaign; print what was given, what is derived, what looks wrong, and the remedy."""
     from nnhydro.errors import ConfigError, RecordingError, require
     from nnhydro.identification.physical_survey import survey_with_physics
     from nnhydro.parallel import Workers

@@ -12,7 +12,7 @@ Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect o
                                      "base_form (the baseline's law is slightly wrong), unlisted (on no list); or several with commas.")]
 Strength = Annotated[str, typer.Option("--strength", help="strong: several times what the campaign can reveal; weak: just above it.")]
 Links = Annotated[int | None, typer.Option("--links", help="1 or 2; drawn where not given.")]
-Count = Annotated[int, typer.Option("--count", help="Number of campaigns; of each where --effect is a list.")]
+Count = Annotated[int, typer.Option("--count", help="Number of campaigns, for each effect where --effect is a list.")]
 Effects = Annotated[int, typer.Option("--effects", help="Effects at once in a campaign, 1 to 3.")]
 Seed = Annotated[int | None, typer.Option("--seed", help="The same seed gives the same campaigns; drawn where not given.")]
 Key = Annotated[Path | None, typer.Option("--key", help="File with the key; written where it does not exist. Default: key.txt in --out.")]

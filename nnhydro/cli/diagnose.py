@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from nnhydro.diagnosis.result import Diagnosis
     from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import Campaign
-    from nnhydro.report.diagnosis_batch import Asked, Told
+    from nnhydro.report.diagnosis_batch import Asked, BatchOutcome
 
 
-def _links(one: "Told") -> list[str]:
+def _links(one: "BatchOutcome") -> list[str]:
     """Slenderness of the links and the coefficients of the calibrated baseline, link by link: how drag follows L/D from arm to arm."""
     from nnhydro.recordings.arm import read_arm
     from nnhydro.recordings.campaign import arm_file
@@ -31,20 +31,20 @@ def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
     from nnhydro.errors import CampaignError
     from nnhydro.report.diagnosis_batch import diagnose_all
 
-    told = []
+    outcomes = []
     for one in diagnose_all(asked, workers):
-        told.append(one)
-        note(f"{len(told)} of {len(asked)}: {one.asked.campaign.name}: {one.verdict}")
+        outcomes.append(one)
+        note(f"{len(outcomes)} of {len(asked)}: {one.asked.campaign.name}: {one.verdict}")
     if json:
-        emit({"campaigns": {one.asked.campaign.name: one.document for one in told}})
+        emit({"campaigns": {one.asked.campaign.name: one.document for one in outcomes}})
     else:
-        rows = [[one.asked.campaign.name, *_links(one), one.verdict] for one in told]
+        rows = [[one.asked.campaign.name, *_links(one), one.verdict] for one in outcomes]
         table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "left out"], rows, (True,) * 5)
-    failed = [f"{one.asked.campaign}: {one.verdict}" for one in told if one.document is None]
+    failed = [f"{one.asked.campaign}: {one.verdict}" for one in outcomes if one.document is None]
     if failed:
-        raise CampaignError(f"{len(failed)} of {len(told)} campaigns could not be diagnosed; the first: {failed[0]}")
+        raise CampaignError(f"{len(failed)} of {len(outcomes)} campaigns could not be diagnosed; the first: {failed[0]}")
     if not json:
-        conclude(f"{len(told)} campaigns diagnosed.", [asked[0].out.parent])
+        conclude(f"{len(outcomes)} campaigns diagnosed.", [asked[0].out.parent])
 
 
 def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
@@ -90,9 +90,9 @@ def diagnose(
                                  "tau*_sim_Nm); constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
-    seed: int = typer.Option(0, "--seed", help="Seed of the bootstraps."),
-    rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Plant findings and rivals so often on these very motions and "
-                                 "name them again: no confidence is then higher than what was counted."),
+    seed: int = typer.Option(0, "--seed", help="Random seed of subsets of recordings and of null draws."),
+    rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate confidence by simulation: inject each finding and its "
+                                 "alternatives N times into these motions and repeat the decision."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
                                        "tau_Nm, seconds), for the motion to record next; by default what it has shown."),
     column_map: Path | None = MAP,
@@ -102,7 +102,7 @@ def diagnose(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Is there a mismatch beyond noise and recalibration, where, what physics is left out, and does the model with it predict better?"""
+    """Find missing physics: whether model and recordings differ, where, which effect, how large, and what the corrected model gains."""
     from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin

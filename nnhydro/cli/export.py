@@ -34,21 +34,23 @@ def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: s
     from nnhydro.models.storage import DIGEST
 
     digest = (model / DIGEST).read_text(encoding="utf-8").strip()
-    told = export_step(loaded, out, kind, precision, digest, bare)
+    written = export_step(loaded, out, kind, precision, digest, bare)
     if kind == "c":
-        return told, f"{told['model']} is one step in time in {out}, checked against the model; try it with {told['test_vector']}."
-    return told, f"{told['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it."
+        return written, f"{written['model']} is one step in time in {out}, checked against the model; try it with {written['test_vector']}."
+    return written, f"{written['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it."
 
 
-def _show_onnx(told: dict[str, Any], out: Path, precision: str) -> None:
+def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
+    """Print inputs and outputs of one step in time, and what its memory is."""
     rows = [[x["name"], " x ".join(map(str, x["shape"])), x["unit"], way.removesuffix("s"), x["meaning"]]
-            for way in ("inputs", "outputs") for x in told[way]]
-    table(f"{out}: {told['model']}, {precision} precision", ["name", "shape", "unit", "", "meaning"], rows)
-    if told["memory"]:
-        say(told["memory"])
+            for way in ("inputs", "outputs") for x in written[way]]
+    table(f"{out}: {written['model']}, {precision} precision", ["name", "shape", "unit", "", "meaning"], rows)
+    if written["memory"]:
+        say(written["memory"])
 
 
 def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
+    """Write the MuJoCo file; return what it holds and lacks, and the verdict."""
     from nnhydro.exchange.mujoco import mujoco_xml
     from nnhydro.files import write_own
 
@@ -59,6 +61,7 @@ def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 
 
 def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
+    """Write the coefficient curves; return their number of rows and the verdict."""
     from nnhydro.exchange.curves import curves_csv
     from nnhydro.files import write_own
 
@@ -84,14 +87,14 @@ def export(
     require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")
     require(kind in STEPS or not without_instruments, f"--without-instruments belongs to --format onnx and c, not to {kind}")
     loaded = _loaded(model, kind, without_instruments)
-    told, verdict = (_step(model, loaded, out, kind, precision, without_instruments) if kind in STEPS else
+    written, verdict = (_step(model, loaded, out, kind, precision, without_instruments) if kind in STEPS else
                      (_mujoco if kind == "mujoco" else _curves)(loaded, out))
     if json:
-        emit({"file": str(out), **told})
+        emit({"file": str(out), **written})
         return
     if kind == "onnx":
-        _show_onnx(told, out, precision)
+        _show_onnx(written, out, precision)
     for what, said in (("holds", "holds "), ("lacks", "cannot hold "), ("left_out", "left out")):
-        for line in told.get(what, []):
+        for line in written.get(what, []):
             say(f"{said} {line}")
     conclude(verdict)

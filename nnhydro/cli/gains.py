@@ -16,7 +16,7 @@ def gains(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Derivatives of a model's torques by its inputs, in physical units, beside those of its baseline and of the textbook."""
+    """Print the derivatives of a model's torques with respect to its inputs, beside those of its baseline and of the textbook."""
     from nnhydro.errors import require
     from nnhydro.files import check_folder, json_text, whole_folder
     from nnhydro.models.gain_sweeps import Around, document, sweeps

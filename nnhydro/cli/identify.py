@@ -11,21 +11,21 @@ def identify(
     campaign: Path = typer.Argument(help="Folder of the campaign (arm.yaml, recordings/, steady/)."),
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
     model: str = typer.Option("constant", "--model", help="rigid, textbook, drag-only, constant or state."),
-    dry: Path | None = typer.Option(None, "--dry", help="Model folder of the same arm in air: what it found is held within its fit."),
+    dry: Path | None = typer.Option(None, "--dry", help="Model folder of the same arm in air: its values and intervals are priors."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstrap."),
     column_map: Path | None = MAP,
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Fit Cd and Cm a link, and masses within what is known of them, with 95 % intervals over recordings."""
+    """Fit C_D and C_M of each link, and masses within their stated uncertainty, with 95 % intervals over recordings."""
     from nnhydro.files import check_folder
     from nnhydro.identification.dry_model import dry_model
     from nnhydro.identification.dry_model import identify_in_water as fit_in_water
     from nnhydro.identification.identify import identify as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.parameter_sheet import parameter_sheet, told
+    from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
 
     check_folder(out, DIGEST)
     opened = verified(campaign, column_map)
@@ -41,7 +41,8 @@ def identify(
         say(f"warning {line}")
     folder = shell_words(campaign, column_map)
     if unusable or fitted.fit.get("warnings"):
-        conclude(told(fitted), [out], f"nnhydro check {folder}, then nnhydro diagnose {folder} --out diagnosis   (what is wrong, and "
-                 "what is missing?)")
+        conclude(model_sentence(fitted), [out],
+                 f"nnhydro check {folder}, then nnhydro diagnose {folder} --out diagnosis   (what is wrong, and what is missing?)")
         return
-    conclude(told(fitted), [out], f"nnhydro benchmark {folder} --out compared   (is it any good on recordings that it has not seen?)")
+    conclude(model_sentence(fitted), [out],
+             f"nnhydro benchmark {folder} --out compared   (is it any good on recordings that it has not seen?)")

@@ -17,9 +17,9 @@ def power(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Which effects would these motions and this noise reveal, from what size on, and how much does the baseline's refit hide?
+    """Find the smallest size of each effect that a campaign, or a plan, would reveal, and how much a refit of the baseline hides.
 
-    Of a plan, the motions are run by the baseline itself, with the noise that the recipe's sensors state.
+    For a plan the baseline simulates the motions, with the noise that the recipe states.
     """
     from nnhydro.diagnosis.calibration.planned import planned
     from nnhydro.diagnosis.calibration.power import power as find

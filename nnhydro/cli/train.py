@@ -42,7 +42,7 @@ def train(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network or a hybrid on all recordings; a share of them is only watched, for early stopping."""
+    """Train a network or a hybrid on all recordings; some of them serve for early stopping only."""
     from contextlib import ExitStack
 
     from nnhydro.errors import ConfigError, require
@@ -52,7 +52,7 @@ def train(
     from nnhydro.identification.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.parameter_sheet import parameter_sheet, told
+    from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
     from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
     from nnhydro.stamp import refuse_among_recordings
 
@@ -92,5 +92,5 @@ def train(
         emit({"model": str(out), **without_bulk(model.fit)})
         return
     show(parameter_sheet(model))
-    conclude(told(model), [out], f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)" if unusable else
+    conclude(model_sentence(model), [out], f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)" if unusable else
              use_of(out, campaign, column_map))

@@ -1,1 +1,1 @@
-"""A model leaves the house: one step in time, with all that it remembers, for controllers and simulators that know nothing of Python."""
+"""Models for controllers and simulators without Python: one step in time with its state, as C99, machine code or ONNX."""

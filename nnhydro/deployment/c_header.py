@@ -59,6 +59,7 @@ static inline real f_sigmoid(real x) {{ return R(1.0)/(R(1.0) + f_exp(-x)); }}""
 
 
 def _literal(precision: str) -> Any:
+    """How a number is written in C at this precision: with a point, and a suffix for floats."""
     suffix, digits = ("", 17) if precision == "double" else ("f", 9)
 
     def number(x: float) -> str:

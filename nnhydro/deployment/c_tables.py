@@ -204,6 +204,7 @@ class Tables:
         self.lines.append(f"{head} {into} = {text};")
 
     def _extremes(self, kind: str, atoms: Sequence[int], operands: dict[int, list[Row]]) -> None:
+        """Statements for maxima or minima over several values."""
         sign = ">" if kind == "maxof" else "<"
         for k in atoms:
             table, first = self.table([self.places[row] for row in operands[k]], True), self.slots([((k, 1.0),)])

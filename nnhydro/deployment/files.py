@@ -24,7 +24,7 @@ def export_step(model: TorqueModel, out: Path, kind: str, precision: str = "doub
     """
     made, left_out = without_instruments(model) if bare else (model, ())
     if kind == "c":
-        told = export_c(made, out, precision, digest, [f"left out: {line}" for line in left_out])
+        written = export_c(made, out, precision, digest, [f"left out: {line}" for line in left_out])
     else:
-        told = export_onnx(made, out, precision, digest, None if only_wake(made) else lambda: recorded(made))
-    return told | {"left_out": list(left_out)} if bare else told
+        written = export_onnx(made, out, precision, digest, None if only_wake(made) else lambda: recorded(made))
+    return written | {"left_out": list(left_out)} if bare else written

@@ -98,6 +98,7 @@ class NativeArm:
         self.begin()
 
     def _forward(self) -> Native:
+        """The forward dynamics as machine code: acceleration from n + 1 torques, which are affine in the acceleration."""
         step, n = self.step, self.n
 
         def acceleration(q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:

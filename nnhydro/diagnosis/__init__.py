@@ -1,0 +1,1 @@
+"""What is missing: one probabilistic model of baseline, effects, an unknown law and noise; docs/diagnosis.md is the method."""

@@ -1,14 +1,14 @@
 """Every constant of the decision, once: value, meaning, reason."""
 
 RHO = 0.3  # prior standard deviation of an effect in shares of the torque: wide, since an effect of half of the torque must not pay for it
-FORM = 0.1  # share of what there is to explain to which no explanation is believed: laws of published papers differ by a tenth in form
-LATE = 0.015  # s: timing to which no explanation is believed, the delay of an ordinary motor drive's filter
+FORM = 0.1  # relative model error of any explanation, of what there is to explain: laws of published papers differ by a tenth in form
+LATE = 0.015  # s: model error in timing of any explanation, the delay of an ordinary motor drive's filter
 NU = 8.0  # observations by which a noise level is drawn to its neighbours: a variance of eight is known to a factor of 2
 SMALLEST_SIZE = 1e-3  # of the torque: an unknown below a thousandth of it is none
 MOST_EFFECTS = 6  # effects in one campaign: beyond, a list of causes is no explanation
 LEAVES = 0.5  # of what the unknown gains that a law may leave to it: a law that is one leaves less than 0.3, one that resembles it more
 FEW_NATS = 10.0  # nats of the unknown below which nothing is left to take
-BASELINE_FORM = 0.002  # share of its own torque to which a baseline's form is believed: strips and interpolation differ by as much
+BASELINE_FORM = 0.002  # relative model error of the baseline's own torque: strips and interpolation differ by as much
 LEAST_GAIN = 3.0  # nats by which a set with a claim is more probable than without it, prior of all hypotheses included: odds of 20
 NULL_QUANTILE = 0.99  # of the largest gain in campaigns drawn without the effect
 NULL_DRAWS = 200  # so that the 99 % point is known to about half a nat

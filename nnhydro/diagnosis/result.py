@@ -14,7 +14,7 @@ from nnhydro.models.torque_model import TorqueModel
 
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
-UNTOLD = 1 / 3  # of the torque: above such a noise floor nothing is said to be complete
+TOO_NOISY = 1 / 3  # of the torque: above such a noise floor nothing is said to be complete
 
 
 @final
@@ -85,7 +85,7 @@ class Diagnosis:
             depends = f" What remains depends on {'; '.join(on)}." if on else ""
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
                     f"{hum}{depends}")
-        if self.noise_floor > UNTOLD:
+        if self.noise_floor > TOO_NOISY:
             return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect stands out of "
                     "it; record stronger motions or repeat them.")
         return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."

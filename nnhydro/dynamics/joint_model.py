@@ -30,7 +30,7 @@ REASONS: Final = {"wave_orbital": "its phase belongs to one recording", "joint_e
 SENSOR: Final = "a fault of the sensors, not of the arm"
 
 
-def _mechanical(model: StripTheory, left_out: list[str], kept: Sequence[str]) -> StripTheory:
+def _mechanical(model: StripTheory, left_out: list[str], retained: Sequence[str]) -> StripTheory:
     """`model` with terms that can be stepped, without its instruments but for those `kept`; what goes is noted in `left_out`."""
     terms = {}
     for name, term in model.loads.terms.items():
@@ -40,28 +40,28 @@ def _mechanical(model: StripTheory, left_out: list[str], kept: Sequence[str]) ->
             terms[name] = stepped(term)
     instruments: list[InstrumentEffect] = []
     for one in model.instruments:
-        if one.id in kept:
+        if one.id in retained:
             instruments.append(one)
         else:
             left_out.append(f"{one.id}: {REASONS.get(one.id, SENSOR)}")
     return replace(model, loads=Loads(terms), instruments=tuple(instruments))
 
 
-def mechanics(model: TorqueModel, left_out: list[str], kept: Sequence[str] = MECHANICAL) -> TorqueModel:
+def mechanics(model: TorqueModel, left_out: list[str], retained: Sequence[str] = MECHANICAL) -> TorqueModel:
     """Return the part of `model` that is mechanics, as its sensors would read it; raises ModelError where that is not all of a torque.
 
     What of its instruments is not `kept` is noted in `left_out`.
     """
     if isinstance(model, StripTheory):
-        return _mechanical(model, left_out, kept)
+        return _mechanical(model, left_out, retained)
     if isinstance(model, LearnedTorque):
-        return model if model.baseline is None else replace(model, baseline=mechanics(model.baseline, left_out, kept))
+        return model if model.baseline is None else replace(model, baseline=mechanics(model.baseline, left_out, retained))
     if isinstance(model, Amended):
         if model.simulation is None:
             raise ModelError("this model is a correction of torques that were simulated elsewhere: it is no dynamics by itself; diagnose "
                              "against a baseline of ours (--baseline constant), or add it to your own simulation")
-        before, after = _mechanical(model.before, [], kept), _mechanical(model.after, left_out, kept)
-        return replace(model, simulation=mechanics(model.simulation, left_out, kept), before=before, after=after)
+        before, after = _mechanical(model.before, [], retained), _mechanical(model.after, left_out, retained)
+        return replace(model, simulation=mechanics(model.simulation, left_out, retained), before=before, after=after)
     return model
 
 

@@ -1,1 +1,1 @@
-"""What might be left out of a simulation: one hypothesis a file; `nnhydro.effects.catalogue` finds them all."""
+"""What might be missing from a simulation: one hypothesis a file; `nnhydro.effects.catalogue` finds them all."""

@@ -41,4 +41,4 @@ class AxialDragEffect(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The water drags along the links with C_Dx = {said['C_Dx']} (reference area L D): skin friction."
+        return f"Skin friction drags along the links with C_Dx = {said['C_Dx']} (reference area L D)."

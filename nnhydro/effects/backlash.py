@@ -42,9 +42,8 @@ class Backlash(InstrumentEffect):
                       "wake_development"),
     )
     acts = "joint"
-    foreseen = 0.8  # when the play is crossed hangs on the smallest torques
+    predictable_share = 0.8  # when the play is crossed hangs on the smallest torques
     stage = 1
-    akin = ("joint_elasticity",)
     reads_torque = True
     torque_scaled = ("impulse",)
 
@@ -62,10 +61,10 @@ class Backlash(InstrumentEffect):
         time = 2 / self.impulse[0] * torch.diff(seen.motion.t, prepend=seen.motion.t[:1])
         settling = self.settling[0] if self.settling else 0.0
         step = float((seen.motion.t[-1] - seen.motion.t[0]) / (len(tau) - 1))
-        kept, s, sides = settling / (settling + step), 0.0, []  # of what is wound, a step later: backward Euler
+        stay, s, sides = settling / (settling + step), 0.0, []  # of what is wound, a step later: backward Euler
         for way in (time * tau).tolist():
             s += way
-            s = 1.0 + (s - 1.0) * kept if s > 1.0 else -1.0 + (s + 1.0) * kept if s < -1.0 else s
+            s = 1.0 + (s - 1.0) * stay if s > 1.0 else -1.0 + (s + 1.0) * stay if s < -1.0 else s
             sides.append(s)
         return -0.5 * torch.tensor(sides, dtype=torch.float64)
 
@@ -86,5 +85,5 @@ class Backlash(InstrumentEffect):
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         give = f", whose flanks give way within {said['settling']}" if any(self.settling) else ""
-        return (f"The drive of joint {self.joint} has a gap of {said['gap']}{give}; a torque that changes sign carries the link across "
-                f"with {said['impulse']}.")
+        return (f"The drive of joint {self.joint} has a gap of {said['gap']}{give}: backlash. A torque that changes sign carries the "
+                f"link across with {said['impulse']}.")

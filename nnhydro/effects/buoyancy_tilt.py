@@ -48,4 +48,4 @@ class BuoyancyTilt(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The arm is pulled with {said['force']} in the direction {said['direction']} from +X at rest too: the plane is not level."
+        return f"A constant force of {said['force']} pulls the arm in the direction {said['direction']} from +X: the plane is not level."

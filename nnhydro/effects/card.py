@@ -38,6 +38,7 @@ def _filled(text: Any) -> bool:
 
 
 def _require_signature(where: str, signature: Any) -> None:
+    """Raise ModelError where the signature of a card is missing or incomplete."""
     require(isinstance(signature, Signature), f"{where}: signature is missing: signature = Signature(depends_on=..., ...)", ModelError)
     for name in ("region", "excited_by"):
         require(_filled(getattr(signature, name)), f"{where}: signature.{name} is empty", ModelError)

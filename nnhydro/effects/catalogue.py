@@ -24,6 +24,7 @@ _LOADED: set[str] = set()
 
 
 def _load_installed() -> None:
+    """Import every module of this folder and every installed plug-in."""
     import nnhydro.effects as folder
 
     for module in pkgutil.iter_modules(folder.__path__):

@@ -52,5 +52,5 @@ class CoulombFriction(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        bent = f", which it reaches over {said['bending']} of turning" if any(self.bending) else ""
+        bent = f", fully after {said['bending']} of turning" if any(self.bending) else ""
         return f"Joint {self.joint} rubs with {said['level']} at any speed, against the way it turns{bent}: dry friction."

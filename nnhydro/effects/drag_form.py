@@ -59,5 +59,5 @@ class DragForm(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return ("The drag follows another law than speed squared, alike along the link: "
+        return ("Drag is not quadratic in speed, or not uniform along the link: "
                 f"{', '.join(f'{name} {text}' for name, text in said.items())}.")

@@ -18,7 +18,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.card import Signature, require_card
-from nnhydro.effects.quantity import Interval, Quantity, told
+from nnhydro.effects.quantity import Interval, Quantity, format_quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.load_term import LinearTerm
@@ -45,8 +45,7 @@ class Effect(Parametrised):
     own_in_every_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
     offset_of_its_own: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
-    akin: ClassVar[tuple[str, ...]] = ()  # effects that at the same joint are largely this one in another form: only the larger is claimed
-    foreseen: ClassVar[float] = 1.0  # share of its torque that a fit can foretell where it is the cause, as far as that is known
+    predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can predict where it is the cause, as far as that is known
     reads_torque: ClassVar[bool] = False  # where torque was measured, that decides what the effect does: no prediction may look at it
     dissipates: ClassVar[bool] = False  # with the hub at rest no sample gives the drive energy back, but for what a contact was bent
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
@@ -104,7 +103,7 @@ class Effect(Parametrised):
 
     def statement(self, intervals: Mapping[str, Interval] | None = None) -> str:
         """Return the finding as one sentence with numbers and units; `intervals` holds (low, high) by the name of the quantity."""
-        return self.sentence({name: told(q, (intervals or {}).get(name)) for name, q in self.quantities().items()})
+        return self.sentence({name: format_quantity(q, (intervals or {}).get(name)) for name, q in self.quantities().items()})
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the sentence; `said` holds each quantity as text with unit."""

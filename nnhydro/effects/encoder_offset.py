@@ -44,4 +44,4 @@ class EncoderOffset(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The encoder of joint {self.joint} reads {said['offset']} too much, always."
+        return f"The encoder of joint {self.joint} has a constant offset of {said['offset']}."

@@ -56,5 +56,5 @@ class FlowMemory(LoadEffect):
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         parts = [text for name, text in said.items() if name not in ("response", "travel")]
-        return (f"Drag lags behind the motion by about {said['response']} and {said['travel']} diameters of travel; "
-                f"of each link's C_D {', '.join(parts)} take part.")
+        return (f"Drag lags behind the motion by about {said['response']} and {said['travel']} diameters of travel. "
+                f"The part of each link's C_D that lags: {', '.join(parts)}.")

@@ -38,8 +38,7 @@ class JointElasticity(InstrumentEffect):
     )
     acts = "joint"
     stage = 1
-    akin = ("backlash",)
-    foreseen = 0.5  # what rings at the resonance of link and drive hangs on how each recording began
+    predictable_share = 0.5  # what rings at the resonance of link and drive hangs on how each recording began
 
     compliance: Values = parameter("rad/(N m)", 1e-3, (0.0, 10.0), "twist per torque, 1/k", per="arm")
 
@@ -91,4 +90,4 @@ class JointElasticity(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The drive of joint {self.joint} gives way with a stiffness of {said['stiffness']}: a compliant belt, gear or shaft."
+        return f"The drive of joint {self.joint} is compliant, with a stiffness of {said['stiffness']}: a soft belt, gear or shaft."

@@ -81,5 +81,5 @@ class LinkInterference(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"C_D of link {self.joint} changes by {said['shadow']} where it runs into the wake of its neighbour, by {said['shelter']} "
-                f"when folded back, and by a further {said['side']} with the neighbour ahead (as much the other way with it behind).")
+        return (f"The wake of its neighbour changes C_D of link {self.joint} by {said['shadow']}, and by {said['shelter']} when "
+                f"folded back. With the neighbour ahead C_D changes by a further {said['side']}, with it behind by as much the other way.")

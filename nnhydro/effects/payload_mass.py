@@ -43,4 +43,4 @@ class PayloadMass(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The tip carries {said['mass']} more than the arm's description says, centred {said['beyond']} beyond the link's end."
+        return f"The tip carries {said['mass']} more than arm.yaml states, centred {said['beyond']} beyond the end of the link."

@@ -31,7 +31,7 @@ def _rounded(value: float, step: float) -> str:
     return f"{value:.{max(digits, 0)}f}" if digits <= 6 and abs(value) < 1e6 else f"{value:.3g}"
 
 
-def told(quantity: Quantity, interval: Interval | None = None) -> str:
+def format_quantity(quantity: Quantity, interval: Interval | None = None) -> str:
     """Return e.g. "0.50 +- 0.03 N m/rad"; an interval that lies far off centre is written out."""
     unit = "" if quantity.unit == "1" else f" {quantity.unit}"
     if interval is None or not all(map(isfinite, interval)):

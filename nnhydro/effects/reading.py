@@ -18,6 +18,7 @@ def with_effects(seen: SensorView, effects: Sequence[InstrumentEffect]) -> Senso
 
 
 def _with_one(seen: SensorView, one: InstrumentEffect) -> SensorView:
+    """The view after one effect more: torques of any flow are then those that this effect makes of them."""
     inner = seen
 
     def torque_of(flow: Flow) -> Tensor:

@@ -54,4 +54,4 @@ class ReynoldsDrag(LoadEffect):
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         turns = f", turn {said['turn']}" if "turn" in said else ""
-        return f"C_D changes by {said['slope']} per factor of ten in Reynolds number around 3e4 (bend {said['bend']}{turns})."
+        return f"C_D changes by {said['slope']} per decade of the Reynolds number at 3e4 (bend {said['bend']}{turns})."

@@ -43,4 +43,4 @@ class RotorInertia(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The drive of joint {self.joint} has an inertia of its own, {said['inertia']} at the joint: rotor and gear."
+        return f"Rotor and gear of joint {self.joint} add an inertia of {said['inertia']} at the joint."

@@ -59,4 +59,4 @@ class SensorTiming(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque channels come {said['lag']} later than the angles (delay {said['delay']}, low-pass {said['low_pass']})."
+        return f"The torque channels lag the angles by {said['lag']} (delay {said['delay']}, low-pass {said['low_pass']})."

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow, Water
-from nnhydro.physics.kept import Kept
+from nnhydro.physics.memo import Memo
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import joint_torque, sensed_columns
 from nnhydro.recordings.arm import Arm
@@ -59,9 +59,9 @@ class SensorView:
     measured: Tensor | None = None
 
     @cached_property
-    def kept(self) -> Kept:
+    def memo(self) -> Memo:
         """What hypotheses about this reading share."""
-        return Kept()
+        return Memo()
 
     @property
     def motion(self) -> Motion:

@@ -43,4 +43,4 @@ class TorqueBias(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} reads {said['offset']} too much, always: an offset."
+        return f"The torque sensor of joint {self.joint} has a constant offset of {said['offset']}."

@@ -29,7 +29,7 @@ class TorqueSaturation(InstrumentEffect):
     )
     acts = "joint"
     stage = 5
-    foreseen = 0.5  # the corner of a soft one is rounded over a range of levels, and the card's is sharp
+    predictable_share = 0.5  # the corner of a soft one is rounded over a range of levels, and the card's is sharp
     torque_scaled = ("level",)
     spread: ClassVar[Mapping[str, tuple[float, ...]]] = {"level": (0.4, 0.7)}  # a soft one bends over a range: a sum of clippings
 
@@ -52,4 +52,4 @@ class TorqueSaturation(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} clips at {said['level']} (share cut off: {said['share']})."
+        return f"The torque sensor of joint {self.joint} clips at {said['level']}; it loses {said['share']} of what exceeds this level."

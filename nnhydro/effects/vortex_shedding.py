@@ -71,7 +71,7 @@ class VortexShedding(LoadEffect):
         n, links = flow.motion.q.shape
         if flow.motion.steady or n < 2:
             return torch.zeros(n, links, 2 * links, dtype=torch.float64)
-        phase, force, moment = flow.kept.of((type(self), self.cell[0]), lambda: _phase_and_drag(flow, self.cell[0]))
+        phase, force, moment = flow.memo.of((type(self), self.cell[0]), lambda: _phase_and_drag(flow, self.cell[0]))
         psi = self.strouhal[0] * phase
         made = [flow.normal_columns(*((wave * part).sum(dim=-1).to(torch.float64) for part in (force, moment)))
                 for wave in (torch.cos(psi), torch.sin(psi))]
@@ -84,4 +84,5 @@ class VortexShedding(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Vortices shake the links along the motion: C_D swings by {said['amplitude']}, Strouhal number {said['strouhal']}."
+        return (f"Vortex shedding shakes the links along their motion: C_D oscillates by {said['amplitude']}, "
+                f"Strouhal number {said['strouhal']}.")

@@ -69,5 +69,5 @@ class WakeDevelopment(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The wake needs about {said['reach']} diameters of travel: a quarter of the way C_D is off by {said['C_D_early']} "
-                f"and C_M by {said['C_M_early']} from their developed values.")
+        return (f"The wake develops over about {said['reach']} diameters of travel. After a quarter of that way C_D differs by "
+                f"{said['C_D_early']} and C_M by {said['C_M_early']} from the developed values.")

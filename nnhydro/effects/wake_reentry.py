@@ -37,7 +37,7 @@ class WakeReentry(LoadEffect):
     )
     acts = "arm"
     needs_water = True
-    foreseen = 0.8  # vortices that run into a link do so in their own ways
+    predictable_share = 0.8  # vortices that run into a link do so in their own ways
 
     slowing: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_1 while the link goes on", per="arm")
     meeting: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_1 after it has turned back", per="arm")
@@ -75,13 +75,13 @@ class WakeReentry(LoadEffect):
             lengths = torch.tensor([length for length, _ in laws], dtype=torch.float64)[:, None, None] * flow.D[:, None]
             return overtaking_by_law(flow.motion.t, w, lengths, torch.tensor([fading for _, fading in laws], dtype=torch.float64))
 
-        return flow.kept.of((type(self), "behind"), compute)[laws.index(own)]
+        return flow.memo.of((type(self), "behind"), compute)[laws.index(own)]
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The arm meets its own wake, which runs on after a stop and pushes by a C_D of {said['push']}. Of the wake's "
-                f"lead the link feels {said['slowing']} (times C_D) while it slows down and {said['meeting']} once it has "
-                f"turned back; the wake fades over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
+        return (f"The arm meets its own wake: water that runs on after a stop pushes with a C_D of {said['push']}. The link feels "
+                f"{said['slowing']} of the wake's lead (times C_D) while it slows down, and {said['meeting']} after a reversal. "
+                f"The wake fades over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
 
     def _twice(self, said: Mapping[str, str]) -> str:
         """How much later the water is met that the wake itself drags along, in words."""

@@ -59,7 +59,7 @@ class WaveOrbital(InstrumentEffect):
         """Velocity and acceleration (n, links, 2) of the water along the direction where each link is, for cosine 1 and sine 1."""
         t, omega = seen.motion.t, 2 * pi * self.frequency[0]
         k = omega**2 / GRAVITY
-        psi = omega * t[:, None] - k * seen.kept.of((type(self), "places", self.direction), lambda: self._places(seen))
+        psi = omega * t[:, None] - k * seen.memo.of((type(self), "places", self.direction), lambda: self._places(seen))
         c, s = torch.cos(psi), torch.sin(psi)
         return torch.stack([c, s], dim=-1), omega * torch.stack([-s, c], dim=-1)
 
@@ -88,7 +88,7 @@ class WaveOrbital(InstrumentEffect):
         """Return d tau / d (cosine, sine), (n, joints, 2); 0 in steady rows."""
         if seen.motion.steady or len(seen.motion) < 2:
             return torch.zeros(*seen.motion.q.shape, 2, dtype=torch.float64)
-        (across, slope), (wave, rate) = seen.kept.of((type(self), self.direction), lambda: self._answers(seen)), self._waves(seen)
+        (across, slope), (wave, rate) = seen.memo.of((type(self), self.direction), lambda: self._answers(seen)), self._waves(seen)
         return torch.einsum("nji,nik->njk", across, wave) + torch.einsum("nji,nik->njk", slope, rate)
 
     def apply(self, seen: SensorView) -> Tensor:
@@ -105,5 +105,5 @@ class WaveOrbital(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A wave of {said['frequency']} moves the water to and fro with {said['amplitude']} along the direction "
+        return (f"A wave of {said['frequency']} moves the water with an amplitude of {said['amplitude']} along the direction "
                 f"{said['direction']} from +X.")

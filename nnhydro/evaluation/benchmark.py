@@ -233,7 +233,7 @@ def _fitted_and_judged(contender: Contender, fitted: Sequence[Unit], held_out: S
 def _in_turn(split: Split, entered: Sequence[Contender], arm: Arm, how: Preparation, report: Report,
              workers: Workers) -> Iterator[Standing]:
     """Every contender in every fold, in order; one process tells what begins, several tell what has come in."""
-    def told(label: str) -> Progress | None:
+    def progress_of(label: str) -> Progress | None:
         if not workers.alone:
             return None
         return lambda epoch, total, error: report(f"{label}, epoch {epoch}/{total}") if epoch % 10 == 0 else None
@@ -243,7 +243,7 @@ def _in_turn(split: Split, entered: Sequence[Contender], arm: Arm, how: Preparat
         fitted, held_out = ([split.units[i] for i in part] for part in (fold.fitted, fold.held_out))
         for contender in entered:
             labels.append(f"{fold.name} ({number + 1} of {len(split.folds)}): {contender.name}")
-            tasks.append((contender, fitted, held_out, arm, how, told(labels[-1])))
+            tasks.append((contender, fitted, held_out, arm, how, progress_of(labels[-1])))
     results = spread(_fitted_and_judged, tasks, workers)
     for label in labels:
         if workers.alone:

@@ -83,6 +83,7 @@ class _Rows:
     known: dict[tuple[str, tuple[float, ...]], Array] = field(default_factory=dict)
 
     def block(self, motion: Towed, nu: tuple[float, ...]) -> Array:
+        """The reduced rows of one motion at the shape parameter `nu`, computed once."""
         key = (motion.name, nu)
         if key not in self.known:
             X, y = rows_of(self.candidate.loads, [(motion.flow, tensor(motion.tau))])(nu or (1.0,))
@@ -91,6 +92,7 @@ class _Rows:
 
 
 def _fit(rows: _Rows, motions: Sequence[Towed]) -> Loads:
+    """Fit a candidate to `motions`, at the best value of its shape parameter."""
     candidate = rows.candidate
     if not candidate.fitted:
         return candidate.loads
@@ -118,6 +120,7 @@ class Outcome:
 
 
 def _outcome(motions: Sequence[Towed], models: Mapping[str, Loads]) -> Outcome:
+    """Errors of models on motions, as a whole and by phase."""
     residual = {m.name: np.abs(m.tau - models[m.name].torque(m.fresh()).numpy()) for m in motions}
 
     def ratio(rows: Mapping[str, NDArray[np.bool_]]) -> float:

@@ -92,6 +92,7 @@ def curve_features(curves: dict[str, Array]) -> dict[str, float]:
 
 
 def _identified(rng: np.random.Generator) -> tuple[StateFit, tuple[StateFit, ...]]:
+    """The fit to all identification slews, and fits to three groups of four of them."""
     flows = [slew(*motion) for motion in IDENTIFICATION]
     torques = [truth().torque(flow) for flow in flows]
     errors = deviation([tau[:, 0] for tau in torques], IMPLIED, rng)

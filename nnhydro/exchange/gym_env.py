@@ -81,6 +81,7 @@ class ArmInWater(gymnasium.Env[Array, Array]):
         return np.concatenate([np.cos(self.q), np.sin(self.q), self.qd, self._off()])
 
     def _advance(self, tau: Array, h: float) -> None:
+        """One step of `h` s under the torque `tau` N m, by machine code where it is there."""
         if self.native is None:
             self.state = self.dynamics.step(self.state, tau, h)
             self.q, self.qd = self.state.q, self.state.qd

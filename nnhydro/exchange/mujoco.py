@@ -95,6 +95,7 @@ WHY_NOT = {"added_mass": "MuJoCo has no inertia of the water on accelerations", 
 
 
 def _filled(model: StripTheory) -> _Parts:
+    """What of the model MuJoCo's joints and geometries can hold, and what they lack."""
     parts = _Parts([{} for _ in model.arm.links], [0.0] * model.arm.n_links)
     for name, term in model.loads.terms.items():
         if isinstance(term, RigidBody):
@@ -130,6 +131,7 @@ def _inertial(body: ET.Element, moments: Sequence[float], D: float, points: Sequ
 
 
 def _body(parent: ET.Element, model: StripTheory, rigid: RigidBody, parts: _Parts, i: int) -> ET.Element:
+    """The body of link `i` (from 0) with inertia, joint and fluid coefficients."""
     arm, last = model.arm, i == model.arm.n_links - 1
     L, D = float(arm.L[i]), float(arm.D[i])
     body = ET.SubElement(parent, "body", name=f"link{i + 1}", pos=f"{float(arm.L[i - 1]):.9g} 0 0" if i else "0 0 0")

@@ -48,6 +48,7 @@ class MujocoWater:
         self.state, self.qdd = None, np.zeros(self.dynamics.nq)
 
     def _follow(self, q: Array, qd: Array, t: float) -> ArmState:
+        """The state at `t` s, led along the measured motion since the call before."""
         state = self.state
         if state is None:
             self._began, self.state = t, self.dynamics.reset(q, qd)

@@ -61,6 +61,7 @@ def _angle(a: Array, b: Array, axis: Array) -> float:
 
 
 def _link(chain: Chain, body: Body, line: Array, axis: Array, diameter: float | None) -> dict[str, Any]:
+    """One link of arm.yaml from a body of the URDF; raises ArmError where mass, length or diameter is missing."""
     length = float(np.linalg.norm(line))
     e = line / length
     if diameter is None and not body.radii:

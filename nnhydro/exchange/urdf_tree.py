@@ -21,6 +21,7 @@ TURNING, FIXED = ("revolute", "continuous"), "fixed"
 
 
 def _numbers(text: str | None, default: str, where: str) -> Array:
+    """The finite numbers in an attribute, as many as its default has; raises ArmError otherwise."""
     values = (text or default).split()
     try:
         found = np.array([float(value) for value in values])
@@ -77,6 +78,7 @@ class Body:
 
 
 def _tree(path: Path) -> ET.Element:
+    """The XML tree of a URDF, without entities and below a size limit; raises ArmError otherwise."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ArmError(f"{path}: larger than {MAX_BYTES} bytes: is this a URDF?")

@@ -73,7 +73,7 @@ def following(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Ten
     return torch.cat([p, m, w + (slow - before) * stay - (w - before) * turn, w], dim=-3)
 
 
-def _bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
+def _filter_bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
     """The states (n, STATES, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m."""
     count, slow = len(TRAVEL), len(LASTING)
     length, lag = np.asarray(TRAVEL)[:, None, None] * D, np.asarray(LASTING)[:, None, None] * D**2 / nu
@@ -104,13 +104,13 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
         return w, list(_carried_memories(flow, flow.motion.carried, w).unbind(1))
     if flow.motion.steady or len(flow.motion) < 2:
         return w, [w for _ in range(STATES)]
-    return w, flow.kept.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _of_run(flow, w))
+    return w, flow.memo.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _of_run(flow, w))
 
 
 def _of_run(flow: Flow, w: Tensor) -> list[Tensor]:
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
     start = w[0] if under_way(flow) else torch.zeros_like(w[0])
-    return list(torch.from_numpy(_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy())).unbind(1))
+    return list(torch.from_numpy(_filter_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy())).unbind(1))
 
 
 def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:

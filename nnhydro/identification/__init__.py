@@ -1,0 +1,1 @@
+"""Fits: sufficient statistics, least squares, priors, travel scale, training of networks and hybrids."""

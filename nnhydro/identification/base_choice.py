@@ -1,4 +1,4 @@
-"""Which physics a hybrid stands on where nobody says: the baseline that foretells the other half of the recordings best.
+"""Which physics a hybrid stands on where none is named: the baseline that predicts the other half of the recordings best.
 
     error_b = sum |tau - model_b| / sum |tau|   over each half of the recordings, fitted to the other half
 

@@ -67,9 +67,10 @@ class TrainingState:
             return [tensors[f"{name}.{i}"] for i in range(sum(key.startswith(f"{name}.") for key in tensors))]
 
         try:
-            kept = load_file(path)
-            return TrainingState(group(kept, "weights"), group(kept, "first"), group(kept, "second"), group(kept, "best"),
-                                 kept["best_error"], kept["best_epoch"], int(kept["epoch"]), int(kept["steps"]), kept["history"].tolist())
+            stored = load_file(path)
+            return TrainingState(group(stored, "weights"), group(stored, "first"), group(stored, "second"), group(stored, "best"),
+                                 stored["best_error"], stored["best_epoch"], int(stored["epoch"]), int(stored["steps"]),
+                                 stored["history"].tolist())
         except (SafetensorError, OSError, KeyError, ValueError, RuntimeError) as cause:
             raise ModelError(f"{path}: is damaged ({cause}): start anew without --resume") from cause
 
@@ -143,9 +144,9 @@ def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor) -
     better = error < state.best_error
     state.best_error = torch.where(better, error, state.best_error)
     state.best_epoch = torch.where(better, torch.tensor(float(state.epoch)), state.best_epoch)
-    for kept, w in zip(state.best, state.weights, strict=True):
+    for best, w in zip(state.best, state.weights, strict=True):
         own = better.repeat_interleave(len(w) // len(better))  # parallel layers: a stack for each output of a member
-        kept[own] = w[own]
+        best[own] = w[own]
     if state.epoch:
         state.history.append(float(error.mean()))
 

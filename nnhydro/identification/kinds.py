@@ -2,7 +2,7 @@
 
     progress = |displacement| / path,  of the outer ends of the links, one for a motion that never turns back, near zero for an oscillation
 
-A model that is watched on a block of one kind has to foretell motions unlike those that it was fitted to. Source: ours.
+A model that is watched on a block of one kind has to predict motions unlike those that it was fitted to. Source: ours.
 """
 
 from collections.abc import Sequence

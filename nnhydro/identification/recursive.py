@@ -84,7 +84,7 @@ class RecursiveFit:
         return Y, rest
 
     def update(self, q: Any, qd: Any, qdd: Any, tau: Any, dt: float, u0: float = 0.0, du0: float = 0.0) -> Array:
-        """Take in the joint torques `tau` (joints,) N m of an instant `dt` s after the one before; returns what was not foretold, N m."""
+        """Take in the joint torques `tau` (joints,) N m of an instant `dt` s after the one before; returns the prediction error, N m."""
         Y, rest = self._at(q, qd, qdd, u0, du0, dt)
         off = tensor(tau) - rest - Y @ self.theta
         PY = self.P @ Y.T

@@ -34,6 +34,7 @@ MAX_BYTES = 500_000_000
 
 
 def _digest(folder: Path) -> str:
+    """The sha256 of the model file and its weights, in hex."""
     digest = hashlib.sha256()
     for name in (MODEL, WEIGHTS):
         if (folder / name).exists():
@@ -63,6 +64,7 @@ def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm
 
 
 def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:
+    """The network or hybrid that a model file describes; raises ModelError for one of an incompatible version."""
     if "law" not in document:
         raise ModelError("was trained by a version whose networks had no law of the strips: train it again on its recordings")
     if document.get("bank") != BANK:
@@ -110,6 +112,7 @@ def _tried(model: TorqueModel) -> TorqueModel:
 
 
 def _checked(folder: Path) -> dict[str, Any]:
+    """The document of a model folder whose digest matches; raises ModelError otherwise."""
     if not (folder / MODEL).is_file():
         raise ModelError(f"{folder}: is not a model folder (no {MODEL}): nnhydro identify, train and diagnose write them")
     if sum(path.stat().st_size for path in folder.iterdir() if path.is_file()) > MAX_BYTES:

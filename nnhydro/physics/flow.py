@@ -28,7 +28,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nnhydro.physics.kept import Kept
+from nnhydro.physics.memo import Memo
 from nnhydro.physics.motion import Motion, Water, tensor
 from nnhydro.recordings.arm import Arm
 
@@ -49,9 +49,9 @@ class Flow:
     hub: bool = False  # loads reach two more rows after the joints: the force that the hub supplies along X and along Y, N
 
     @cached_property
-    def kept(self) -> Kept:
+    def memo(self) -> Memo:
         """What terms and hypotheses about this flow share."""
-        return Kept()
+        return Memo()
 
     @property
     def rho(self) -> float:

@@ -115,6 +115,7 @@ class Motion:
 
 
 def _base_of(segment: Segment) -> Base | None:
+    """The motion of the base in a segment; None where it moves along +Y at most."""
     if segment.base is None and segment.heading is None:
         return None
     still = torch.zeros(len(segment), dtype=torch.float64)

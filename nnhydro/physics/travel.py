@@ -11,7 +11,7 @@ What happens at a reversal is an assumption, for the paper has none (rest to res
     keep    s goes on: the old wake counts as much as a new one
     decay   s = r + s_0 exp(-r / (memory D)), r the travel since the reversal and s_0 the s just before it: from keep to reset
 
-A reversal is believed once the strip has come back by 0.03 D (a stop rings, an encoder jitters by less); s counts from where it turned.
+A reversal counts once the strip has come back by 0.03 D (a stop rings, an encoder jitters by less); s counts from where it turned.
 A strip that stands still keeps its s, unless `dwell_s` is given: after so long the water counts as at rest again.
 A recording begins at rest; a strip that moves in its first row (5 % of its own peak) is taken to have moved for ever: s is infinite until
 its first reversal. In steady rows s is infinite: every row is a run that has lasted long.
@@ -30,8 +30,8 @@ from nnhydro.errors import ModelError, require
 from nnhydro.physics.strips import Strips
 
 RULES = ("reset", "keep", "decay")
-STILL = 1e-3  # m/s: slower than that the sign of the velocity is noise and no reversal is believed
-BACK = 0.03  # diameters: a shorter way back is ringing or encoder noise at the end of a motion, and no reversal is believed
+STILL = 1e-3  # m/s: slower than that the sign of the velocity is noise and no reversal counts
+BACK = 0.03  # diameters: a shorter way back is ringing or encoder noise at the end of a motion, and no reversal counts
 RUNNING_START = 0.05  # of the strip's peak speed: faster than that in the first row it was under way before the recording
 
 
@@ -72,7 +72,7 @@ def _last(moving: Tensor) -> Tensor:
 
 
 def _direction(w: Tensor, since_zero: Tensor) -> Tensor:
-    """Sign of the latest believable velocity (n, links, s), 0 before the first.
+    """Sign of the latest velocity that counts (n, links, s), 0 before the first.
 
     Believable is a velocity above STILL that has carried the strip `since_zero` > BACK diameters from where it last stood still.
     """
@@ -100,7 +100,7 @@ def travel(strips: Strips, rule: TravelRule | None = None) -> Tensor:
         return torch.full_like(w, torch.inf)
     path, path_at_zero = _path(strips)
     sign = _direction(w, (path - path_at_zero) / strips.flow.D[:, None])
-    started = torch.cat([torch.zeros_like(sign[:1]), sign[:-1]]) != sign  # first believable motion, or a reversal
+    started = torch.cat([torch.zeros_like(sign[:1]), sign[:-1]]) != sign  # first motion that counts, or a reversal
     reversals = started & (torch.cat([sign[:1], sign[:-1]]) * sign < 0)
     t = strips.flow.motion.t
     rests = (t[:, None, None] - t[_last(w.abs() > STILL)] > rule.dwell_s) if rule.dwell_s > 0 else torch.zeros_like(reversals)

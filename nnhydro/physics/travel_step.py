@@ -1,6 +1,6 @@
 """The travel of each strip (travel.py) from one instant to the next, for arms that are stepped through time.
 
-Remembered of a strip: its path since its velocity last vanished and since s began, the direction of its last believable motion, whether it
+Remembered of a strip: its path since its velocity last vanished and since s began, the direction of its last motion that counts, whether it
 has moved for ever, s_0 of the rule `decay`, and how long it has stood still; of a link: phi, A and B. A strip faster than STILL at the
 first instant is taken to have moved for ever: of its peak speed nothing is known yet.
 """

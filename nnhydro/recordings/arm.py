@@ -145,6 +145,7 @@ class Arm(Settings):
 
     @model_validator(mode="after")
     def _one_entry_a_joint(self) -> "Arm":
+        """Lists that hold a value a joint have as many entries as links."""
         for key, given in (("joints", self.joints), ("friction", self.friction),
                            ("drive.rotor_inertia_kg_m2", self.drive.rotor_inertia_kg_m2)):
             if given is not None and len(given) != len(self.links):
@@ -153,6 +154,7 @@ class Arm(Settings):
 
     @model_validator(mode="after")
     def _linear_axis_alone(self) -> "Arm":
+        """A prismatic joint is the only joint, and has no keys of a revolute one."""
         if not _slides(self.joints):
             if any(one.coulomb_force is not None or one.viscous_force is not None for one in self.friction or ()):
                 raise ValueError("friction of a joint that turns is coulomb_Nm and viscous_Nm_s: rename coulomb_N and viscous_N_s_m")

@@ -99,6 +99,7 @@ def even_grid(t: Array, name: str) -> Array:
 
 
 def _is_even(t: Array) -> bool:
+    """Whether the time steps are equal but for rounding."""
     steps = np.diff(t)
     median, mean = float(np.median(steps)), float(t[-1] - t[0]) / (len(t) - 1)
     if not median > 0:  # time out of order, which `time_steps` explains
@@ -178,6 +179,7 @@ def surroundings(r: Recording, how: Preparation) -> dict[str, Any]:
 
 
 def _compared_rows(n: int, dt: float, how: Preparation) -> NDArray[np.bool_]:
+    """Rows that are compared: all but those at both ends where the filter is still settling."""
     keep = np.ones(n, dtype=bool)
     if how.low_pass is not None:
         trim = min(int(np.ceil(TRIM_PERIODS / (how.low_pass.cutoff_hz * dt))), n // 4)

@@ -42,7 +42,7 @@ class Origin:
     sha256: str = ""
     reader: str = "memory"
     unused: tuple[str, ...] = ()
-    stated: tuple[str, ...] = ()  # columns whose unit the user stated: believed, not guessed at
+    stated: tuple[str, ...] = ()  # columns whose unit the user stated: taken as given, not guessed at
 
 
 @final

@@ -54,7 +54,7 @@ def _require_small(text: str) -> None:
             raise yaml.YAMLError(f"line {line}: a value of {len(event.value)} characters: is this the right file?")
 
 
-def _told(cause: Exception) -> str:
+def _complaint(cause: Exception) -> str:
     """The parser's complaint on one line, its place first, without its own picture of it."""
     mark = cause.problem_mark or cause.context_mark if isinstance(cause, yaml.MarkedYAMLError) else None
     if mark is None or not isinstance(cause, yaml.MarkedYAMLError):
@@ -79,7 +79,7 @@ def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
     except UnicodeDecodeError as cause:
         raise error(f"{path}: is not UTF-8 text (byte {cause.start}): save it as UTF-8") from cause
     except (yaml.YAMLError, RecursionError, ValueError, OverflowError, TypeError) as cause:
-        raise error(f"{path}: is not valid YAML: {_told(cause)}") from cause
+        raise error(f"{path}: is not valid YAML: {_complaint(cause)}") from cause
     if not isinstance(document, dict):
         found = "nothing" if document is None else f"a {type(document).__name__}"
         raise error(f"{path}: holds {found} instead of 'key: value' lines: is this the right file?")

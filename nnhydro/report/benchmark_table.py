@@ -14,6 +14,7 @@ PERFECT = "(a perfect model)"
 
 
 def _title(result: Benchmark) -> str:
+    """What was held out, and how, in one line."""
     steady = sum(unit.steady for unit in result.units)
     held = f"{len(result.units) - steady} recordings"
     held += f" and {sum(len(t) for campaign in result.campaigns for t in campaign.steady)} steady runs" if steady else ""

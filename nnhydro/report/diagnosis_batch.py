@@ -33,7 +33,7 @@ class Asked:
 
 @final
 @dataclass(frozen=True)
-class Told:
+class BatchOutcome:
     """What became of it: diagnosis.json and the verdict, or why there is none."""
 
     asked: Asked
@@ -41,7 +41,7 @@ class Told:
     verdict: str
 
 
-def _diagnosed(asked: Asked) -> Told:
+def _diagnosed(asked: Asked) -> BatchOutcome:
     """One campaign: read, diagnosed and written by the worker itself, so that a finished diagnosis is never lost."""
     try:
         if asked.effects is not None:
@@ -50,11 +50,11 @@ def _diagnosed(asked: Asked) -> Told:
         result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, asked.without, rehearsals=asked.rehearsals,
                           limits=asked.limits)
         write_diagnosis(result, campaign, asked.out)
-        return Told(asked, result.document(), result.verdict())
+        return BatchOutcome(asked, result.document(), result.verdict())
     except NnhydroError as cause:
-        return Told(asked, None, str(cause))
+        return BatchOutcome(asked, None, str(cause))
 
 
-def diagnose_all(asked: Sequence[Asked], workers: Workers = HERE) -> Iterator[Told]:
+def diagnose_all(asked: Sequence[Asked], workers: Workers = HERE) -> Iterator[BatchOutcome]:
     """Yield what became of each diagnosis, in order; one that fails by a user's error says so and stops no other."""
     yield from spread(_diagnosed, [(one,) for one in asked], workers)

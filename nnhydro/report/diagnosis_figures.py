@@ -101,7 +101,7 @@ def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence
     maps = residual_maps(traces, [BASELINE, CORRECTED] if result.findings else [BASELINE])
     if maps:
         paths += map_figure(maps, out / "residual_map")
-    told = [(finding.statement, law) for finding, law in zip(result.findings, laws, strict=True) if law is not None]
+    drawn = [(finding.statement, law) for finding, law in zip(result.findings, laws, strict=True) if law is not None]
     left = [(f"Joint {law.joint}: something without a name is left", law) for law in unnamed]
-    paths += law_figure(told, out / "laws") if told else []
+    paths += law_figure(drawn, out / "laws") if drawn else []
     return paths + (law_figure(left, out / "unexplained", UNNAMED) if left else [])

@@ -12,7 +12,7 @@ from nnhydro.report.page.trace import benchmark_traces, with_whole_tables
 from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
 
 
-def told_recordings(result: Benchmark, by: str) -> dict[str, str]:
+def typical_recordings(result: Benchmark, by: str) -> dict[str, str]:
     """Return {"worst", "median", "best": recording} by the error of the model `by`, over recordings that were held out."""
     steady = {unit.name for unit in result.units if unit.steady}
     misfit = result.standings[by].misfit
@@ -121,7 +121,7 @@ def benchmark_figures(result: Benchmark, out: Path) -> list[Path]:
     if covered:
         paths += reliability_figure(covered, out / "reliability")
     models = shown_models(result)
-    for label, recording in told_recordings(result, models[0]).items():
+    for label, recording in typical_recordings(result, models[0]).items():
         paths += torque_history(result, recording, label, models, out / f"torque_{label}")
     if any(unit.steady for unit in result.units):
         paths += steady_figure(result, models, out / "torque_steady")

@@ -143,6 +143,7 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
 
 
 def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> Law:
+    """The law of a finding at one joint: means over bins of its driver, of what is left for it and of what it says."""
     low, high = np.quantile(x, [0.002, 0.998])
     edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
     order = np.argsort(x, kind="stable")

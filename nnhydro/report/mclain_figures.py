@@ -32,6 +32,7 @@ MEASURED = f"“measured”: curves of the text + {100 * IMPLIED:.1f} % deviatio
 
 
 def _coefficient_axes(figure: "Figure") -> dict[str, "Axes"]:
+    """Two axes, C_D and C_M over the travel, scaled as in the paper."""
     axes = dict(zip(("C_D", "C_M"), figure.subplots(1, 2), strict=True))
     for name, ax in axes.items():
         ax.set(xlabel="travel $s/D$ [diameters]", ylabel=f"${name[0]}_{name[2]}$ [-]", xlim=(0, TRAVELS[-1]),

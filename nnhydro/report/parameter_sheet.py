@@ -26,6 +26,7 @@ def _values(model: StripTheory) -> dict[str, dict[str, Any]]:
 
 
 def _physics(model: StripTheory) -> Sheet:
+    """Parameters of a physics model with intervals where a fit found them."""
     fitted: dict[str, dict[str, Any]] = model.fit.get("parameters", {})
     rest = {} if fitted else _values(model)
     shown = {**fitted, **rest}
@@ -37,6 +38,7 @@ def _physics(model: StripTheory) -> Sheet:
 
 
 def _learned(model: LearnedTorque) -> Sheet:
+    """Layout and training of a learned model."""
     rows = {"features": ", ".join(model.feature_names), "inputs": len(model.centre),
             "hidden layers": " x ".join(str(w.shape[2]) for w in model.ensemble.weights[:-1]),
             "members": len(model.ensemble.weights[0]), "epochs": model.fit.get("epochs"),
@@ -45,7 +47,7 @@ def _learned(model: LearnedTorque) -> Sheet:
                                                 Column("is", [None if v is None else str(v) for v in rows.values()], words=True)))
 
 
-def told(model: TorqueModel) -> str:
+def model_sentence(model: TorqueModel) -> str:
     """Return what the model is, in one sentence."""
     base = getattr(model.baseline, "name", model.baseline.kind) if isinstance(model, LearnedTorque) and model.baseline else None
     name, joints, low_pass = getattr(model, "name", model.kind), model.arm.n_links, model.preparation.low_pass

@@ -8,15 +8,15 @@ from pathlib import Path
 from nnhydro.errors import missing_extra
 from nnhydro.report.screen import note, quiet
 
-Told = Callable[[int, int, float], None]  # epoch, epochs, validation error
+OnEpoch = Callable[[int, int, float], None]  # epoch, epochs, validation error
 LINES = 20  # where there is no terminal
 
 
-def _lines() -> Told:
+def _lines() -> OnEpoch:
     """A line now and then, with the time that the rest would take at the pace so far."""
     began: list[tuple[float, int]] = []
 
-    def told(epoch: int, epochs: int, error: float) -> None:
+    def report(epoch: int, epochs: int, error: float) -> None:
         began.append((time.monotonic(), epoch))
         if epoch % max(1, epochs // LINES) == 0:
             (start, first), (now, _) = began[0], began[-1]
@@ -24,11 +24,11 @@ def _lines() -> Told:
             left = "" if pace is None or epoch == epochs else f", {pace * (epochs - epoch):.0f} s left at most"
             note(f"epoch {epoch}/{epochs}: validation error {error:.3g}{left}")
 
-    return told
+    return report
 
 
 @contextmanager
-def epochs_on_screen() -> Iterator[Told]:
+def epochs_on_screen() -> Iterator[OnEpoch]:
     """Yield what to call after each epoch; writes to standard error. Early stopping may end a training before the time left is over."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -61,7 +61,7 @@ def steps_on_screen(total: int | None = None) -> Iterator[Callable[[str], None]]
 
     console, began, names = Console(stderr=True, markup=False, highlight=False), time.monotonic(), list[str]()
 
-    def told(text: str) -> str | None:
+    def report(text: str) -> str | None:
         name = text.split(", epoch")[0]
         if name not in names:
             names.append(name)
@@ -70,14 +70,14 @@ def steps_on_screen(total: int | None = None) -> Iterator[Callable[[str], None]]
         return text + left(began, len(names) - 1, total)
 
     if not console.is_terminal or quiet():
-        yield lambda text: note(line) if (line := told(text)) is not None else None
+        yield lambda text: note(line) if (line := report(text)) is not None else None
         return
     with console.status("") as status:
-        yield lambda text: status.update(told(text) or text)
+        yield lambda text: status.update(report(text) or text)
 
 
 @contextmanager
-def epochs_in_tensorboard(folder: Path) -> Iterator[Told]:
+def epochs_in_tensorboard(folder: Path) -> Iterator[OnEpoch]:
     """Yield what to call after each epoch; event files go to `folder`. Raises MissingExtraError without the library tensorboard."""
     try:
         from torch.utils.tensorboard import SummaryWriter

@@ -19,7 +19,7 @@ def print_score(score: dict[str, Any], where: str) -> None:
           ("hidden", "campaigns", "right", "exact name", "family", "joint", "detected", "wrong claim", "unseen before", "after"),
           [(g["group"], str(g["campaigns"]), *(_percent(g[k]) for k in ("right", "exact", "family", "joint", "detected", "wrong_claim")),
             _number(g["error_before"]), _number(g["error_after"])) for g in score["groups"]])
-    numbers, sure, unseen = score["parameters"], score["confidence"], score["unseen"]
+    numbers, confident, unseen = score["parameters"], score["confidence"], score["unseen"]
     say("right: every hidden effect named, or in a class of at most three, and nothing else; healthy: nothing said and nothing detected")
     say(f"Class size {_number(score['class_size']) or '-'}; parameters: median error {_percent(numbers['median_error']) or '-'}, "
         f"95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of {numbers['compared']}")
@@ -43,5 +43,6 @@ def print_score(score: dict[str, Any], where: str) -> None:
             say(f"{verdict['campaign']}: {line}")
     if score["missing"]:
         say(f"Without a diagnosis, not scored: {', '.join(score['missing'])}")
-    right = "" if sure["right"] is None else f", {_percent(sure['right'])} of them right"
-    conclude(f"{score['scored']} diagnoses scored; {sure['claims']} claims made with confidence {sure['threshold']} or more{right}.")
+    right = "" if confident["right"] is None else f", {_percent(confident['right'])} of them right"
+    conclude(f"{score['scored']} diagnoses scored; "
+             f"{confident['claims']} claims made with confidence {confident['threshold']} or more{right}.")

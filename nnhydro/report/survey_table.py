@@ -53,6 +53,7 @@ def tips_sheet(found: Survey) -> Sheet:
 
 
 def _print_recordings(found: Survey) -> None:
+    """Print what the recordings and steady tables hold, and what was done while they were read."""
     odd = Counter(oddity.recording for oddity in found.oddities)
     if found.entries:
         show(recordings_sheet(found, SHOWN))
@@ -78,6 +79,7 @@ def merged(oddities: Sequence[Oddity]) -> list[str]:
 
 
 def _print_arm(found: Survey) -> None:
+    """Print how the tips move, and the noise floor where motions were repeated."""
     if found.links:
         show(tips_sheet(found))
     if found.floor is not None:

@@ -77,8 +77,8 @@ def _fit_residuals(axes: "Axes", compared: Array) -> None:
 
 def _shade_ends(axes: "Axes", segment: Segment) -> None:
     """Grey the ends that the filter touches and the comparison leaves out."""
-    kept = np.flatnonzero(segment.keep)
-    if len(kept):
-        axes.axvspan(segment.t[0], segment.t[kept[0]], color="#000000", alpha=0.06, linewidth=0)
-        axes.axvspan(segment.t[kept[-1]], segment.t[-1], color="#000000", alpha=0.06, linewidth=0)
+    compared = np.flatnonzero(segment.keep)
+    if len(compared):
+        axes.axvspan(segment.t[0], segment.t[compared[0]], color="#000000", alpha=0.06, linewidth=0)
+        axes.axvspan(segment.t[compared[-1]], segment.t[-1], color="#000000", alpha=0.06, linewidth=0)
     axes.margins(x=0)

@@ -35,6 +35,7 @@ def _mean(r: Array, which: NDArray[np.int64]) -> tuple[float, float] | None:
 
 
 def _law(parts: Sequence[Residual], joint: int, name: str) -> Law | None:
+    """The residual of a joint over one variable, in bins; None where fewer than two bins hold enough recordings."""
     if any(name not in part.state for part in parts):
         return None
     x, r = np.concatenate([part.state[name] for part in parts]), np.concatenate([part.r[:, joint - 1] for part in parts])

@@ -70,6 +70,7 @@ def _csv(path: Path, columns: dict[str, Array]) -> None:
 
 
 def _write(work: Path, seen: Recorded, kind: str, unseen: bool) -> Made:
+    """Write one run to its folder and return what was made."""
     if kind == "steady":
         _csv(work / "steady" / f"{seen.name}.csv", seen.motion | seen.torque)
         return Made(f"steady/{seen.name}.csv", kind, len(seen.clean), None)
@@ -94,6 +95,7 @@ def _self_contained(recipe: Recipe, work: Path) -> dict[str, Any]:
 
 
 def _versions() -> dict[str, str]:
+    """Versions of the programs on which the bytes of a campaign depend."""
     import platform
     from importlib.metadata import version
 

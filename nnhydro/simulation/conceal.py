@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from nnhydro.errors import ConfigError, require
 from nnhydro.files import whole_folder, write_json, write_text
 from nnhydro.simulation.seal import KEY_FILE, new_key, read_key, seal, write_key, write_sealed
-from nnhydro.simulation.true_model import foretold
+from nnhydro.simulation.true_model import true_torque
 from nnhydro.simulation.truth.campaign import SIZES, Concealed, NotVisibleError, Wish, draw_campaign
 from nnhydro.simulation.truth.localised import KINDS
 from nnhydro.simulation.truth.registry import names
@@ -106,7 +106,7 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
                                   "two links or another seed") from cause
             write_concealed(work / name, drawn)
             for motion, unseen in drawn.unseen.items():
-                drawn.answer["unseen"][motion]["true_model_Nm"] = foretold(unseen, drawn.arm, _csv(unseen.links)).round(5).tolist()
+                drawn.answer["unseen"][motion]["true_model_Nm"] = true_torque(unseen, drawn.arm, _csv(unseen.links)).round(5).tolist()
             sealed = seal(name, drawn.answer | {"campaign": name}, key)
             write_sealed(work / "answers" / f"{name}.sealed", sealed)
             recordings = sum(file.startswith("recordings/") for file in drawn.files)

@@ -69,6 +69,7 @@ class Controller(Settings):
 
     @model_validator(mode="after")
     def _fits_its_kind(self) -> Self:
+        """A model and a boundary layer belong to the kinds of controller that use them."""
         if self.kind not in WITH_MODEL and self.model != "dry":
             raise ValueError(f"model belongs to {' and '.join(WITH_MODEL)}: a {self.kind} holds none")
         if self.kind == "sliding_mode" and not all(width > 0 for width in self.boundary):

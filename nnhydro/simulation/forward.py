@@ -90,8 +90,8 @@ def controlled(references: Mapping[str, Reference], plant: Plant, law: TorqueLaw
             tau = law.torque(seen, (c.q[2 * k], c.qd[2 * k], c.qdd[2 * k]), q, qd, c.u0[2 * k], c.du0[2 * k])
         _require_tame(qd, k * h, names)
         after = _step(plant, c, row, h, q, qd, tau, memory)
-        for kept, value in zip(out, (q, qd, after[2], tau), strict=True):
-            kept[k] = value
+        for series, value in zip(out, (q, qd, after[2], tau), strict=True):
+            series[k] = value
         q, qd = after[0], after[1]
         memory = plant.following(memory, q, qd, c.u0[min(2 * k + 2, 2 * n - 2)], h)
     made = []

@@ -77,8 +77,8 @@ def tracked(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, r
             raise ConfigError(f"motion {name!r}: the arm runs away at t = {k * h:.3g} s: lower the gains or raise the rate")
         ahead = carriage[[2 * k, 2 * k + 1, min(2 * k + 2, len(carriage) - 1)]]
         after = stepped_once(truth, q, qd, tau, ahead, h, qdd)
-        for kept, value in zip(out, (q, qd, after[2], tau), strict=True):
-            kept[k] = value
+        for series, value in zip(out, (q, qd, after[2], tau), strict=True):
+            series[k] = value
         q, qd, qdd = after
         truth.torque(q, qd, qdd, float(ahead[2, 0]), float(ahead[2, 1]), h)
     return Run(name, rate_hz, State(out[0], out[1], out[2], goal.u0[:2 * len(t):2], goal.du0[:2 * len(t):2]), out[3])

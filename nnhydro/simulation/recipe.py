@@ -57,6 +57,7 @@ def _references(settings: RecipeFile, motions: tuple[MotionKind, ...], arm: Arm,
 
 
 def _require_names(settings: RecipeFile, motions: tuple[MotionKind, ...], where: str) -> None:
+    """Raise ConfigError where two motions have one name, or `unseen` names a motion that is not there."""
     seen: set[str] = set()
     for motion in motions:
         # names become files, and some file systems do not tell upper from lower case

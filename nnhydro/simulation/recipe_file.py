@@ -70,6 +70,7 @@ class RecipeFile(Settings):
 
     @model_validator(mode="after")
     def _controller_instants_on_the_grid(self) -> Self:
+        """The rate of the controller divides that of the simulation."""
         if self.controller is not None and self.controller.rate_hz is not None:
             steps = self.fine_rate_hz / self.controller.rate_hz
             if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:

@@ -44,6 +44,7 @@ def read_suite(suite: Path) -> dict[str, Any]:
 
 
 def _predicted_files(folder: Path) -> Torques:
+    """Torques by the name of an unseen motion, from CSV files; raises ConfigError for one that does not fit."""
     def torques(name: str) -> Array:
         path = folder / f"{name}.csv"
         try:
@@ -60,6 +61,7 @@ def _predicted_files(folder: Path) -> Torques:
 
 
 def _predicted_model(folder: Path, campaign: Path) -> Torques:
+    """Torques by the name of an unseen motion, predicted by a model folder."""
     from nnhydro.models.prediction import predict
     from nnhydro.models.storage import load_model
     from nnhydro.recordings.arm import read_arm
@@ -81,6 +83,7 @@ def unseen_error(unseen: dict[str, Any], torques: Torques) -> float:
 
 
 def _errors(verdict: Verdict, answer: dict[str, Any], folder: Path, campaign: Path) -> Verdict:
+    """The verdict with errors on unseen motions: before, after, and of the truth itself."""
     if not answer["unseen"]:
         return verdict
     if all("true_model_Nm" in motion for motion in answer["unseen"].values()):

@@ -27,6 +27,7 @@ def number(value: Any) -> float | None:
 
 
 def _names(acts: dict[str, Any], names: Sequence[str]) -> set[str]:
+    """The recordings in which an effect acts."""
     if isinstance(acts.get("recordings"), list):
         return {str(name) for name in acts["recordings"]} & set(names)
     place = {name: k for k, name in enumerate(names)}

@@ -95,6 +95,7 @@ def write_sealed(path: Path, sealed: Sealed) -> None:
 
 
 def _parsed(path: Path) -> Sealed:
+    """A sealed answer as read; raises ConfigError where it is none."""
     try:
         raw = read_json(path, ConfigError)
         require(raw["schema"] == SCHEMA, f"{path}: schema is {raw['schema']!r}, expected {SCHEMA!r}: made by another version?")

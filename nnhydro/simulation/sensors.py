@@ -92,7 +92,7 @@ def _instants(run: Run, sensors: Sensors, substeps: int, rng: np.random.Generato
     return t
 
 
-def _kept(t: Array, sensors: Sensors, rng: np.random.Generator) -> NDArray[np.bool_]:
+def _surviving_rows(t: Array, sensors: Sensors, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Rows that reach the file; dropouts spare both ends."""
     keep = np.ones(len(t), dtype=bool)
     span = float(t[-1] - t[0])
@@ -114,6 +114,7 @@ def _lagged(run: Run, torque: Array, sensors: Sensors, t: Array) -> Array:
 
 
 def _motion_columns(run: Run, arm: Arm, sensors: Sensors, t: Array) -> dict[str, Array]:
+    """Angles as the encoders step, and whichever derivatives the recorder gives, at the times `t` (m,) s."""
     from scipy.interpolate import CubicHermiteSpline
 
     s = run.state
@@ -140,6 +141,6 @@ def record(run: Run, arm: Arm, sensors: Sensors, substeps: int, rng: np.random.G
     true = sensed(tensor(run.tau), tensor(run.state.qd), arm).numpy()
     clean = _lagged(run, sensors.biased(true), sensors, t)
     noisy = clean + sensors.noise_std(clean) * rng.standard_normal(clean.shape)
-    keep = _kept(t, sensors, rng)
+    keep = _surviving_rows(t, sensors, rng)
     motion = {name: x[keep] for name, x in _motion_columns(run, arm, sensors, t).items()}
     return Recorded(run.name, motion, {arm.column("tau", j + 1): noisy[keep, j] for j in range(arm.n_links)}, clean[keep])

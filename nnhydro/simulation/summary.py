@@ -12,7 +12,7 @@ from nnhydro.simulation.scoring import Verdict
 from nnhydro.simulation.truth.localised import PARTS
 
 SCHEMA = "nnhydro/score/2"
-SURE = 0.9  # findings said with at least this confidence must be right as often
+CONFIDENT = 0.9  # findings said with at least this confidence must be right as often
 OVERLAP, MOMENT = 0.6, 0.5  # overlap of regions, and s, from which on a part or a moment counts as told
 WORSE = 1.02  # an unseen error that has grown by more than 2 % is a case made worse
 COUNT = {1: "one effect", 2: "two effects", 3: "three effects"}
@@ -63,6 +63,7 @@ def groups(verdicts: Sequence[Verdict]) -> list[tuple[str, list[Verdict]]]:
 
 
 def _group(name: str, members: Sequence[Verdict]) -> dict[str, Any]:
+    """Shares and medians of one group of verdicts."""
     listed = members[0].kind == "effect"
     quiet = members[0].kind == "none"
     return {"group": name, "campaigns": len(members),
@@ -78,7 +79,7 @@ def _group(name: str, members: Sequence[Verdict]) -> dict[str, Any]:
 
 
 def _unseen(verdicts: Sequence[Verdict]) -> dict[str, Any]:
-    """How well unseen motions are foretold, and what share of the improvement that the truth itself would make, for hidden effects.
+    """How well unseen motions are predicted, and what share of the improvement that the truth itself would make, for hidden effects.
 
     The median is over the campaigns in which the truth is better than the baseline, the pooled share over all, whatever it is there.
     """
@@ -105,13 +106,13 @@ def confusion(verdicts: Sequence[Verdict]) -> dict[str, dict[str, int]]:
 def summary(verdicts: Sequence[Verdict], missing: Sequence[str]) -> dict[str, Any]:
     """Return the score as a JSON document."""
     numbers = [p for v in verdicts for p in v.parameters]
-    sure = [ok for v in verdicts for confidence, ok in v.claims if confidence >= SURE]
+    confident = [ok for v in verdicts for confidence, ok in v.claims if confidence >= CONFIDENT]
     sizes = [n for v in verdicts for n in v.class_sizes]
     return {"schema": SCHEMA, "scored": len(verdicts), "missing": list(missing), "groups": [_group(*group) for group in groups(verdicts)],
             "class_size": float(np.mean(sizes)) if sizes else None,
             "parameters": {"compared": len(numbers), "median_error": _median([p.error for p in numbers if p.error is not None]),
                            "coverage": _share([p.covered for p in numbers if p.covered is not None])},
-            "confidence": {"threshold": SURE, "claims": len(sure), "right": _share(sure)},
+            "confidence": {"threshold": CONFIDENT, "claims": len(confident), "right": _share(confident)},
             "unseen": _unseen(verdicts), "placed": _placed(verdicts),
             "median_seconds": _median([v.seconds for v in verdicts if v.seconds is not None]),
             "confusion": confusion(verdicts), "campaigns": [asdict(v) for v in verdicts]}

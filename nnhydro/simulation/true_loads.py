@@ -18,6 +18,7 @@ UNUSABLE = (TypeError, ValueError, RuntimeError, LookupError, AttributeError, Ar
 
 
 def _kind(name: str, given: Any, where: str) -> type[LoadTerm]:
+    """The class of a load term by its name or `kind`; raises ConfigError for an unknown one."""
     kinds = term_kinds()
     kind = given.get("kind", name) if isinstance(given, dict) else name
     if not isinstance(kind, str) or kind not in kinds:
@@ -52,6 +53,7 @@ def _numbers(value: Any, wanted: int, bounds: tuple[float, float], where: str) -
 
 
 def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where: str) -> LoadTerm:
+    """A load term with the parameters and options of a recipe; raises ConfigError for unknown keys and values."""
     parameters, options = {f.name: f for f in cls.parameters()}, {f.name for f in cls.options()}
     for key in given:
         if key != "kind" and key not in parameters and key not in options:

@@ -1,4 +1,4 @@
-"""The truth in the place of a model: what its own equations and numbers foretell for a motion as a recorder wrote it down.
+"""The truth in the place of a model: what its own equations and numbers predict for a motion as a recorder wrote it down.
 
 A model of nothing but the truth still errs on recorded motions: angles come in steps, derivatives have to be taken. What is left of the
 error of a baseline when that is taken off is all that a diagnosis could mend.
@@ -41,7 +41,7 @@ class TrueModel(TorqueModel):
         return {}
 
 
-def foretold(unseen: Unseen, document: dict[str, Any], csv: str) -> NDArray[Any]:
+def true_torque(unseen: Unseen, document: dict[str, Any], csv: str) -> NDArray[Any]:
     """Return the sensor torques (n, joints) N m of the truth for its motion as recorded in `csv`, by the arm of arm.yaml's `document`.
 
     Derivatives that the recorder left out are taken as for any model (`predict`).

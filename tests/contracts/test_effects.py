@@ -61,7 +61,9 @@ def valued(one, size=1.0):
 
 def test_the_catalogue_holds_the_contracts_names_in_their_families():
     named = {id_: family for family, ids in FAMILIES.items() for id_ in ids.split()}
-    assert {id_: cls.family for id_, cls in EFFECTS.items() if cls.__module__.startswith("nnhydro.")} == named
+    assert {id_: EFFECTS[id_].family for id_ in named} == named
+    ours = {cls.family for cls in EFFECTS.values() if cls.__module__.startswith("nnhydro.")}
+    assert ours == set(FAMILIES), "a new effect joins a family; a new family is written down here first"
 
 
 @IDS
@@ -315,3 +317,12 @@ def test_the_rigs_of_these_tests_are_what_they_say():
     assert isinstance(m, Motion)
     assert not m.steady
     assert states(2).steady
+
+
+@IDS
+def test_a_finding_is_said_in_sentences_that_are_read_once(id_):
+    effect_ = valued(found(id_, arm(2))[0])
+    text = effect_.sentence(dict.fromkeys([*effect_.quantities(), *effect_.linear_names()], "0.5"))
+    assert text.endswith(".")
+    for sentence in text.removesuffix(".").replace(": ", ". ").split(". "):
+        assert len(sentence.split()) <= 25, sentence

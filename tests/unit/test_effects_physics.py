@@ -12,7 +12,7 @@ from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER
 from nnhydro.effects.link_interference import shadowed
-from nnhydro.effects.quantity import Quantity, intervals, told
+from nnhydro.effects.quantity import Quantity, format_quantity, intervals
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.normal_drag import NormalDrag
@@ -41,8 +41,8 @@ def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_t
     q = np.linspace(-2, 2, 9)
     d = q - rest
     np.testing.assert_allclose(hose.torque(Flow(arm(1), steady(q[:, None])))[:, 0], k * (d + hardening * d**3), atol=1e-12)
-    told = hose.quantities()
-    assert (told["stiffness"].value, told["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
+    format_quantity = hose.quantities()
+    assert (format_quantity["stiffness"].value, format_quantity["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
     assert "grows more than in proportion" in hose.statement()
     assert "grows less than in proportion" in bent(1.0, 0.0, 0.0, -0.1).statement()
     assert "grows on one side more than on the other" in bent(1.0, 0.0, 0.5, 0.1).statement()
@@ -376,7 +376,7 @@ def test_folding_back_changes_the_sheltered_links_drag_alone():
     (3.0, (3.0, 3.0), "3 +- 0 N"), (0.1234, (0.1112, 0.1356), "0.123 +- 0.012 N"), (12345.0, (8345.0, 16345.0), "12345 +- 4000 N"),
 ])
 def test_numbers_are_told_with_the_figures_of_their_uncertainty(value, interval, text):
-    assert told(Quantity(value, "N"), interval) == text
+    assert format_quantity(Quantity(value, "N"), interval) == text
 
 
 def test_the_interval_of_a_derived_quantity_follows_from_the_covariance():

@@ -8,7 +8,7 @@ import pytest
 from campaigns import planted, recording
 from rigs import arm
 
-from nnhydro.diagnosis.calibration.injection import foretold, injected, observing
+from nnhydro.diagnosis.calibration.injection import injected, observing, predicted
 from nnhydro.diagnosis.calibration.rehearsal import confident, label, rehearse
 from nnhydro.diagnosis.diagnose import diagnose, study
 from nnhydro.diagnosis.findings.finding import finding_of
@@ -104,7 +104,7 @@ def test_products_with_another_torque_are_those_of_rows_with_that_torque(found):
 
 
 def test_what_a_fit_foretells_leaves_noise_of_unit_size(found):
-    left = found.search.whitened.y - foretold(found.search.view, found.decided.claimed, found.decided.claimed)
+    left = found.search.whitened.y - predicted(found.search.view, found.decided.claimed, found.decided.claimed)
     assert 0.5 < float((left**2).mean()) < 1.1
 
 

@@ -227,9 +227,9 @@ def test_a_channel_that_clips_reads_no_more_than_its_level_whatever_its_gain_and
 
 
 def test_less_is_foreseen_of_what_jumps_rings_clips_or_swirls_but_half_of_it_at_least():
-    foreseen = {id_: cls.foreseen for id_, cls in REGISTER.items() if cls.foreseen < 1}
-    assert set(foreseen) == {"backlash", "joint_elasticity", "torque_saturation", "wake_reentry"}
-    assert all(value >= 0.5 for value in foreseen.values())
+    predictable_share = {id_: cls.predictable_share for id_, cls in REGISTER.items() if cls.predictable_share < 1}
+    assert set(predictable_share) == {"backlash", "joint_elasticity", "torque_saturation", "wake_reentry"}
+    assert all(value >= 0.5 for value in predictable_share.values())
 
 
 @pytest.mark.parametrize(("id_", "name", "value", "may_be"), [

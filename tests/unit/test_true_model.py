@@ -10,7 +10,7 @@ from nnhydro.simulation.conceal import _csv
 from nnhydro.simulation.reveal import _errors
 from nnhydro.simulation.scoring import Verdict
 from nnhydro.simulation.summary import summary
-from nnhydro.simulation.true_model import foretold
+from nnhydro.simulation.true_model import true_torque
 from nnhydro.simulation.truth.campaign import Wish, _expected, draw_campaign
 from nnhydro.simulation.truth.registry import makers
 from nnhydro.simulation.truth.sensors import FINE
@@ -19,11 +19,11 @@ FULL, RARE, BELT = 5, 6, 3  # seeds of recorders of every derivative, and of ang
 
 
 def error(drawn, columns=lambda unseen: unseen.links):
-    """sum|foretold - truth| / sum|truth| over the unseen motions."""
+    """sum|predicted - truth| / sum|truth| over the unseen motions."""
     wrong = total = 0.0
     for name, unseen in drawn.unseen.items():
         truth = np.array(drawn.answer["unseen"][name]["tau_Nm"])
-        wrong += np.abs(foretold(unseen, drawn.arm, _csv(columns(unseen))) - truth).sum()
+        wrong += np.abs(true_torque(unseen, drawn.arm, _csv(columns(unseen))) - truth).sum()
         total += np.abs(truth).sum()
     return wrong / total
 
@@ -59,7 +59,7 @@ def test_what_remembers_is_stepped_as_finely_as_in_the_run(cause):
     draft = makers()[cause](np.random.default_rng(2), unseen.arm)
     with_it = replace(unseen, causes=(draft.make(np.sqrt(draft.low * draft.high)),))
     run, exact_truth = unseen.run, [_expected(unseen.run, unseen.arm, causes)[::FINE] for causes in (with_it.causes, ())]
-    said = foretold(with_it, drawn.arm, _csv(exact(with_it)))
+    said = true_torque(with_it, drawn.arm, _csv(exact(with_it)))
     assert run.dt == pytest.approx(1 / (50.0 * FINE))
     assert np.abs(said - exact_truth[0]).sum() < 0.05 * np.abs(exact_truth[1] - exact_truth[0]).sum()
 
@@ -70,7 +70,7 @@ def test_the_phases_of_chance_that_were_drawn_are_not_known():
     wave = makers()["wave_orbital"](np.random.default_rng(2), unseen.arm).make(0.2)
     with_it = replace(unseen, causes=(wave,))
     truth, mean = _expected(unseen.run, unseen.arm, (wave,))[::FINE], _expected(unseen.run, unseen.arm, (wave,), 400)[::FINE]
-    said = foretold(with_it, drawn.arm, _csv(exact(with_it)))
+    said = true_torque(with_it, drawn.arm, _csv(exact(with_it)))
     assert 0.3 < np.abs(said - truth).sum() / np.abs(mean - truth).sum() < 3
 
 

@@ -18,6 +18,8 @@ HERE = Path(__file__).parent
 START = TrainingConfig()
 PAGE = """# What of the network's inputs earns its place
 
+**Measured with nnhydro {version}; figures of another version may differ.**
+
 `python training/ablation/run.py` ({minutes} minutes): error of the network on held-out recordings of {campaign}, {folds} folds.
 With everything it is {all:.2f} %; without the law of the strips {lawless:.2f} %; with the law, but no feature except the constants of the
 arm, {featureless:.2f} %. A set earns its place where the error rises without it.
@@ -68,7 +70,8 @@ def main():
 
     features, law = (sorted(names, key=lambda name: -found[name]) for names in (START.features, START.law))
     write_text(HERE / "README.md", PAGE.format(
-        minutes=round(seconds / 60), campaign=config["campaign"], folds=config["folds"], all=100 * found["everything"],
+        version=versions()["nnhydro"], minutes=round(seconds / 60),
+        campaign=config["campaign"], folds=config["folds"], all=100 * found["everything"],
         lawless=100 * found["lawless"], featureless=100 * found["featureless"], law="\n".join(map(row, law)),
         features="\n".join(row(name, alone(name)) for name in features)))
     write_json(HERE / "results.json", {"errors": found, "seconds": round(seconds), "config": config,

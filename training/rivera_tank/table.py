@@ -3,6 +3,8 @@
 FIRST = "leave-recordings-out"
 HEAD = """# Every model under every protocol
 
+**Measured with nnhydro {version}; figures of another version may differ.**
+
 `python training/rivera_tank/run.py` ({minutes} minutes on two cores; choices in config.toml, every number in results.json).
 Error: McLain & Rock's sum |measured - model| / sum |measured| on recordings held out of the fit, in %. datasets/rivera_tank, synthetic;
 noise floor {floor:.2f} %. leave-arm-out: three simulated arms of slenderness 0.7, 1 and 1.4 (arms.yaml).
@@ -12,6 +14,11 @@ noise floor {floor:.2f} %. leave-arm-out: three simulated arms of slenderness 0.
 def _table(columns: list[str], rows: list[list[str]]) -> str:
     lines = [columns, ["---"] * len(columns), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def _versions(results: dict) -> str:
+    """The versions that made the results, each once."""
+    return ", ".join(dict.fromkeys(result["versions"]["nnhydro"] for result in results.values()))
 
 
 def _errors(results: dict) -> str:
@@ -45,7 +52,7 @@ def page(results: dict) -> str:
     results = dict(sorted(results.items(), key=lambda item: item[0] != FIRST))
     minutes = sum(result["seconds"] for result in results.values()) / 60
     floor = next((100 * result["noise_floor"] for result in results.values() if result["noise_floor"] is not None), float("nan"))
-    text = HEAD.format(minutes=round(minutes), floor=floor) + "\n" + _errors(results)
+    text = HEAD.format(version=_versions(results), minutes=round(minutes), floor=floor) + "\n" + _errors(results)
     for protocol, result in results.items():
         if protocol != FIRST:
             text += f"\n## {protocol}: error where is held out, %\n\n{_folds(result)}"

@@ -59,7 +59,7 @@ def _copy(one: T, **changes: object) -> T:
     return made
 
 
-def foretold(view: View, found: Scored, remainder: Scored) -> Array:
+def predicted(view: View, found: Scored, remainder: Scored) -> Array:
     """Return the whitened torque (n, joints) of `found`: baseline and effects fitted without the unknown, which is that of `remainder`."""
     whitened, columns = view.whitened, view.joined(found.chosen)
     p, m = whitened.p, whitened.m

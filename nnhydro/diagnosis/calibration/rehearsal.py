@@ -15,7 +15,7 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.diagnosis.calibration.injection import foretold, observing
+from nnhydro.diagnosis.calibration.injection import observing, predicted
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
 from nnhydro.diagnosis.findings.finding import Finding
@@ -62,10 +62,10 @@ def rehearse(search: Search, claimed: Scored, draws: int, seed: int,
     others = {k: alternatives(search, claimed, k)[1] for k in claimed.chosen}
     rivals = {k: tuple(a.number for a in found) for k, found in others.items()}
     unlike = {k: tuple(a.number for a in found if a.cosine <= ALIKE) for k, found in others.items()}
-    told, rehearsed = [], worlds(search, claimed, unlike)
+    rows, rehearsed = [], worlds(search, claimed, unlike)
     for number, world in enumerate(rehearsed):
         count: dict[str, int] = {}
-        mean = foretold(search.view, world.planted, claimed)
+        mean = predicted(search.view, world.planted, claimed)
         for draw in range(draws):
             progress(f"rehearsal {number * draws + draw + 1} of {len(rehearsed) * draws}")
             y = mean + np.random.default_rng([seed, number, draw]).standard_normal(mean.shape)
@@ -73,10 +73,10 @@ def rehearse(search: Search, claimed: Scored, draws: int, seed: int,
             for k in _named(drawn, claimed, rivals):
                 count[label(search.key(k))] = count.get(label(search.key(k)), 0) + 1
         keys = [k for k in claimed.chosen if k != world.instead] + ([] if world.rival is None else [world.rival])
-        told.append({"planted": [label(search.key(k)) for k in keys],
+        rows.append({"planted": [label(search.key(k)) for k in keys],
                      "instead_of": None if world.instead is None else label(search.key(world.instead)),
                      "named": dict(sorted(count.items(), key=lambda pair: -pair[1]))})
-    return {"draws": draws, "worlds": told}
+    return {"draws": draws, "worlds": rows}
 
 
 def label(key: Key) -> str:

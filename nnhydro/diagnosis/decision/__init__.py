@@ -1,0 +1,1 @@
+"""The one place where a claim is decided, and the errors on held-out recordings."""

@@ -5,7 +5,7 @@ A member k of the best set S is claimed if
        the form of the largest,                       score(S) - score(S less k) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
        and LOOK_ALIKE of what a larger one gains for which its card may be taken
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
-    3. recordings that the fit has not seen are foretold better, also without the one that gains most
+    3. recordings that the fit has not seen are predicted better, also without the one that gains most
     4. one of its values differs from 0 by PRECISE standard deviations, and none lies beyond a physical bound
     5. it moves the torque by RELEVANT of its rms, and by FORM of the largest other claim.
 Members that fail leave the set, the one that gains least first, and the others are judged again.
@@ -119,7 +119,7 @@ def _judged(search: Search, now: Scored, rest: Scored, k: int, held: Array, shar
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (without_best, 0.0, "recordings that the fit has not seen are foretold no better"),
+        (without_best, 0.0, "recordings that the fit has not seen are predicted no better"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "what it explains is no smaller part of what remains unknown than any law's"),
     )
     for statistic, needed, reason in tests:

@@ -1,4 +1,4 @@
-"""What a set of effects foretells of recordings that its fit has not seen.
+"""How well a set of effects predicts recordings that its fit has not seen: conditional log densities.
 
     log p(y_out | y_in, S) = log p(y | S) - log p(y_in | S)
 

@@ -68,7 +68,7 @@ def _predicted(search: Search, found: Scored, X: Array | None, fold: NDArray[np.
     return made
 
 
-def _foretold_columns(search: Search, found: Scored, model: StripTheory) -> Array | None:
+def _predictable_columns(search: Search, found: Scored, model: StripTheory) -> Array | None:
     """Return the scaled columns (n, joints, k) of the set without a look at measured torque, in the order of its fit."""
     if not found.chosen:
         return None
@@ -106,7 +106,7 @@ def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof
     empty = search.score(())
     before = _in_time(design, design.y - _predicted(search, empty, None, fold))
     after = before if not found.chosen else _in_time(
-        design, design.y - _predicted(search, found, _foretold_columns(search, found, model), fold))
+        design, design.y - _predicted(search, found, _predictable_columns(search, found, model), fold))
     divisor = float(sum(np.abs(x).sum() for x in _in_time(design, design.tau)))
     scale, count = "measured torque", sum(len(x) for x in before)
     if design.undriven:
@@ -118,7 +118,7 @@ def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof
     for k in found.chosen:
         rest = search.score(tuple(x for x in found.chosen if x != k))
         part = before if not rest.chosen else _in_time(
-            design, design.y - _predicted(search, rest, _foretold_columns(search, rest, model), fold))
+            design, design.y - _predicted(search, rest, _predictable_columns(search, rest, model), fold))
         without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
     return Proof(error["before"], error["after"], without, _residuals(design, before), _residuals(design, after),
                  divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale)

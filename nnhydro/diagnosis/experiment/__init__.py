@@ -1,0 +1,1 @@
+"""What to record next: rig limits, candidate motions, discrimination between equivalent effects."""

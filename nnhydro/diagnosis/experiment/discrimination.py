@@ -5,7 +5,7 @@
 
 P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add to
 what B is behind by N(D, lambda^2 + 1): with more parameters than A it falls behind even where it holds A as a special case. Of B's own law
-and its widest the one that comes nearer counts. The noise of new rows is that of the campaign, with what A explains believed to the model's
+and its widest the one that comes nearer counts. The noise of new rows is that of the campaign, with what A explains known to the model's
 FORM and LATE (`constants`).
 Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; in the evidence of `model.evidence`.
 """

@@ -1,0 +1,1 @@
+"""From a set of effects to statements: equivalent effects, intervals, sentences."""

@@ -1,0 +1,1 @@
+"""The probabilistic model: marginal likelihood, priors, the unknown law."""

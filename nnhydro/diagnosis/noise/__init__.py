@@ -1,0 +1,1 @@
+"""The noise model: a spectrum a joint, a scale a recording."""

@@ -1,4 +1,4 @@
-"""Noise: a common spectrum a joint, a scale a recording, and what no model can foretell of what it explains.
+"""Noise: a common spectrum a joint, a scale a recording, and the model error of what is explained.
 
     v_nj = sigma_gj^2 S_j(band) + (FORM^2 + (2 pi f LATE)^2) E_gj(band) + BASELINE_FORM^2 B_gj(band)            [(N m)^2 s]
 
@@ -6,7 +6,7 @@ S, sigma by restricted maximum likelihood with the unknown and the selected effe
 
     S_j(b) <- S_j(b) sum a r^2/v / sum a (1 - h),     a = (own part of v) / v,  shrunk by NU observations towards its neighbours
 
-E is the mean square of the torque that the baseline alone leaves: no explanation is believed to better than FORM of what there is to
+E is the mean square of the torque that the baseline alone leaves: no explanation is taken to be better than FORM of what there is to
 explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with little noise are not judged on details.
 Source: REML, Patterson & Thompson (1971), Biometrika 58; discrepancy, Kennedy & O'Hagan (2001).
 """

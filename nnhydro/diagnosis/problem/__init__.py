@@ -1,0 +1,1 @@
+"""Data and hypotheses: trajectory, design matrix, baseline, enumeration of effects. No statistics."""

@@ -150,7 +150,7 @@ def _confined(library: Library, laws: Sequence[int], windows: Sequence[ActivityW
 
 
 def _may_be_confined(h: Hypothesis) -> bool:
-    return not (h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.foreseen < 1)
+    return not (h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.predictable_share < 1)
 
 
 def _whole(search: Search, found: Scored, k: int) -> Scored:
@@ -166,7 +166,7 @@ def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
 
     Members are asked, and where the unknown holds more than chance also the laws that gain most beside them and beside nothing, these
     for whole recordings only: a law of the angles passes for many others in a sector.
-    Laws of which a part can never be foretold (gaps, clippings) are not asked: where they are silent they may only be late.
+    Laws of which a part cannot be predicted (gaps, clippings) are not asked: where they are silent they may only be late.
     """
     asked = {(k, found) for k in found.chosen}
     if found.unknown_nats > DETECTED:

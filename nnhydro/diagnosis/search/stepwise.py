@@ -20,7 +20,7 @@ from nnhydro.diagnosis.search.library import View, bound_bonus
 
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
-KEPT = 5  # keys a scale that are fitted exactly
+FITTED_EXACTLY = 5  # keys a scale that are fitted exactly
 IMPOSSIBLE = -1e6  # nats of values that make no physical sense together
 LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown from which its evidence is climbed, too
 
@@ -105,7 +105,7 @@ class Search:
         effect = self.view.library.hypotheses[k].effect
         return effect.family, effect.joint
 
-    def screen(self, chosen: Sequence[int], most: int = KEPT) -> list[int]:
+    def screen(self, chosen: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the unknown's best scale."""
         now, columns = self.score(chosen), self.view.joined(sorted(chosen))
         library, taken = self.view.library, self.taken(chosen)
@@ -127,7 +127,7 @@ class Search:
                     break
         return [k for _, k in sorted(best.values(), reverse=True)[:most]]
 
-    def most_gaining(self, base: Scored, among: Sequence[int], most: int = KEPT) -> list[int]:
+    def most_gaining(self, base: Scored, among: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return those of the hypotheses `among` that gain most beside `base`, the unknown at its sizes and switched off."""
         library, columns = self.view.library, self.view.joined(base.chosen)
         prior = np.array([library.log_prior(k) for k in among])
@@ -150,7 +150,7 @@ class Search:
     def run(self) -> Scored:
         """Return the best set found."""
         empty = self.score(())
-        singles = sorted((self.score((k,)) for k in self.screen((), 2 * KEPT)), key=lambda s: -s.score)
+        singles = sorted((self.score((k,)) for k in self.screen((), 2 * FITTED_EXACTLY)), key=lambda s: -s.score)
         best = self._better(empty, [s.chosen for s in singles])
         for first in singles[:4]:
             best = self._better(best, [(*first.chosen, k) for k in self.screen(first.chosen)], empty)

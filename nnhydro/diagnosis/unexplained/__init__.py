@@ -1,0 +1,1 @@
+"""What no finding explains: the unknown law, where the residual lies, spectral lines."""

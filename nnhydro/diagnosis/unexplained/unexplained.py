@@ -14,7 +14,7 @@ from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 
 Array = NDArray[np.float64]
-TOLD = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
+LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
 SHOWN = 4  # near misses
 
 
@@ -66,7 +66,7 @@ def unknown_parts(search: Search, found: Scored) -> tuple[Dependence, ...]:
         for g in range(len(names)):
             energy[g] = _energy(whitened.unknown.Phi @ np.where(whitened.unknown.group == g, eta, 0.0), design.Y[:, j], design.time)
         total = _energy(whitened.unknown.Phi @ eta, design.Y[:, j], design.time)
-        order = [g for g in np.argsort(-energy).tolist() if energy[g] > TOLD * energy.sum()] if energy.sum() > 0 else []
+        order = [g for g in np.argsort(-energy).tolist() if energy[g] > LEAST_SHARE * energy.sum()] if energy.sum() > 0 else []
         made.append(Dependence(j + 1, float(np.sqrt(total)) / max(float(design.scale[j]), 1e-300), tuple(names[g] for g in order[:3])))
     return tuple(made)
 

@@ -1,0 +1,1 @@
+"""Which recordings are fitted and which held out: one protocol a file."""

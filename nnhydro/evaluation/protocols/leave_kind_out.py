@@ -30,6 +30,7 @@ def _named(units: tuple[Unit, ...], moving: list[int]) -> dict[str, list[int]]:
 
 
 def _ordered(material: Material, units: tuple[Unit, ...], moving: list[int]) -> dict[str, list[int]]:
+    """Blocks of motions ordered by how far their links get on the way they go."""
     arm = material.campaigns[0].arm
     groups: dict[str, list[int]] = {}
     for i in moving:

@@ -32,6 +32,7 @@ def comparable(unit: Unit) -> bool:
 
 
 def _every_unit(material: Material, steady: Callable[[Campaign], list[Unit]] | None) -> list[Unit]:
+    """All units of all campaigns, named after their arm where there are several."""
     found: list[Unit] = []
     several = len(material.campaigns) > 1
     for number, (campaign, how, groups) in enumerate(zip(material.campaigns, material.hows, material.groups, strict=True)):

@@ -1,0 +1,1 @@
+"""General-purpose regressions for comparison: one method a file."""

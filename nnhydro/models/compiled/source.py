@@ -52,6 +52,7 @@ class Writer:
         return parts[0] if parts == ["x" + parts[0][1:]] else f"({' + '.join(parts)})"
 
     def _atom(self, k: int, named: Mapping[object, str]) -> str:
+        """The source text of one operation of the traced program."""
         atom = self.program.atoms[k]
         operands = [self._sum(x, named) for x in atom.operands]
         if atom.kind in self.forms:

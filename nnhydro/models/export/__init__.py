@@ -1,0 +1,1 @@
+"""Models as ONNX: one step in time with its state."""

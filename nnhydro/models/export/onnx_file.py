@@ -201,8 +201,8 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
         refuse_foreign(path)
     recorded = record(model) if made is None else made()
     graph = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
-    told = sidecar(recorded, [x.name for x in graph.graph.input], precision, digest)
-    graph.metadata_props.add(key="nnhydro", value=json_text(told))
+    description = sidecar(recorded, [x.name for x in graph.graph.input], precision, digest)
+    graph.metadata_props.add(key="nnhydro", value=json_text(description))
     write_own(out, graph.SerializeToString())
-    write_own(beside, json_text(told))
-    return told
+    write_own(beside, json_text(description))
+    return description

@@ -172,6 +172,7 @@ class Graph:
         return self.gathered(rows, (len(rows),))
 
     def _operation(self, kind: str, parts: list[str]) -> str:
+        """Add the nodes of one operation and return the name of its result."""
         if kind in TESTS:
             truth = self.node(TESTS[kind], [parts[0], self.constant(0.0)])
             return str(self.node("Cast", [truth], to=self.onnx.helper.np_dtype_to_tensor_dtype(self.dtype)))

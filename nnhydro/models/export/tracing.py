@@ -75,6 +75,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         return np.frompyfunc(Complex, 2, 1)(cells[..., 0], cells[..., 1])
 
     def _write(self, x: Tensor, values: Objects) -> None:
+        """Note the symbolic values of a tensor by the addresses of its elements, so that views share them."""
         if x.numel() == 0:
             return
         address = x.untyped_storage().data_ptr()
@@ -118,8 +119,8 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
 def _reduced(x: Objects, dim: Any, keepdim: bool, fold: Callable[[list[Any]], Any]) -> Objects:
     """Fold `x` along the axes `dim` (all where none)."""
     axes = tuple(a % x.ndim for a in ([dim] if isinstance(dim, int) else dim or range(x.ndim)))
-    kept = [a for a in range(x.ndim) if a not in axes]
-    moved = x.transpose(*kept, *axes).reshape(*(x.shape[a] for a in kept), -1)
+    others = [a for a in range(x.ndim) if a not in axes]
+    moved = x.transpose(*others, *axes).reshape(*(x.shape[a] for a in others), -1)
     out = np.empty(moved.shape[:-1], dtype=object)
     for place in np.ndindex(out.shape):
         out[place] = fold(list(moved[place]))

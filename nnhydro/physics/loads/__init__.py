@@ -1,0 +1,1 @@
+"""Load terms, one law a file; being here is the whole registration."""

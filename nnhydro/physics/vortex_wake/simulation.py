@@ -85,6 +85,7 @@ def simulate_wake(
 
 
 def _steps(motion: Motion, diameter: float, travel: float, choices: WakeChoices) -> list[_Step]:
+    """Steps of equal travel, with the times at their beginning, middle and end."""
     count = max(int(np.ceil(travel / choices.step - 1e-9)), 1)
     s = np.linspace(0.0, travel * diameter, count + 1)
     t = motion.time_at(s)

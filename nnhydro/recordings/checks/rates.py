@@ -16,7 +16,7 @@ from nnhydro.recordings.checks.sampling import ROWS_A_PERIOD, rows_a_period
 WINDOW = 0.1  # s
 MOVED = 0.02  # rad: below, there is nothing to compare
 FOLLOWS = 0.8  # correlation below which a rate does not belong to its angle
-KEPT = 0.97  # share of the windows that must agree
+AGREEING = 0.97  # share of the windows that must agree
 NOISY = 0.1  # of the rate's rms
 DEGREE = np.pi / 180
 KNOWN = ((-1.0, "has the wrong sign", "sign: -1"), (DEGREE, "is in deg/s", "unit: deg/s"),
@@ -52,7 +52,7 @@ def fit(reading: Reading, joint: int) -> Fit | None:
     if len(dq) < 5 or not da.any():
         return None
     ratio = _ratio(dq, da)
-    near = np.argsort(np.abs(dq - ratio * da))[: int(len(dq) * KEPT)]  # jumps of the encoder aside
+    near = np.argsort(np.abs(dq - ratio * da))[: int(len(dq) * AGREEING)]  # jumps of the encoder aside
     dq, da = dq[near], da[near]
     power = float(np.sqrt((da**2).sum() * (dq**2).sum()))
     return Fit(ratio, float((dq * da).sum()) / power if power > 0 else 0.0, float(np.std(np.concatenate(noises))),
@@ -85,6 +85,7 @@ class Rates(RecordingCheck):
                 yield from self._judged(reading, joint, found)
 
     def _judged(self, reading: Reading, joint: int, found: Fit) -> Iterator[Oddity]:
+        """What is wrong with a rate channel, from its regression on the derivative of the angle."""
         name, angle = reading.arm.column("qd", joint + 1), reading.arm.column("q", joint + 1)
         if abs(found.correlation) < FOLLOWS:
             yield Oddity(reading.name, "warning", name, f"does not follow the derivative of {angle} (correlation {found.correlation:.2f})",

@@ -88,6 +88,7 @@ def _words(path: Path, name: str, dataset: Any, of: tuple[str, ...]) -> Iterator
 
 
 def _value(path: Path, name: str, dataset: Any, kind: Any, read: Read, text: bool) -> Array | tuple[str, ...]:
+    """One column of a dataset as numbers or words; raises RecordingError for another type."""
     if text:
         return tuple(_words(path, name, dataset, (name,) if dataset.dtype.names else ()))
     if kind.kind not in "iuf":
@@ -96,6 +97,7 @@ def _value(path: Path, name: str, dataset: Any, kind: Any, read: Read, text: boo
 
 
 def _table(file: Any, path: Path, request: Request) -> Table:
+    """The requested columns, datasets named without the group that all share."""
     datasets = dict(_datasets(file, path))
     short = _without_common_group(list(datasets))
     found = [column for name, dataset in datasets.items() for column in _columns_of(short[name], dataset)]

@@ -62,6 +62,7 @@ def _require_tables_alone(path: Path) -> None:
 
 
 def _topic(path: Path, there: Sequence[str], asked: str | None, kinds: Sequence[str]) -> str:
+    """The topic with joint states: the one asked for, or the only one; raises RecordingError otherwise."""
     if not there:
         raise RecordingError(f"{path}: holds no sensor_msgs/JointState messages (it has {', '.join(kinds[:4]) or 'none at all'}): "
                              "record the joint states with effort")
@@ -91,6 +92,7 @@ def _channel(messages: Sequence[_Message], joint: str, channel: str) -> Array | 
 
 
 def _time(messages: Sequence[_Message]) -> tuple[Array, str]:
+    """Seconds since the first message, by the stamp of the sensor where it has one, else by that of arrival."""
     stamps = np.array([m.stamp for m in messages], dtype=np.int64)
     stamped = bool(stamps.any())
     if not stamped:
@@ -99,6 +101,7 @@ def _time(messages: Sequence[_Message]) -> tuple[Array, str]:
 
 
 def _table(path: Path, messages: list[_Message], request: Request) -> Table:
+    """Angles, rates and efforts of the chosen joints, one row a message."""
     names = list(dict.fromkeys(name for message in messages for name in message.names))
     joints = request.joints or numbered(names, request.links)
     unknown = [joint for joint in joints if joint not in names]
@@ -108,18 +111,18 @@ def _table(path: Path, messages: list[_Message], request: Request) -> Table:
     if not joints and not mapped:
         raise RecordingError(f"{path}: its joints are {', '.join(names[:8]) or '(unnamed)'}: "
                              "say which is which by 'joints: [...]' in a mapping (--map FILE)")
-    kept = [m for m in messages if not joints or set(joints) & set(m.names)]
-    require_shape(path, len(kept), len(names) * len(CHANNELS))
-    t, how = _time(kept)
+    wanted = [m for m in messages if not joints or set(joints) & set(m.names)]
+    require_shape(path, len(wanted), len(names) * len(CHANNELS))
+    t, how = _time(wanted)
     columns: Columns = {TIME: t}
     header = [TIME]
     for name in names:
         for channel, ours in CHANNELS.items():
             targets = {f"{name}.{channel}"} | ({column(ours, joints.index(name) + 1)} if name in joints else set())
             header += sorted(targets)
-            values = _channel(kept, name, channel) if targets & request.numbers else None
+            values = _channel(wanted, name, channel) if targets & request.numbers else None
             columns |= {target: values for target in targets & request.numbers if values is not None}
-    skipped = len(messages) - len(kept)
+    skipped = len(messages) - len(wanted)
     steps = (f"joint states of {', '.join(joints)}" if joints else "joint states", how)
     return Table(columns, tuple(header), steps=(*steps, f"{skipped} messages of other joints left out") if skipped else steps)
 

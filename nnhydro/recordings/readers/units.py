@@ -36,6 +36,7 @@ _WORDS = {"degrees": "deg", "degree": "deg", "degs": "deg", "revolutions": "rev"
 
 
 def _targets() -> dict[str, str]:
+    """The SI unit of every channel by its column."""
     names = {TIME: "s", CLOCK: "s"}
     for channel in CHANNELS.values():
         for joint in range(1, 11) if channel.per_joint else [None]:

@@ -40,6 +40,7 @@ def _mapped(result: Benchmark) -> list[str]:
 
 
 def _curve(result: Benchmark, styles: dict[str, int]) -> Markup | None:
+    """Errors over the number of fitted recordings; None where the protocol has one number only."""
     if not result.split.curve:
         return None
     folds = range(len(result.split.folds))

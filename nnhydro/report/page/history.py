@@ -95,14 +95,15 @@ class _Frame:
 
     def ends(self, bottom: float) -> Markup:
         """Shade the ends that the filter touches and no comparison uses."""
-        kept, across = np.flatnonzero(self.trace.segment.keep), self.across
-        pairs = () if self.trace.segment.steady else ((self.x[0], self.x[kept[0]]), (self.x[kept[-1]], self.x[-1]))
+        compared, across = np.flatnonzero(self.trace.segment.keep), self.across
+        pairs = () if self.trace.segment.steady else ((self.x[0], self.x[compared[0]]), (self.x[compared[-1]], self.x[-1]))
         return joined([tag("rect", class_="ends", x=across(a), y=TOP, width=across(b) - across(a), height=bottom - TOP)
                        for a, b in pairs if b > a])
 
 
 def _picture(trace: Trace, x: Array, over: str, label: str, styles: Mapping[str, int], most: int, first: Sequence[str]
              ) -> History:
+    """One recording: torque and residual of each joint, one panel below the other."""
     across = Scale.around(x, LEFT, WIDTH - RIGHT) if trace.segment.steady else Scale(float(x[0]), float(x[-1]), LEFT, WIDTH - RIGHT)
     frame, panels, top = _Frame(trace, x, across, styles, most, first), list[Markup](), TOP
     for joint in range(trace.segment.n_links):

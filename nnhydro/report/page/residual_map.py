@@ -17,7 +17,7 @@ from nnhydro.report.page.trace import Trace
 Array = NDArray[np.float64]
 BINS = 10
 FEWEST = 5  # rows in a cell that is shown
-TOLD = 6  # recordings named in a cell
+NAMED_RECORDINGS = 6  # recordings named in a cell
 WHITE_IN_LIGHT, BLACK_IN_DARK = 0.565, 0.476  # there the scale's luminance is 0.18: black and white stand out alike, 4.6 to 1
 ORDER = "when"  # the name of the map over recordings and time
 
@@ -106,10 +106,11 @@ def _states(trace: Trace) -> dict[str, Array]:
 
 
 def _cell(r: Array, of: NDArray[np.int64], names: Sequence[str]) -> Cell | None:
+    """The rms and mean of the residual in a cell and the recordings that fill it; None for too few rows."""
     if len(r) < FEWEST:
         return None
     energy = np.bincount(of, r**2, minlength=len(names))
-    order = np.argsort(-energy, kind="stable")[:TOLD]
+    order = np.argsort(-energy, kind="stable")[:NAMED_RECORDINGS]
     total = float(energy.sum()) or 1.0
     return Cell(float(np.sqrt((r**2).mean())), float(r.mean()), len(r),
                 tuple((names[i], float(energy[i] / total)) for i in order if energy[i] > 0.005 * total))
@@ -117,6 +118,7 @@ def _cell(r: Array, of: NDArray[np.int64], names: Sequence[str]) -> Cell | None:
 
 def _grid(r: Array, of: NDArray[np.int64], names: Sequence[str], column: NDArray[np.int64], row: NDArray[np.int64], shape: tuple[int, int]
           ) -> list[list[Cell | None]]:
+    """Cells by row and column of the map."""
     place = row * shape[1] + column
     order = np.argsort(place, kind="stable")
     bounds = np.searchsorted(place[order], np.arange(shape[0] * shape[1] + 1))

@@ -1,0 +1,1 @@
+"""Motions of a recipe: one kind a file."""

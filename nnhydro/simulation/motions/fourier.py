@@ -49,6 +49,7 @@ class Fourier(TimedMotion):
 
     @model_validator(mode="after")
     def _given_or_drawn(self) -> Self:
+        """Sines are either given one by one, or drawn within a reach and a rate."""
         given = (self.amplitude_rad is not None, self.frequency_hz is not None)
         drawn = (self.reach_rad is not None, self.rate_rad_s is not None)
         if not ((all(given) and not any(drawn)) or (all(drawn) and not any(given) and self.phase_rad is None)):
@@ -69,6 +70,7 @@ class Fourier(TimedMotion):
         return w * x, w * dx + dw * x, w * ddx + 2 * dw * dx + ddw * x
 
     def _given(self, joints: int) -> tuple[Array, Array, Array]:
+        """Amplitude, frequency and phase (joints, sines) as the recipe gives them."""
         assert self.amplitude_rad is not None
         assert self.frequency_hz is not None
         shape = (joints, len(self.frequency_hz))
@@ -80,6 +82,7 @@ class Fourier(TimedMotion):
         return np.array(self.amplitude_rad), np.broadcast_to(np.array(self.frequency_hz), shape), np.array(phase)
 
     def _drawn(self, joints: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+        """Amplitude, frequency and phase (joints, sines), drawn and scaled to reach and rate."""
         assert self.reach_rad is not None
         assert self.rate_rad_s is not None
         shape = (joints, self.count)

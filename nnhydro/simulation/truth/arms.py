@@ -13,6 +13,7 @@ MOST = 2.0  # standard deviations of `known_to` by which a true value may differ
 
 
 def _link(rng: Generator, thick: float) -> TrueLink:
+    """A random link of diameter `thick` m."""
     L, D = float(rng.uniform(0.2, 0.8)), thick
     D = float(np.clip(D, 0.03, min(0.1, L / 4)))
     mass = 1000 * np.pi * D**2 / 4 * L * rng.uniform(0.9, 2.2)

@@ -23,7 +23,7 @@ from nnhydro.simulation.truth.motions import Plan, carry_out, plans
 from nnhydro.simulation.truth.rivals import RUNS, nearest
 from nnhydro.simulation.truth.sensors import FINE, Sensors, draw_sensors, record
 from nnhydro.simulation.truth.tank import belted, plain_torque, read
-from nnhydro.simulation.truth.visibility import FACTORS, Bench, bench, sized
+from nnhydro.simulation.truth.visibility import FACTORS, Yardstick, reference, sized
 from nnhydro.simulation.truth.world import Array, Cause, Draft, Generator, Run, TrueArm
 
 ATTEMPTS = 30
@@ -105,6 +105,7 @@ def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
 
 
 def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: Sensors, stem: str, start: float) -> tuple[Run, ...]:
+    """The runs of a plan, a few minutes apart on the clock."""
     result = []
     for number, plan in enumerate(todo, 1):
         result.append(carry_out(plan, len(arm.links), FINE * sensors.rate, f"{stem}_{number:02d}", start, int(rng.integers(2**31))))
@@ -112,10 +113,10 @@ def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: Sensors, 
     return tuple(result)
 
 
-def _local(rng: Generator, bench: Bench, draft: Draft, acts: str) -> tuple[Draft, Part | None] | None:
+def _local(rng: Generator, reference: Yardstick, draft: Draft, acts: str) -> tuple[Draft, Part | None] | None:
     """Return the draft as it acts in a part of the campaign, and the part; None where it cannot."""
     sample = draft.make(draft.low)
-    part = draw_part(rng, acts, bench.runs, sample.joint) if acts != "always" else None
+    part = draw_part(rng, acts, reference.runs, sample.joint) if acts != "always" else None
     if part is None:
         return draft, None
     if acts == "region" and (sample.load is None or sample.joint is None):
@@ -123,25 +124,25 @@ def _local(rng: Generator, bench: Bench, draft: Draft, acts: str) -> tuple[Draft
     return replace(draft, make=lambda a: replace(draft.make(a), share=part.share)), part
 
 
-def _hide(rng: Generator, bench: Bench, names: Sequence[str], wish: Wish) -> tuple[list[tuple[Cause, float]], Part | None] | None:
+def _hide(rng: Generator, reference: Yardstick, names: Sequence[str], wish: Wish) -> tuple[list[tuple[Cause, float]], Part | None] | None:
     """Return the causes with their lambdas and the part in which they act; None where one of them cannot be made visible enough."""
     low, high = FACTORS[wish.strength]
     found: list[tuple[Cause, float]] = []
     part: Part | None = None
     for name in names:
-        local = _local(rng, bench, registry.makers()[name](rng, bench.arm), wish.acts)
+        local = _local(rng, reference, registry.makers()[name](rng, reference.arm), wish.acts)
         if local is None:
             return None
         draft, part = local
-        target = bench.limit * float(np.exp(rng.uniform(np.log(low), np.log(high))))
-        cause, size = sized(bench, draft, target)
-        if draft.low < draft.high and not 0.7 * low * bench.limit <= size <= 1.4 * high * bench.limit:
+        target = reference.limit * float(np.exp(rng.uniform(np.log(low), np.log(high))))
+        cause, size = sized(reference, draft, target)
+        if draft.low < draft.high and not 0.7 * low * reference.limit <= size <= 1.4 * high * reference.limit:
             return None
         found.append((cause, size))
     if len(found) > 1:
-        columns = [bench.column([cause]) for cause, _ in found]
-        alone = [bench.size([cause], columns[:k] + columns[k + 1:]) for k, (cause, _) in enumerate(found)]
-        if min(alone) < 0.7 * low * bench.limit:
+        columns = [reference.column([cause]) for cause, _ in found]
+        alone = [reference.size([cause], columns[:k] + columns[k + 1:]) for k, (cause, _) in enumerate(found)]
+        if min(alone) < 0.7 * low * reference.limit:
             return None
         found = [(cause, size) for (cause, _), size in zip(found, alone, strict=True)]
     return found, part
@@ -155,19 +156,19 @@ def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause], phases: int = PHA
     return mean
 
 
-def _answer(wish: Wish, bench: Bench, hidden: Sequence[tuple[Cause, float]], known_to: float) -> dict[str, Any]:
+def _answer(wish: Wish, reference: Yardstick, hidden: Sequence[tuple[Cause, float]], known_to: float) -> dict[str, Any]:
     """Return what is to be sealed, without the unseen motions' torques."""
     def entry(cause: Cause, size: float) -> dict[str, Any]:
         return {"effect": cause.id, "family": cause.family, "joint": cause.joint, "shape": cause.shape, "law": cause.law,
-                "chance": cause.chance, "near": list(cause.near), "lambda": round(size, 2), "over_limit": round(size / bench.limit, 3),
+                "chance": cause.chance, "near": list(cause.near), "lambda": round(size, 2), "over_limit": round(size / reference.limit, 3),
                 "parameters": {key: {"value": float(f"{value:.6g}"), "unit": unit} for key, (value, unit) in cause.parameters.items()}}
 
     kind = hidden[0][0].id.rpartition(":")[0] or "effect" if hidden else "none"
-    sensors, arm = bench.sensors, bench.arm
+    sensors, arm = reference.sensors, reference.arm
     return {"schema": "nnhydro/answer/1", "kind": kind, "strength": wish.strength if kind in ("effect", "unlisted") else None,
-            "effects": [entry(cause, size) for cause, size in hidden], "limit": round(bench.limit, 3), "links": len(arm.links),
+            "effects": [entry(cause, size) for cause, size in hidden], "limit": round(reference.limit, 3), "links": len(arm.links),
             "belt": arm.belt, "known_to": known_to, "noise": {"kind": sensors.noise, "level": round(sensors.level, 5)},
-            "given": sensors.given, "rate_hz": sensors.rate, "recordings": len(bench.runs),
+            "given": sensors.given, "rate_hz": sensors.rate, "recordings": len(reference.runs),
             "coefficients": {"cd": [round(k.C_D, 5) for k in arm.links], "cm": [round(k.C_M, 5) for k in arm.links]}}
 
 
@@ -183,6 +184,7 @@ def draw_campaign(seed: int, index: int, wish: Wish) -> Concealed:
 
 
 def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
+    """One draw of a concealed campaign; None where its causes cannot be shown at the strength asked for."""
     links = wish.links or (2 if rng.random() < 0.75 else 1)
     counts, seconds, rates = SIZES[wish.size]
     names = choose(rng, wish, links)
@@ -195,7 +197,7 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
     runs = _runs(rng, arm, plans(rng, links, int(rng.integers(counts[0], counts[1] + 1)), seconds), sensors, "run", MORNING)
     healthy = np.concatenate([belted(plain_torque(run, arm, 20), arm) for run in runs])
     sigma = sensors.level * np.sqrt((healthy**2).mean(axis=0))
-    measure = bench(runs, arm, known_to, sensors, sigma, not inertia_hidden)
+    measure = reference(runs, arm, known_to, sensors, sigma, not inertia_hidden)
     made = _hide(rng, measure, names, wish)
     if made is None:
         return None
@@ -204,7 +206,7 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
     files = {f"recordings/{run.name}.csv": record(run, read(run, arm, causes, plain), arm, sensors, sigma, rng, True)
              for run, plain in zip(runs, measure.healthy, strict=True)}
     answer = _answer(wish, measure, hidden, known_to) | {"unseen": {}}
-    some = bench(runs[:RUNS], arm, known_to, sensors, sigma, not inertia_hidden)
+    some = reference(runs[:RUNS], arm, known_to, sensors, sigma, not inertia_hidden)
     for entry, near in zip(answer["effects"], nearest(rng, some, hidden), strict=True):
         entry["rivals"] = near
         entry |= {} if part is None else {"acts": part.answer()}

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nnhydro.simulation.truth.registry import makers, names, takes_belt
-from nnhydro.simulation.truth.visibility import Bench
+from nnhydro.simulation.truth.visibility import Yardstick
 from nnhydro.simulation.truth.world import Array, Cause, Generator
 
 RUNS = 5
@@ -29,18 +29,18 @@ def _left(x: Array, y: Array) -> float:
     return float(np.linalg.norm(x - y * (x @ y) / size**2) / max(float(np.linalg.norm(x)), 1e-12))
 
 
-def nearest(rng: Generator, bench: Bench, found: Sequence[tuple[Cause, float]]) -> list[dict[str, float]]:
+def nearest(rng: Generator, reference: Yardstick, found: Sequence[tuple[Cause, float]]) -> list[dict[str, float]]:
     """Return for each cause with its lambda the three nearest others: name -> lambda_left."""
-    hidden = [bench.column([cause]) for cause, _ in found]
+    hidden = [reference.column([cause]) for cause, _ in found]
     left: list[dict[str, float]] = [{} for _ in found]
     if not found:
         return left
-    for name in names("", len(bench.arm.links)):
-        if name == "added_mass" or (bench.arm.belt and not takes_belt(name)):
+    for name in names("", len(reference.arm.links)):
+        if name == "added_mass" or (reference.arm.belt and not takes_belt(name)):
             continue
         for _ in range(DRAWS):
-            draft = makers()[name](rng, bench.arm)
-            y = bench.column([draft.make(float(np.sqrt(draft.low * draft.high)))])
+            draft = makers()[name](rng, reference.arm)
+            y = reference.column([draft.make(float(np.sqrt(draft.low * draft.high)))])
             for (cause, size), x, result in zip(found, hidden, left, strict=True):
                 if name != cause.id:
                     result[name] = min(result.get(name, np.inf), round(size * _left(x, y), 1))

@@ -72,6 +72,7 @@ def read(run: Run, arm: TrueArm, causes: Sequence[Cause] = (), plain: Array | No
 
 
 def _read(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array | None) -> Reading:
+    """What the sensors read of a run without noise, cause by cause."""
     tau = joint_torque(run, arm, causes, plain)
     q, qd, qdd = run.q, run.qd, run.qdd
     for cause in causes:

@@ -47,7 +47,7 @@ def base_columns(run: Run, arm: TrueArm, known_to: float, added_mass: bool) -> t
 
 
 @dataclass(frozen=True)
-class Bench:
+class Yardstick:
     """A campaign against which sizes are measured; `healthy` are its runs' joint torques, `basis` spans what a refit can absorb."""
 
     runs: tuple[Run, ...]
@@ -59,6 +59,7 @@ class Bench:
     priors: int
 
     def _seen(self, x: Array) -> Array:
+        """Columns as a recorder gives them: low-passed where it gives angles alone."""
         x = x[::FINE]
         if self.sensors.given == "all":
             return x
@@ -109,9 +110,9 @@ def _orthonormal(columns: Sequence[Array]) -> list[Array]:
     return list(np.linalg.qr(np.column_stack(columns))[0].T)
 
 
-def bench(runs: tuple[Run, ...], arm: TrueArm, known_to: float, sensors: Sensors, sigma: Array, added_mass: bool = True) -> Bench:
-    """Return the bench of a campaign whose torque noise has deviations `sigma` (L,) N m."""
-    made = Bench(runs, arm, sensors, tuple(plain_torque(run, arm) for run in runs), sigma * sensors.inflation(), np.zeros((0, 0)), 0)
+def reference(runs: tuple[Run, ...], arm: TrueArm, known_to: float, sensors: Sensors, sigma: Array, added_mass: bool = True) -> Yardstick:
+    """Return the reference of a campaign whose torque noise has deviations `sigma` (L,) N m."""
+    made = Yardstick(runs, arm, sensors, tuple(plain_torque(run, arm) for run in runs), sigma * sensors.inflation(), np.zeros((0, 0)), 0)
     parts = [base_columns(run, arm, known_to, added_mass) for run in runs]
     prior = parts[0][1]
     table = np.column_stack([made.weighted([part[0][..., k] for part in parts]) for k in range(len(prior))])
@@ -119,13 +120,13 @@ def bench(runs: tuple[Run, ...], arm: TrueArm, known_to: float, sensors: Sensors
     return replace(made, basis=np.linalg.qr(table)[0], priors=len(prior))
 
 
-def sized(bench: Bench, draft: Draft, target: float) -> tuple[Cause, float]:
+def sized(reference: Yardstick, draft: Draft, target: float) -> tuple[Cause, float]:
     """Return the cause whose lambda is near `target` (within a tenth where the draft's bounds allow) and its lambda."""
     low, high = draft.low, draft.high
     amount = float(np.sqrt(low * high))
     best: tuple[float, float] | None = None
     for _ in range(9):
-        found = bench.size([draft.make(amount)])
+        found = reference.size([draft.make(amount)])
         if best is None or abs(np.log(max(found, 1e-9) / target)) < abs(np.log(max(best[1], 1e-9) / target)):
             best = (amount, found)
         if abs(np.log(max(found, 1e-9) / target)) < 0.1 or low == high:

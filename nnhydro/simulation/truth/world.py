@@ -112,7 +112,7 @@ class Cause:
     drive: JointLaw | None = None
     sense: JointLaw | None = None
     angle: JointLaw | None = None
-    chance: bool = False  # it differs from run to run by chance, so that no model can foretell it
+    chance: bool = False  # it differs from run to run by chance, so that no model can predict it
     order: int = 0  # water stages act in this order: the water's motion first, forces that lag last
     near: tuple[str, ...] = ()  # for what is on no list: names that would not be wrong
     share: Callable[[Run], Array] | None = None  # how much of it acts (n,), in a part of the campaign only; all of it where None

@@ -1,4 +1,4 @@
-"""Values that are computed once, when first asked for, and kept by a key: what many hypotheses about one motion share."""
+"""Memoisation: values that many hypotheses about one motion share are computed once, when first asked for."""
 
 from collections.abc import Callable, Hashable
 from typing import Any, TypeVar, final
@@ -7,8 +7,8 @@ T = TypeVar("T")
 
 
 @final
-class Kept:
-    """A store by key."""
+class Memo:
+    """A store of computed values by key."""
 
     def __init__(self) -> None:
         self._known: dict[Hashable, Any] = {}

@@ -1,0 +1,93 @@
+"""docs/glossary.md: terms with references, and words that the package no longer uses."""
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+SOURCES = sorted((ROOT / "nnhydro").rglob("*.py"))
+PAGES = sorted(path for path in (*(ROOT / "docs").rglob("*.md"), ROOT / "README.md")
+               if path.name != "glossary.md" and not {"_build", "effects"} & set(path.parts))
+
+
+@cache
+def retired():
+    """The words of the last table: those kept out of names, and those kept out of sentences too."""
+    rows = [line.strip("| ").split(" | ")[0] for line in PAGE.partition("## Words not used")[2].splitlines() if line.startswith("| ")][2:]
+    words = [word.strip() for row in rows for word in row.split(",")]
+    return {word.strip("*") for word in words}, {word.strip("*") for word in words if word.startswith("**")}
+
+
+def parts(name):
+    """The words of an identifier: snake_case and CamelCase taken apart."""
+    return re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower())
+
+
+def names(tree):
+    """Names that others read: classes, functions, arguments, and whatever a module or a class binds."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+        if isinstance(node, ast.arg):
+            yield node.arg
+        if isinstance(node, ast.Module | ast.ClassDef):
+            for line in node.body:
+                targets = line.targets if isinstance(line, ast.Assign) else [line.target] if isinstance(line, ast.AnnAssign) else []
+                yield from (name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name))
+
+
+def sentences(tree):
+    """Docstrings, messages and whatever else is text with a blank in it."""
+    return [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value]
+
+
+def offences(path):
+    """What the words of a file offend against, a line each."""
+    from_names, from_sentences = retired()
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    yield from (f"{path.name}: the name {name}" for name in (path.stem, *names(tree)) if from_names & set(parts(name)))
+    yield from (f"{path.name}: {text[:60]!r}" for text in sentences(tree) if from_sentences & set(re.findall(r"[a-z]+", text.lower())))
+
+
+def test_no_retired_word_stands_in_a_name_or_a_sentence():
+    found = [line for path in SOURCES for line in offences(path)]
+    assert found == [], "docs/glossary.md has the words to write instead"
+
+
+def test_no_retired_word_stands_in_a_page():
+    for path in PAGES:
+        text = path.read_text(encoding="utf-8").lower()
+        found = retired()[1] & set(re.findall(r"[a-z]+", text))
+        assert not found, f"{path.relative_to(ROOT)}: docs/glossary.md has the words to write instead"
+
+
+def test_the_list_of_retired_words_is_read():
+    from_names, from_sentences = retired()
+    assert {"told", "kept", "foretold"} <= from_names
+    assert "foretold" in from_sentences
+    assert "told" not in from_sentences
+
+
+def test_every_term_has_a_textbook_word_and_a_place_for_its_reference():
+    before = PAGE.partition("## Words not used")[0]
+    rows = [line.strip("| ").split(" | ") for line in before.splitlines() if line.startswith("| ") and "---" not in line]
+    assert len(rows) > 50
+    assert all(len(row) == 3 and all(row) for row in rows)
+    terms = [row[0] for row in rows if row[0] != "here"]
+    assert len(terms) == len(set(terms)), "a term stands once"
+
+
+@pytest.mark.parametrize("name", ["told_once", "ToldOnce", "TOLD", "_told"])
+def test_a_word_is_found_in_every_form_of_a_name(name):
+    assert "told" in parts(name)
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_commit_hash_stands_in_prose(path):
+    prose = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("|")]
+    found = re.findall(r"(?<![\w.])(?=[0-9a-f]*[a-f])(?=[0-9a-f]*\d)[0-9a-f]{7,40}(?![\w.])", "\n".join(prose))
+    assert found == [], "a version says more than a commit, and stays true"

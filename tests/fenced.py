@@ -1,0 +1,67 @@
+"""Fenced blocks of a Markdown page: files, changes of files, commands, Python, and what these print."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+FENCE = re.compile(r"^```(?P<head>[^\n]*)\n(?P<body>.*?)^```$", re.M | re.S)
+CAPTION = re.compile(r":caption: (?P<name>\S+)\n+")
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+NEAR = 0.05  # of a number that a page shows: noise, libraries and machines differ
+INSTALLS = ("pip install", "python3 -m venv")
+
+
+@dataclass
+class Block:
+    """A fenced block: its language, its text, and the file that it is or changes, where it has a caption."""
+
+    page: str
+    kind: str
+    text: str
+    file: str = ""
+
+
+def blocks(path: Path) -> Iterator[Block]:
+    """The blocks of a page that are more than pictures of folders."""
+    for match in FENCE.finditer(path.read_text(encoding="utf-8")):
+        head, body = match["head"].strip(), match["body"]
+        if head.startswith("{code-block}"):
+            caption = CAPTION.match(body)
+            assert caption, f"{path.stem}: a code-block without a caption is no file: write ```{head.split()[-1]}"
+            yield Block(path.stem, head.split()[-1], body[caption.end():], caption["name"])
+        elif head in ("python", "sh", "text"):
+            yield Block(path.stem, head, body)
+        else:
+            assert head in ("", "mermaid", "{toctree}", "{eval-rst}"), f"{path.stem}: a block of kind {head!r} would not be tested"
+
+
+def typed(command: str, folder: Path, **environment: str) -> str:
+    """What a shell prints for a block of commands."""
+    lines = [line for line in command.splitlines() if not line.startswith(INSTALLS)]
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(["bash", "-euo", "pipefail", "-c", "\n".join(lines)], cwd=folder, capture_output=True, text=True,
+                          env={**os.environ, "PATH": path, "OMP_NUM_THREADS": "1", **environment})
+    assert done.returncode == 0, f"$ {command}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    return done.stdout
+
+
+def alike(shown: str, came: str) -> bool:
+    """Whether a line of the page is what came out: the same words, numbers within NEAR."""
+    if NUMBER.sub("#", " ".join(shown.split())) != NUMBER.sub("#", " ".join(came.split())):
+        return False
+    pairs = zip(NUMBER.findall(shown), NUMBER.findall(came), strict=True)
+    return all(abs(float(a) - float(b)) <= NEAR * abs(float(a)) + 0.5 * 10.0 ** -len(a.partition(".")[2]) for a, b in pairs)
+
+
+def changed(text: str, change: str) -> str:
+    """`text` after a change written as a diff without line numbers: lines with " " and "-" are found in it once, those with "+" are new."""
+    lines = change.strip("\n").splitlines()
+    assert all(line[:1] in (" ", "+", "-", "") for line in lines), f"each line of a change begins with a blank, + or -:\n{change}"
+    before = "\n".join(line[1:] for line in lines if line[:1] != "+")
+    after = "\n".join(line[1:] for line in lines if line[:1] != "-")
+    assert f"\n{text}".count(f"\n{before}\n") == 1, f"these lines do not stand in the file exactly once:\n{before}"
+    return f"\n{text}".replace(f"\n{before}\n", f"\n{after}\n")[1:]
