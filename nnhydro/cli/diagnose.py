@@ -69,13 +69,13 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
 def following(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
     from nnhydro.diagnosis.experiment.proposal import FAIR
-    from nnhydro.diagnosis.result import NEXT, UNTOLD
+    from nnhydro.diagnosis.result import NEXT, TOO_NOISY
 
     folder = shell_words(campaign, column_map)
     if result.following is not None and result.following.chance >= FAIR:
         return (f"record the motion in {out / NEXT}, put it into {campaign / 'recordings'}, then nnhydro diagnose {folder} "
                 f"--out {shell_words(out)}")
-    if not result.detected and not result.findings and result.noise_floor > UNTOLD:
+    if not result.detected and not result.findings and result.noise_floor > TOO_NOISY:
         return f"nnhydro power {folder}   (what these motions could reveal)"
     if result.detected and (result.remainder.detected or not result.findings):
         return (f"nnhydro train {folder} --out my_model   (a hybrid learns what has no name; {out / 'report.html'} shows where it lies; "

@@ -42,6 +42,7 @@ from nnhydro.identification.identify import versions
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.repeats import copied_recordings
 
 MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
 
@@ -127,7 +128,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     start = time.perf_counter()
     if limits is not None:
         limits.check(campaign.arm.n_links)
-    names = drawn(campaign.names, most, seed)
+    copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
+    names = drawn([name for name in campaign.names if name not in copies], most, seed)
     found = study(problem_of(campaign, names, cutoff_hz), baseline, seed, without, progress)
     progress("held-out errors")
     found, proof = _proved(found, seed)
@@ -161,7 +163,7 @@ def _proved(found: Studied, seed: int) -> tuple[Studied, Proof]:
     proof = prove(found.search, claimed, found.model, seed)
     if not claimed.chosen or proof.after < (1 - RELEVANT) * proof.before:
         return found, proof
-    reason = f"errors on recordings held out go from {100 * proof.before:.1f} to {100 * proof.after:.1f} %: nobody could act on it"
+    reason = f"errors on {proof.held_out} held out go from {100 * proof.before:.1f} to {100 * proof.after:.1f} %: nobody could act on it"
     decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed else d for d in found.decided.decisions)
     nothing = found.search.score(())
     return replace(found, decided=Decided(nothing, decisions, {})), prove(found.search, nothing, found.model, seed)

@@ -76,7 +76,7 @@ class Diagnosis:
             following = "" if self.following is None else f" {self.following.statement()}"
             bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
             with_them = "With it" if len(self.findings) == 1 else "With them"
-            gained = (f"{with_them}, the error on recordings held out of the fit falls from {100 * self.proof.before:.1f} % to "
+            gained = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {100 * self.proof.before:.1f} % to "
                       f"{100 * self.proof.after:.1f} %.{bands}{self._remains()}{following}")
             return " ".join([*(f.statement for f in self.findings), gained])
         if self.detected:

@@ -66,7 +66,7 @@ def highest_line(recordings: Iterable[Recording], above: float) -> float:
             part = resampled(r, start, stop)
             if part.tau is not None and len(part) >= 8:
                 for x in part.tau.T:
-                    found |= _has_line(x, float(part.t[1] - part.t[0]), edges)
+                    found |= _has_line(x, float(part.t[1] - part.t[0]), np.asarray(edges, np.float64))
         beside = found | np.roll(found, 1) | np.roll(found, -1)
         shown, of = shown + beside, of + 1
     there = np.flatnonzero(shown >= max(OFTEN * of, 2))

@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.decision.heldout import fold_of_rows, rows_of
+from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows, rows_of
 from nnhydro.diagnosis.model.evidence import Whitened, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
@@ -38,6 +38,7 @@ class Proof:
     torque: float  # mean of what errors are divided by, N m
     recordings: int
     scale: str = "measured torque"
+    held_out: str = "recordings"  # what was held out: stretches where recordings are few, rows of steady tables
     folds: list[tuple[float, float]] = field(default_factory=list)
 
 
@@ -121,7 +122,15 @@ def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof
             design, design.y - _predicted(search, rest, _predictable_columns(search, rest, model), fold))
         without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
     return Proof(error["before"], error["after"], without, _residuals(design, before), _residuals(design, after),
-                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale)
+                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, _held_out(search, found))
+
+
+def _held_out(search: Search, found: Scored) -> str:
+    problem = search.view.library.design.problem
+    if all(block.steady for block in problem.blocks):
+        return "rows of the steady tables"
+    phased = any(search.view.library.hypotheses[k].per_recording for k in found.chosen)
+    return "recordings" if problem.groups >= FEWEST and not phased else "stretches of recordings"
 
 
 def noise_error(search: Search, proof: Proof, own: Array) -> float:

@@ -17,6 +17,7 @@ from nnhydro.models.seen import seen_by
 from nnhydro.physics.loads.water_pressure import WaterPressure
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
+from nnhydro.recordings.band import Band
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
@@ -48,7 +49,7 @@ def felt(r):
 
 def test_segments_hold_base_and_water_on_their_own_grid():
     r, exact = felt(swayed(1))
-    (segment,) = segments_of(r, 3.0)
+    (segment,) = segments_of(r, Band(3.0, 3.0))
     inner = segment.keep
     for name in ("base", "dbase", "heading", "current", "dcurrent"):
         want = getattr(exact, name).reshape(len(T), -1)

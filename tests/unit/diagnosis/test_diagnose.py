@@ -224,7 +224,7 @@ def test_progress_is_told_step_by_step():
     diagnose(campaign("steady"), progress=said.append)
     assert said[0] == "noise and baseline"
     assert any(line.startswith("columns of ") for line in said)
-    assert said[-1] == "held-out errors"
+    assert said[-1] == "next experiment"
 
 
 def test_a_cut_off_that_is_given_is_the_edge_of_the_band():

@@ -18,7 +18,7 @@ from nnhydro.recordings.preprocessing import Preparation, prepare
 def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0.03, learned=()):
     lines = tuple(SimpleNamespace(sentence=lambda hum=hum: hum) for hum in hums)
     rest = Unexplained(remains, 0.05, 0.5, p, tuple(learned), lines)
-    proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque")
+    proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque", held_out="recordings")
     place = Location(1, 1.0, "spread", {}, [0.0, 1.0], [])
     decisions = (Decision("backlash", 2, 3.14159, 4.6, False, "gains 3.1 nats beside the others (4.6 needed)"),)
     return Diagnosis(None, None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions, {"x": 1}, (), following,
