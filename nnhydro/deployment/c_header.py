@@ -19,7 +19,7 @@ from torch import Tensor
 
 from nnhydro import __version__
 from nnhydro.deployment.c_tables import tabled
-from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, recorded
+from nnhydro.deployment.step import BEGIN, WHOLE, MemoryStep, inputs_along, recorded
 from nnhydro.errors import require
 from nnhydro.files import write_own
 from nnhydro.models.compiled.source import Writer
@@ -31,7 +31,7 @@ from nnhydro.stamp import refuse_foreign
 
 PRECISIONS: Final = {"double": "double", "single": "float"}
 MANY: Final = 12_000  # terms: beyond, statements no longer fit the processor's cache of instructions
-FORMS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
+FORMS: Final = {"same": "{0}", "mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "(real)({0} > R(0.0))", "zero": "(real)({0} == R(0.0))",
                 "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
 PLAIN: Final = {"abs": "fabs", "sqrt": "sqrt", "log": "log", "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin",
@@ -185,7 +185,7 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
     tests = out.with_name(f"{out.name}.test.csv")
     for path in (out, tests):
         refuse_foreign(path)
-    made = recorded(model)
+    made = recorded(model, WHOLE)
     step: Any = made.step
     texts = {out: header(made, name, precision, digest, remarks), tests: test_vector(step)}
     for path, text in texts.items():

@@ -5,12 +5,14 @@ over the same atoms as small matrices, the others term by term, then each kind o
 that differ in the signs of some atoms only (a network and its mirror image) is computed once for both:
 
     y = E x_even + O x_odd,   y' = E x_even - O x_odd
+
+Equal matrices over different atoms (a law on every strip) are one product, the strips side by side.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby, pairwise
+from itertools import groupby
 from typing import Any, Final, final
 
 import numpy as np
@@ -24,6 +26,7 @@ LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 RUN: Final = 5  # places that follow each other: shorter runs go one by one
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 32  # rows of a matrix that are summed side by side
+SIDE, AHEAD = 4, 2  # equal matrices from which on they are one product; its rows that are summed together
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
@@ -54,16 +57,27 @@ def _paired(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.f
     return (pairs, s) if (s < 0).any() and ((signs == s) | (signs == 0)).all() else None
 
 
-def _stretches(at: list[list[int]]) -> list[tuple[int, int, int]]:
-    """Cut lists of places into stretches (start, stop, width) within which all of them run on by one for `width` places at a time."""
-    n = len(at[0])
-    breaks = [k for k in range(1, n) if any(places[k] != places[k - 1] + 1 for places in at)]
-    runs = [b - a for a, b in pairwise([0, *breaks, n])]
-    found: list[tuple[int, int, int]] = []
+Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how much each list goes on within a width: 0 or 1
+
+
+def _runs(at: list[list[int]]) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """Lengths of the runs in which each list of places stands still or goes on by one, and which it does."""
+    n, start = len(at[0]), 0
+    while start < n:
+        stop, first = start + 1, tuple(places[start + 1] - places[start] for places in at) if start + 1 < n else ()
+        while first and set(first) <= {0, 1} and stop < n and all(p[stop] - p[stop - 1] == d for p, d in zip(at, first, strict=True)):
+            stop += 1
+        yield (stop - start, first) if stop - start >= RUN else (1, ())
+        start = stop if stop - start >= RUN else start + 1
+
+
+def _stretches(at: list[list[int]]) -> list[Stretch]:
+    """Cut lists of places into stretches of equal runs."""
+    found: list[Stretch] = []
     start = 0
-    for width, group in groupby(runs, key=lambda run: run if run >= RUN else 1):
-        stop = start + sum(group)
-        found.append((start, stop, width))
+    for (width, steps), group in groupby(_runs(at)):
+        stop = start + width * len(list(group))
+        found.append((start, stop, width, steps))
         start = stop
     return found
 
@@ -127,6 +141,7 @@ class Tables:
     widths: set[int] = field(default_factory=set)
     alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
     gathered: int = 1
+    lanes: set[int] = field(default_factory=set)
 
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
         """Rows over the same atoms."""
@@ -145,6 +160,24 @@ class Tables:
         self.lines.append(f"for (int i = 0; i < {m}; ++i) {{ const real e = v[{first} + i], o = v[{first + m} + i]; "
                           f"v[{first} + i] = e + o; v[{first + m} + i] = e - o; }}")
 
+    def _side_by_side(self, blocks: list[tuple[tuple[int | None, ...], list[Row]]]) -> None:
+        """Rows that repeat over other atoms: row by row, all blocks beside each other."""
+        g, rows = len(blocks), [rows for _, rows in blocks]
+        m, k = len(rows[0]), len(blocks[0][0])
+        at = [[self.places[((atoms[i], 1.0),)] for atoms, _ in blocks] for i in range(k)]
+        padded = np.zeros((-(-m // AHEAD) * AHEAD, k))
+        padded[:m] = [[c for _, c in row] for row in rows[0]]
+        if all(places == list(range(places[0], places[0] + g)) for places in at):
+            source, starts = "v", self.table([places[0] for places in at], True)
+        else:
+            self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{self.table(sum(at, []), True)}[i]];")
+            source, starts = "x", self.table([g * i for i in range(k)], True)
+            self.gathered = max(self.gathered, k * g)
+        first = self.slots([one[i] for i in range(m) for one in rows])
+        weights = self.table(padded.reshape(-1, AHEAD, k).transpose(0, 2, 1), False)
+        self.lines.append(f"beside{g}({source}, {starts}, {k}, {weights}, v + {first}, {m});")
+        self.lanes.add(g)
+
     def sums(self, wanted: Sequence[Row]) -> None:
         """Compute every row in `wanted` that is not there yet."""
         fresh = [row for row in dict.fromkeys(wanted) if row not in self.places]
@@ -153,12 +186,19 @@ class Tables:
             atoms = tuple(k for k, _ in row)
             by_atoms[atoms] = [other for other in self.alike[atoms] if other not in self.places] if len(atoms) > LONG else [
                 *by_atoms[atoms], row]
-        short = []
+        short, alike = [], dict[tuple[Any, bytes], list[tuple[tuple[int | None, ...], list[Row]]]]()
         for atoms, rows in by_atoms.items():
             if len(atoms) > LONG and len(rows) > 2:
-                self._block(atoms, rows)
+                W = np.array([[c for _, c in row] for row in rows])
+                alike.setdefault((W.shape, W.tobytes()), []).append((atoms, rows))
             else:
                 short += rows
+        for blocks in alike.values():
+            if len(blocks) >= SIDE:
+                self._side_by_side(blocks)
+            else:
+                for atoms, rows in blocks:
+                    self._block(atoms, rows)
         for width in sorted({len(row) for row in short}):
             self._short([row for row in short if len(row) == width], width)
 
@@ -170,12 +210,15 @@ class Tables:
                 table, c = self.table([self.places[((a, 1.0),)] for a, _ in row], True), self.table([c for _, c in row], False)
                 self.lines.append(f"DOTTED(v[{first + k}], {c}, {table}, {width})")
             return
-        parts = []
-        for place in range(width):
-            at, weights = [self.places[((row[place][0], 1.0),)] for row in rows], [row[place][1] for row in rows]
-            alike = len(set(weights)) == 1
-            parts.append(f"{self.number(weights[0]) if alike else self.table(weights, False) + '[i]'}*{self.index(at)}")
-        self.lines.append(f"for (int i = 0; i < {len(rows)}; ++i) v[{first} + i] = {' + '.join(parts)};")
+        at = [[self.places[((row[place][0], 1.0),)] for row in rows] for place in range(width)]
+        for start, stop, wide, steps in _stretches(at):
+            head, given, into, number = self._places([places[start:stop] for places in at], first + start, wide, steps)
+            parts = []
+            for place, text in enumerate(given):
+                weights = [row[place][1] for row in rows[start:stop]]
+                alike = len(set(weights)) == 1
+                parts.append(f"{self.number(weights[0]) if alike else self.table(weights, False) + f'[{number}]'}*{text}")
+            self.lines.append(f"{head} {into} = {' + '.join(parts)};")
 
     def round(self, kinds: dict[str, list[int]]) -> None:
         """Compute the atoms `kinds` {kind: atoms}."""
@@ -186,22 +229,28 @@ class Tables:
             if kind in ("maxof", "minof"):
                 self._extremes(kind, atoms, operands)
                 continue
+            if kind == "same":
+                self.places |= {((k, 1.0),): self.places[operands[k][0]] for k in atoms}
+                continue
             at = [[self.places[operands[k][slot]] for k in atoms] for slot in range(len(operands[atoms[0]]))]
             first = self.slots([((k, 1.0),) for k in atoms])
-            for start, stop, width in _stretches(at):
-                self._loop(kind, [places[start:stop] for places in at], first + start, width)
+            for start, stop, width, steps in _stretches(at):
+                head, given, into, _ = self._places([places[start:stop] for places in at], first + start, width, steps)
+                text = LOOPS[kind].format(*given) if kind in LOOPS else f"f_{kind}({', '.join(given)})"
+                self.lines.append(f"{head} {into} = {text};")
 
-    def _loop(self, kind: str, at: list[list[int]], first: int, width: int) -> None:
-        """One function of values at the places `at`, in runs of `width` places that follow each other, into v[first...)."""
+    def _places(self, at: list[list[int]], first: int, width: int, steps: tuple[int, ...]) -> tuple[str, list[str], str, str]:
+        """The loop over the places `at` in runs of `width`, how it reads each of them, writes v[first...), and counts."""
         n = len(at[0])
-        if width == 1 or n == width:
-            given, head, into = [self.index(places) for places in at], f"for (int i = 0; i < {n}; ++i)", f"v[{first} + i]"
-        else:
-            given = [f"v[{self.table(places[::width], True)}[r] + i]" for places in at]
-            head = f"for (int r = 0; r < {n // width}; ++r) for (int i = 0; i < {width}; ++i)"
-            into = f"v[{first} + {width}*r + i]"
-        text = LOOPS[kind].format(*given) if kind in LOOPS else f"f_{kind}({', '.join(given)})"
-        self.lines.append(f"{head} {into} = {text};")
+        if width == 1:
+            return f"for (int i = 0; i < {n}; ++i)", [self.index(places) for places in at], f"v[{first} + i]", "i"
+        goes_on = [" + i" if step else "" for step in steps]
+        if n == width:
+            return (f"for (int i = 0; i < {n}; ++i)", [f"v[{places[0]}{more}]" for places, more in zip(at, goes_on, strict=True)],
+                    f"v[{first} + i]", "i")
+        given = [f"v[{self.table(places[::width], True)}[r]{more}]" for places, more in zip(at, goes_on, strict=True)]
+        number = f"{width}*r + i"
+        return (f"for (int r = 0; r < {n // width}; ++r) for (int i = 0; i < {width}; ++i)", given, f"v[{first} + {number}]", number)
 
     def _extremes(self, kind: str, atoms: Sequence[int], operands: dict[int, list[Row]]) -> None:
         sign = ">" if kind == "maxof" else "<"
@@ -236,4 +285,14 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
              f"    real a[{m}] = {{0}};\n"
              f"    for (int i = 0; i < k; ++i) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[{m}*i + j];\n"
              f"    for (int j = 0; j < n; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
+    dense += [f"static void beside{g}(const real *v, const unsigned short *at, int k, const real *W, real *y, int m) {{\n"
+              f"    for (int r = 0; r < m; r += {AHEAD}, W += {AHEAD}*k) {{\n"
+              f"        real a[{g}] = {{0}}, b[{g}] = {{0}};\n"
+              f"        for (int i = 0; i < k; ++i) {{\n"
+              f"            const real c = W[2*i], d = W[2*i + 1], *x = v + at[i];\n"
+              f"            for (int j = 0; j < {g}; ++j) {{ a[j] += c*x[j]; b[j] += d*x[j]; }}\n"
+              f"        }}\n"
+              f"        for (int j = 0; j < {g}; ++j) y[{g}*r + j] = a[j];\n"
+              f"        if (r + 1 < m) for (int j = 0; j < {g}; ++j) y[{g}*(r + 1) + j] = b[j];\n"
+              f"    }}\n}}" for g in sorted(made.lanes)]
     return [*made.tables, DOTTED, *dense], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]

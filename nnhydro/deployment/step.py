@@ -28,6 +28,7 @@ from nnhydro.physics.motion import Motion
 NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
 ENCODER: Final = "encoder_offset"
 BEGIN: Final = -1.0  # s: dt of the first step
+WHOLE: Final = 3  # terms, in C: a sum that enters another one is computed once, so that strips are alike and loops run over them
 FOLLOWS: Final = 2e-5  # of the rms torque, run of steps against run as a whole: only Basset's force is not exact
 CLOSE: Final = 1e-9  # of the rms torque, recorded scalars against torch
 
@@ -92,8 +93,8 @@ def _far(got: Tensor, want: Tensor) -> float:
     return far if np.isfinite(far) else float("inf")
 
 
-def recorded(model: TorqueModel) -> Recorded:
-    """Return `model` as scalars with its memory; raises ModelError where steps cannot give what the model gives for a whole run."""
+def recorded(model: TorqueModel, whole: int = 0) -> Recorded:
+    """Return `model` as scalars with its memory, sums of `whole` terms or more kept as such (expressions.py); raises ModelError where steps cannot give what the model gives for a whole run."""
     made = steppable(model)
     runs = trial_runs(model.arm.n_links)
     step = MemoryStep(made, made.std(runs[0]) is not None)
@@ -101,7 +102,7 @@ def recorded(model: TorqueModel) -> Recorded:
     along = _far(torch.stack([answer[0] for _, answer in pairs]), torch.cat([made.torque(run) for run in runs]))
     require(along < FOLLOWS, "this model remembers the motion in a way that one step in time cannot carry (an instrument with a delay, a "
             "drive that gives way): export it --without-instruments, or a model without that effect", ModelError)
-    program, arrays = traced(step, pairs[7][0])
+    program, arrays = traced(step, pairs[7][0], whole)
     names = ["tau", *(["std"] if step.with_std else []), *(["memory_next"] if step.size else [])]
     outputs = dict(zip(names, arrays, strict=False))
     got = program.evaluate([x for a in arrays for x in a.ravel()], np.stack([torch.cat(given).numpy() for given, _ in pairs]))
