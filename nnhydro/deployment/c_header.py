@@ -18,7 +18,7 @@ import torch
 from torch import Tensor
 
 from nnhydro import __version__
-from nnhydro.deployment.c_tables import tabled
+from nnhydro.deployment.c_tables import END, tabled
 from nnhydro.deployment.step import BEGIN, WHOLE, MemoryStep, inputs_along, recorded
 from nnhydro.errors import require
 from nnhydro.files import write_own
@@ -148,6 +148,7 @@ static inline void {name}_step({arguments}) {{
 #undef real
 #undef R
 #undef DOTTED
+{END}
 {chr(10).join(f"#undef f_{f}" for f in PLAIN)}
 #endif
 """

@@ -26,7 +26,8 @@ LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 RUN: Final = 5  # places that follow each other: shorter runs go one by one
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 32  # rows of a matrix that are summed side by side
-SIDE, AHEAD = 4, 2  # equal matrices from which on they are one product; its rows that are summed together
+FIXED: Final = 32  # places: shorter runs are loops of a fixed length
+SIDE: Final = 4  # equal matrices from which on they are one product
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
@@ -82,6 +83,27 @@ def _stretches(at: list[list[int]]) -> list[Stretch]:
     return found
 
 
+# loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too
+OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize ("O3")
+#define OPTIONS_PUSHED
+#endif
+#if defined(__GNUC__)
+#define NOINLINE __attribute__((noinline))
+#define RESTRICT __restrict
+#else
+#define NOINLINE
+#define RESTRICT restrict
+#endif"""
+END: Final = """#ifdef OPTIONS_PUSHED
+#pragma GCC pop_options
+#undef OPTIONS_PUSHED
+#endif
+#undef NOINLINE
+#undef RESTRICT"""
+
+
 @final
 @dataclass
 class Tables:
@@ -93,6 +115,8 @@ class Tables:
     lines: list[str] = field(default_factory=list)
     places: dict[Row, int] = field(default_factory=dict)
     size: int = 0
+    kinds: dict[str, str] = field(default_factory=dict)
+    kernels: dict[tuple[str, str], str] = field(default_factory=dict)  # parameters and body -> name
     _known: dict[tuple[str, bytes], str] = field(default_factory=dict)
 
     def slots(self, rows: Sequence[Row]) -> int:
@@ -112,14 +136,8 @@ class Tables:
             kind = "unsigned short" if whole and (not len(array) or array.max() < 65536) else "int" if whole else "real"
             text = ",".join(str(int(x)) if whole else self.number(float(x)) for x in array)
             self.tables.append(f"static const {kind} {name}[{len(array)}] = {{{text}}};")
-            self._known[key] = name
+            self._known[key], self.kinds[name] = name, kind
         return self._known[key]
-
-    def index(self, at: Sequence[int]) -> str:
-        """Return the C text of the i-th of the places `at`: a running one where they follow each other, else from a table."""
-        if list(at) == list(range(at[0], at[0] + len(at))):
-            return f"v[{at[0]} + i]"
-        return f"v[{self.table(at, True)}[i]]"
 
     def _matrix(self, atoms: Sequence[int | None], W: NDArray[np.float64], out: str) -> None:
         """out[0..m) = W x for the atoms x: `WIDE` rows side by side."""
@@ -165,18 +183,14 @@ class Tables:
         g, rows = len(blocks), [rows for _, rows in blocks]
         m, k = len(rows[0]), len(blocks[0][0])
         at = [[self.places[((atoms[i], 1.0),)] for atoms, _ in blocks] for i in range(k)]
-        padded = np.zeros((-(-m // AHEAD) * AHEAD, k))
-        padded[:m] = [[c for _, c in row] for row in rows[0]]
-        if all(places == list(range(places[0], places[0] + g)) for places in at):
-            source, starts = "v", self.table([places[0] for places in at], True)
-        else:
-            self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{self.table(sum(at, []), True)}[i]];")
-            source, starts = "x", self.table([g * i for i in range(k)], True)
-            self.gathered = max(self.gathered, k * g)
-        first = self.slots([one[i] for i in range(m) for one in rows])
-        weights = self.table(padded.reshape(-1, AHEAD, k).transpose(0, 2, 1), False)
-        self.lines.append(f"beside{g}({source}, {starts}, {k}, {weights}, v + {first}, {m});")
-        self.lanes.add(g)
+        self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{self.table([place for places in at for place in places], True)}[i]];")
+        self.gathered = max(self.gathered, k * g)
+        first, W = self.slots([one[i] for i in range(m) for one in rows]), np.array([[c for _, c in row] for row in rows[0]])
+        for part in np.array_split(np.arange(m), -(-m // WIDE)):
+            padded = np.zeros((-(-len(part) // PAD) * PAD, k))
+            padded[:len(part)] = W[part]
+            self.lines.append(f"beside{len(padded)}(x, {k}, {g}, {self.table(padded.T, False)}, v + {first + g * int(part[0])}, {len(part)});")
+            self.lanes.add(len(padded))
 
     def sums(self, wanted: Sequence[Row]) -> None:
         """Compute every row in `wanted` that is not there yet."""
@@ -211,21 +225,16 @@ class Tables:
                 self.lines.append(f"DOTTED(v[{first + k}], {c}, {table}, {width})")
             return
         at = [[self.places[((row[place][0], 1.0),)] for row in rows] for place in range(width)]
-        for start, stop, wide, steps in _stretches(at):
-            head, given, into, number = self._places([places[start:stop] for places in at], first + start, wide, steps)
-            parts = []
-            for place, text in enumerate(given):
-                weights = [row[place][1] for row in rows[start:stop]]
-                alike = len(set(weights)) == 1
-                parts.append(f"{self.number(weights[0]) if alike else self.table(weights, False) + f'[{number}]'}*{text}")
-            self.lines.append(f"{head} {into} = {' + '.join(parts)};")
+        weights = [[row[place][1] for row in rows] for place in range(width)]
+        for stretch in _stretches(at):
+            self._loop(at, first, stretch, " + ".join(f"{{{k}}}" for k in range(width)), weights)
 
     def round(self, kinds: dict[str, list[int]]) -> None:
         """Compute the atoms `kinds` {kind: atoms}."""
         operands = {k: [row_of(x) for x in self.program.atoms[k].operands] for atoms in kinds.values() for k in atoms}
+        self.sums([operands[k][slot] for atoms in kinds.values() for slot in range(max(len(operands[k]) for k in atoms))
+                   for k in atoms if slot < len(operands[k])])
         for kind, atoms in kinds.items():
-            for slot in range(max(len(operands[k]) for k in atoms)):
-                self.sums([operands[k][slot] for k in atoms if slot < len(operands[k])])
             if kind in ("maxof", "minof"):
                 self._extremes(kind, atoms, operands)
                 continue
@@ -234,23 +243,35 @@ class Tables:
                 continue
             at = [[self.places[operands[k][slot]] for k in atoms] for slot in range(len(operands[atoms[0]]))]
             first = self.slots([((k, 1.0),) for k in atoms])
-            for start, stop, width, steps in _stretches(at):
-                head, given, into, _ = self._places([places[start:stop] for places in at], first + start, width, steps)
-                text = LOOPS[kind].format(*given) if kind in LOOPS else f"f_{kind}({', '.join(given)})"
-                self.lines.append(f"{head} {into} = {text};")
+            text = LOOPS[kind] if kind in LOOPS else f"f_{kind}({', '.join(f'{{{k}}}' for k in range(len(at)))})"
+            for stretch in _stretches(at):
+                self._loop(at, first, stretch, text)
 
-    def _places(self, at: list[list[int]], first: int, width: int, steps: tuple[int, ...]) -> tuple[str, list[str], str, str]:
-        """The loop over the places `at` in runs of `width`, how it reads each of them, writes v[first...), and counts."""
-        n = len(at[0])
-        if width == 1:
-            return f"for (int i = 0; i < {n}; ++i)", [self.index(places) for places in at], f"v[{first} + i]", "i"
-        goes_on = [" + i" if step else "" for step in steps]
-        if n == width:
-            return (f"for (int i = 0; i < {n}; ++i)", [f"v[{places[0]}{more}]" for places, more in zip(at, goes_on, strict=True)],
-                    f"v[{first} + i]", "i")
-        given = [f"v[{self.table(places[::width], True)}[r]{more}]" for places, more in zip(at, goes_on, strict=True)]
-        number = f"{width}*r + i"
-        return (f"for (int r = 0; r < {n // width}; ++r) for (int i = 0; i < {width}; ++i)", given, f"v[{first} + {number}]", number)
+    def _loop(self, at: list[list[int]], first: int, stretch: Stretch, text: str, weights: Sequence[Sequence[float]] = ()) -> None:
+        """v[first...) = `text` of the values at the places `at`, each times its weights: a call of a kernel that loops like it share."""
+        start, stop, width, steps = stretch
+        n, alone = stop - start, width == stop - start
+        known, given = [], []
+        for k, places in enumerate(at):
+            if alone and width > 1:
+                known.append((f"const real *RESTRICT p{k}", f"v + {places[start]}"))
+                given.append(f"p{k}[{'i' if steps[k] else '0'}]")
+                continue
+            table = self.table(places[start:stop:width], True)
+            known.append((f"const {self.kinds[table]} *RESTRICT p{k}", table))
+            given.append(f"v[p{k}[i]]" if width == 1 else f"v[p{k}[r]{' + i' if steps[k] else ''}]")
+        place = "i" if alone or width == 1 else f"{width}*r + i"
+        for k, weight in enumerate(weights):
+            own = weight[start:stop]
+            alike = len(set(own)) == 1
+            known.append((f"real c{k}", self.number(own[0])) if alike else (f"const real *RESTRICT c{k}", self.table(own, False)))
+            given[k] = f"c{k}{'' if alike else f'[{place}]'}*{given[k]}"
+        few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
+        head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {few.replace('< n', f'< {width}')}"
+        body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};"
+        kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"loop{len(self.kernels)}")
+        count = n if alone or width == 1 else n // width
+        self.lines.append(f"{kernel}(v, v + {first + start}, {count}, {', '.join(x for _, x in known)});")
 
     def _extremes(self, kind: str, atoms: Sequence[int], operands: dict[int, list[Row]]) -> None:
         sign = ">" if kind == "maxof" else "<"
@@ -281,18 +302,16 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
     made.sums(rows)
     begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
              f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
-    dense = [f"static void dense{m}(const real *x, int k, const real *W, real *y, int n) {{\n"
+    dense = [f"static NOINLINE void dense{m}(const real *RESTRICT x, int k, const real *RESTRICT W, real *RESTRICT y, int n) {{\n"
              f"    real a[{m}] = {{0}};\n"
              f"    for (int i = 0; i < k; ++i) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[{m}*i + j];\n"
              f"    for (int j = 0; j < n; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
-    dense += [f"static void beside{g}(const real *v, const unsigned short *at, int k, const real *W, real *y, int m) {{\n"
-              f"    for (int r = 0; r < m; r += {AHEAD}, W += {AHEAD}*k) {{\n"
-              f"        real a[{g}] = {{0}}, b[{g}] = {{0}};\n"
-              f"        for (int i = 0; i < k; ++i) {{\n"
-              f"            const real c = W[2*i], d = W[2*i + 1], *x = v + at[i];\n"
-              f"            for (int j = 0; j < {g}; ++j) {{ a[j] += c*x[j]; b[j] += d*x[j]; }}\n"
-              f"        }}\n"
-              f"        for (int j = 0; j < {g}; ++j) y[{g}*r + j] = a[j];\n"
-              f"        if (r + 1 < m) for (int j = 0; j < {g}; ++j) y[{g}*(r + 1) + j] = b[j];\n"
-              f"    }}\n}}" for g in sorted(made.lanes)]
-    return [*made.tables, DOTTED, *dense], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
+    dense += [f"static NOINLINE void beside{m}(const real *RESTRICT x, int k, int g, const real *RESTRICT W, real *RESTRICT y, int n) {{\n"
+              f"    for (int s = 0; s < g; ++s) {{\n"
+              f"        real a[{m}] = {{0}};\n"
+              f"        for (int i = 0; i < k; ++i) {{ const real c = x[g*i + s]; for (int j = 0; j < {m}; ++j) a[j] += c*W[{m}*i + j]; }}\n"
+              f"        for (int j = 0; j < n; ++j) y[g*j + s] = a[j];\n"
+              f"    }}\n}}" for m in sorted(made.lanes)]
+    loops = [f"static NOINLINE void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
+             for (known, body), name in made.kernels.items()]
+    return [*made.tables, OPTIONS, DOTTED, *dense, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
