@@ -25,7 +25,7 @@ Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients; None
 LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 RUN: Final = 5  # places that follow each other: shorter runs go one by one
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
-WIDE: Final = 32  # rows of a matrix that are summed side by side
+WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
 FIXED: Final = 32  # places: shorter runs are loops of a fixed length
 SIDE: Final = 4  # equal matrices from which on they are one product
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
@@ -92,14 +92,23 @@ OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
 #if defined(__GNUC__)
 #define NOINLINE __attribute__((noinline))
 #define RESTRICT __restrict
+#if defined(__AVX__) || defined(SINGLE)
+#define LANES 4
+#else
+#define LANES 2
+#endif
+typedef real lanes __attribute__((vector_size(LANES*sizeof(real)), aligned(sizeof(real)), may_alias));
 #else
 #define NOINLINE
 #define RESTRICT restrict
+#define LANES 0
 #endif"""
 END: Final = """#ifdef OPTIONS_PUSHED
 #pragma GCC pop_options
 #undef OPTIONS_PUSHED
 #endif
+#undef LANES
+#undef SINGLE
 #undef NOINLINE
 #undef RESTRICT"""
 
@@ -141,25 +150,19 @@ class Tables:
 
     def _matrix(self, atoms: Sequence[int | None], W: NDArray[np.float64], out: str) -> None:
         """out[0..m) = W x for the atoms x: `WIDE` rows side by side."""
-        m, k = W.shape
+        k = W.shape[1]
         at = [self.places[((a, 1.0),)] for a in atoms]
         running = at == list(range(at[0], at[0] + k))
         source = f"v + {at[0]}" if running else "x"
         if not running:
             self.lines.append(f"for (int i = 0; i < {k}; ++i) x[i] = v[{self.table(at, True)}[i]];")
-        for start in range(0, m, WIDE):
-            block = W[start:start + WIDE]
-            wide = -(-len(block) // PAD) * PAD
-            padded = np.zeros((wide, k))
-            padded[:len(block)] = block
-            self.lines.append(f"dense{wide}({source}, {k}, {self.table(padded.T, False)}, {out} + {start}, {len(block)});")
-            self.widths.add(wide)
+        for start, table, wide, n in self._blocks_of(W):
+            self.lines.append(f"dense{wide}({source}, 1, {k}, {table}, {out} + {start}, 1, {n});")
         self.gathered = max(self.gathered, k)
 
     widths: set[int] = field(default_factory=set)
     alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
     gathered: int = 1
-    lanes: set[int] = field(default_factory=set)
 
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
         """Rows over the same atoms."""
@@ -186,11 +189,16 @@ class Tables:
         self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{self.table([place for places in at for place in places], True)}[i]];")
         self.gathered = max(self.gathered, k * g)
         first, W = self.slots([one[i] for i in range(m) for one in rows]), np.array([[c for _, c in row] for row in rows[0]])
-        for part in np.array_split(np.arange(m), -(-m // WIDE)):
-            padded = np.zeros((-(-len(part) // PAD) * PAD, k))
+        for start, table, wide, n in self._blocks_of(W):
+            self.lines.append(f"for (int s = 0; s < {g}; ++s) dense{wide}(x + s, {g}, {k}, {table}, v + {first + g * start} + s, {g}, {n});")
+
+    def _blocks_of(self, W: NDArray[np.float64]) -> Iterator[tuple[int, str, int, int]]:
+        """Rows of W (m, k) summed together: number of the first, table, how many with those filled up, how many."""
+        for part in np.array_split(np.arange(len(W)), -(-len(W) // WIDE)):
+            padded = np.zeros((-(-len(part) // PAD) * PAD, W.shape[1]))
             padded[:len(part)] = W[part]
-            self.lines.append(f"beside{len(padded)}(x, {k}, {g}, {self.table(padded.T, False)}, v + {first + g * int(part[0])}, {len(part)});")
-            self.lanes.add(len(padded))
+            self.widths.add(len(padded))
+            yield int(part[0]), self.table(padded.T, False), len(padded), len(part)
 
     def sums(self, wanted: Sequence[Row]) -> None:
         """Compute every row in `wanted` that is not there yet."""
@@ -291,6 +299,34 @@ def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None,
     return {atoms: list(rows) for atoms, rows in found.items()}
 
 
+def _in_registers(m: int, per: int) -> str:
+    """The sums of `m` rows in vectors of `per` numbers."""
+    sums = range(m // per)
+    return f"""    lanes {", ".join(f"a{j} = {{0}}" for j in sums)};
+    for (int i = 0; i < k; ++i, W += {m}) {{
+        const real c = x[step*i];
+        const lanes *w = (const lanes *)W;
+        {" ".join(f"a{j} += c*w[{j}];" for j in sums)}
+    }}
+    const lanes a[{m // per}] = {{{", ".join(f"a{j}" for j in sums)}}};
+    for (int j = 0; j < n; ++j) y[jump*j] = a[j/{per}][j%{per}];"""
+
+
+def _dense(m: int) -> str:
+    """The product of a matrix of `m` rows, a multiple of PAD, with x, `step` places apart, into y, `jump` places apart."""
+    return f"""static NOINLINE void dense{m}(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y, int jump, int n) {{
+#if LANES == 4
+{_in_registers(m, 4)}
+#elif LANES == 2
+{_in_registers(m, 2)}
+#else
+    real a[{m}] = {{0}};
+    for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) a[j] += x[step*i]*W[j];
+    for (int j = 0; j < n; ++j) y[jump*j] = a[j];
+#endif
+}}"""
+
+
 def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[list[str], list[str], list[str]]:
     """Return tables, statements and the C text of each output of a program; inputs are read from `in[]`."""
     made = Tables(program, number, alike=_alike(program, outputs))
@@ -302,16 +338,7 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
     made.sums(rows)
     begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
              f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
-    dense = [f"static NOINLINE void dense{m}(const real *RESTRICT x, int k, const real *RESTRICT W, real *RESTRICT y, int n) {{\n"
-             f"    real a[{m}] = {{0}};\n"
-             f"    for (int i = 0; i < k; ++i) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[{m}*i + j];\n"
-             f"    for (int j = 0; j < n; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
-    dense += [f"static NOINLINE void beside{m}(const real *RESTRICT x, int k, int g, const real *RESTRICT W, real *RESTRICT y, int n) {{\n"
-              f"    for (int s = 0; s < g; ++s) {{\n"
-              f"        real a[{m}] = {{0}};\n"
-              f"        for (int i = 0; i < k; ++i) {{ const real c = x[g*i + s]; for (int j = 0; j < {m}; ++j) a[j] += c*W[{m}*i + j]; }}\n"
-              f"        for (int j = 0; j < n; ++j) y[g*j + s] = a[j];\n"
-              f"    }}\n}}" for m in sorted(made.lanes)]
+    dense = [_dense(m) for m in sorted(made.widths)]
     loops = [f"static NOINLINE void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), name in made.kernels.items()]
-    return [*made.tables, OPTIONS, DOTTED, *dense, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
+    return [*made.tables, *(["#define SINGLE"] if number(0.5).endswith("f") else []), OPTIONS, DOTTED, *dense, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
