@@ -30,7 +30,7 @@ from nnhydro.models.torque_model import TorqueModel
 from nnhydro.stamp import refuse_foreign
 
 PRECISIONS: Final = {"double": "double", "single": "float"}
-MANY: Final = 12_000  # terms: beyond, statements no longer fit the processor's cache of instructions
+MANY: Final = 6_000  # terms: beyond, statements no longer fit the processor's cache of instructions
 FORMS: Final = {"same": "{0}", "mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "(real)({0} > R(0.0))", "zero": "(real)({0} == R(0.0))",
                 "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
