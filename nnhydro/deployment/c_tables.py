@@ -186,11 +186,13 @@ class Tables:
         g, rows = len(blocks), [rows for _, rows in blocks]
         m, k = len(rows[0]), len(blocks[0][0])
         at = [[self.places[((atoms[i], 1.0),)] for atoms, _ in blocks] for i in range(k)]
-        self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{self.table([place for places in at for place in places], True)}[i]];")
+        table = self.table([place for places in at for place in places], True)
+        self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{table}[i]];")
         self.gathered = max(self.gathered, k * g)
         first, W = self.slots([one[i] for i in range(m) for one in rows]), np.array([[c for _, c in row] for row in rows[0]])
         for start, table, wide, n in self._blocks_of(W):
-            self.lines.append(f"for (int s = 0; s < {g}; ++s) dense{wide}(x + s, {g}, {k}, {table}, v + {first + g * start} + s, {g}, {n});")
+            into = f"v + {first + g * start} + s"
+            self.lines.append(f"for (int s = 0; s < {g}; ++s) dense{wide}(x + s, {g}, {k}, {table}, {into}, {g}, {n});")
 
     def _blocks_of(self, W: NDArray[np.float64]) -> Iterator[tuple[int, str, int, int]]:
         """Rows of W (m, k) summed together: number of the first, table, how many with those filled up, how many."""
@@ -314,7 +316,8 @@ def _in_registers(m: int, per: int) -> str:
 
 def _dense(m: int) -> str:
     """The product of a matrix of `m` rows, a multiple of PAD, with x, `step` places apart, into y, `jump` places apart."""
-    return f"""static NOINLINE void dense{m}(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y, int jump, int n) {{
+    return f"""static NOINLINE void dense{m}(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y, int jump,
+                              int n) {{
 #if LANES == 4
 {_in_registers(m, 4)}
 #elif LANES == 2
@@ -341,4 +344,5 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
     dense = [_dense(m) for m in sorted(made.widths)]
     loops = [f"static NOINLINE void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), name in made.kernels.items()]
-    return [*made.tables, *(["#define SINGLE"] if number(0.5).endswith("f") else []), OPTIONS, DOTTED, *dense, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
+    single = ["#define SINGLE"] if number(0.5).endswith("f") else []
+    return ([*made.tables, *single, OPTIONS, DOTTED, *dense, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows])

@@ -94,7 +94,10 @@ def _far(got: Tensor, want: Tensor) -> float:
 
 
 def recorded(model: TorqueModel, whole: int = 0) -> Recorded:
-    """Return `model` as scalars with its memory, sums of `whole` terms or more kept as such (expressions.py); raises ModelError where steps cannot give what the model gives for a whole run."""
+    """Return `model` as scalars with its memory, sums of `whole` terms or more kept as such (expressions.py).
+
+    Raises ModelError where steps cannot give what the model gives for a whole run.
+    """
     made = steppable(model)
     runs = trial_runs(model.arm.n_links)
     step = MemoryStep(made, made.std(runs[0]) is not None)

@@ -28,6 +28,7 @@ from nnhydro.physics.state_loads import state_loads
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
 SAME = {"double": 1e-9, "single": 1e-5}  # of the rms torque
+ROOM = {"double": 1, "single": 10}  # of a hybrid: networks of single precision round sums of 63 terms
 DRIVER = """
 #include "arm.h"
 void drive(long n, const real_t *in, real_t *out) {
@@ -97,15 +98,16 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
 
 
 @pytest.mark.slow
-def test_a_large_program_is_written_as_tables_and_gives_the_same(tmp_path):
+def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
     a = arm(2)
     model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)
-    motion = long_run(2000)
+    motion = long_run(100_000)
+    want = model.torque(motion).numpy()
     for precision in ("double", "single"):
         told = export_c(model, tmp_path / "arm.h", precision)
         assert "static NOINLINE void loop" in (tmp_path / "arm.h").read_text()
-        want = model.torque(motion).numpy()
-        assert np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() < 10 * SAME[precision] * np.sqrt((want**2).mean())
+        far = np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() / np.sqrt((want**2).mean())
+        assert far < ROOM[precision] * SAME[precision], f"{precision}: {far:.1e}"
     assert only_wake(model)
 
 

@@ -50,8 +50,8 @@ int main(int count, char **words) {
     const double seconds = 1e-6*(now() - began), after = (double)mallinfo2().uordblks;
     const long m = n < 100000 ? n : 100000;
     qsort(took, m, sizeof(double), by_size);
-    printf("{\"steps\": %ld, \"least_us\": %.3f, \"median_us\": %.3f, \"p99_us\": %.3f, \"seconds\": %.2f, \"bytes_allocated\": %.0f, \"sum\": %.6g}\n", n,
-           took[0], took[m/2], took[(long)(0.99*m)], seconds, after - before, sum);
+    printf("{\"steps\": %ld, \"least_us\": %.3f, \"median_us\": %.3f, \"p99_us\": %.3f, ", n, took[0], took[m/2], took[(long)(0.99*m)]);
+    printf("\"seconds\": %.2f, \"bytes_allocated\": %.0f, \"sum\": %.6g}\n", seconds, after - before, sum);
     return 0;
 }
 """

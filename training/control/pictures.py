@@ -17,7 +17,8 @@ def draw(results, truths, path):
                 continue
             grey = "0.85" if "too weak" in row else "0.25" if row.startswith("computed") else "0.55"
             panel.barh(place, one["rms_mrad"], color=grey, edgecolor="black", linewidth=0.6, hatch="///" if "too weak" in row else "")
-            low, high = min(one["rms_mrad_by_seed"]), max(one["rms_mrad_by_seed"])
+            seeds = one.get("rms_mrad_by_seed", [one["rms_mrad"]])
+            low, high = min(seeds), max(seeds)
             panel.plot([low, high], [place, place], color="black", linewidth=1.2, marker="|", markersize=7)
             panel.text(max(high, one["rms_mrad"]) * 1.12, place, f"{one['rms_mrad']:.3g}", va="center", fontsize=8)
         panel.set(title=truth, xscale="log", xlabel="tracking error, rms [mrad]")

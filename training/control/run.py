@@ -193,7 +193,8 @@ def written(results):
     def cell(one):
         if one is None:
             return "- | -"
-        return f"{one['rms_mrad']:.1f} ({min(one['rms_mrad_by_seed']):.1f} to {max(one['rms_mrad_by_seed']):.1f}) | {one['peak_mrad']:.0f}"
+        seeds = one.get("rms_mrad_by_seed", [one["rms_mrad"]])
+        return f"{one['rms_mrad']:.1f} ({min(seeds):.1f} to {max(seeds):.1f}) | {one['peak_mrad']:.0f}"
 
     lines = [f"| {row} | " + " | ".join(cell(results[t].get(row)) for t in truths) + " |" for row in results["strips"]]
     head = "| controller | " + " | ".join(f"{t}: rms, mrad (by seed) | peak" for t in truths) + " |"
