@@ -19,7 +19,7 @@ from torch import Tensor
 
 from nnhydro import __version__
 from nnhydro.deployment.c_tables import END, tabled
-from nnhydro.deployment.step import BEGIN, WHOLE, MemoryStep, inputs_along, recorded
+from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, recorded, whole_sums
 from nnhydro.errors import require
 from nnhydro.files import write_own
 from nnhydro.models.compiled.source import Writer
@@ -62,7 +62,9 @@ def _literal(precision: str) -> Any:
     suffix, digits = ("", 17) if precision == "double" else ("f", 9)
 
     def number(x: float) -> str:
-        require(math.isfinite(x), "the model holds a number that is not finite: it cannot be written as C")
+        require(not math.isnan(x), "the model holds a number that is none (NaN): it cannot be written as C")
+        if math.isinf(x):
+            return "INFINITY" if x > 0 else "(-INFINITY)"
         text = f"{0.0 if suffix and abs(x) < TINY else x:.{digits}g}"
         return text + ("" if any(c in text for c in ".en") else ".0") + suffix
 
@@ -88,6 +90,7 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
     lines, results = Writer(program, FORMS, [f"in[{k}]" for k in range(program.n_inputs)]).statements(outputs)
 
     def c(text: str) -> str:
+        text = text.replace("float('inf')", "R(INFINITY)").replace("float('-inf')", "R(-INFINITY)")
         for name in (*PLAIN, "exp", "tanh", "sigmoid"):
             text = re.sub(rf"(?<![\w.]){name}\(", f"f_{name}(", text)
         return LITERAL.sub(lambda found: found[1] + ("" if precision == "double" else "f"), text)
@@ -186,7 +189,7 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
     tests = out.with_name(f"{out.name}.test.csv")
     for path in (out, tests):
         refuse_foreign(path)
-    made = recorded(model, WHOLE)
+    made = recorded(model, whole_sums(model))
     step: Any = made.step
     texts = {out: header(made, name, precision, digest, remarks), tests: test_vector(step)}
     for path, text in texts.items():

@@ -10,7 +10,7 @@ from functools import reduce
 from pathlib import Path
 from typing import Any, Final
 
-from nnhydro.deployment.step import WHOLE, recorded
+from nnhydro.deployment.step import recorded, whole_sums
 from nnhydro.errors import missing_extra, require
 from nnhydro.files import write_own
 from nnhydro.models.export.expressions import Program, Scalar, Value
@@ -54,7 +54,7 @@ def casadi_function(model: TorqueModel) -> Any:
         import casadi
     except ImportError:
         missing_extra("casadi", "casadi", "nnhydro export --format casadi")
-    made = recorded(model, WHOLE)
+    made = recorded(model, whole_sums(model))
     symbols = {name: casadi.SX.sym(name, shape[0]) for name, shape in made.step.shapes().items()}
     scalars = [x for vector in symbols.values() for x in casadi.vertsplit(vector)] if symbols else []
     flat = expressions(casadi, made.program, [x for values in made.outputs.values() for x in values.ravel()], scalars)

@@ -20,8 +20,8 @@ def export_step(model: TorqueModel, out: Path, kind: str, precision: str = "doub
                 bare: bool = False) -> dict[str, Any]:
     """Write one step of `model` to `out`; `kind` is onnx, c or casadi, `bare` leaves out faults of sensors and drives.
 
-    Returns what it is told of. Raises ModelError where the model cannot be stepped, ConfigError for another precision or a place that cannot be written to,
-    MissingExtraError without the library onnx or casadi.
+    Returns what it is told of. Raises ModelError where the model cannot be stepped, ConfigError for another precision or a place that
+    cannot be written to, MissingExtraError without the library onnx or casadi.
     """
     made, left_out = without_instruments(model) if bare else (model, ())
     if kind == "c":

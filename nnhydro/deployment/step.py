@@ -21,6 +21,7 @@ from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.export.onnx_file import Recorded
 from nnhydro.models.export.tracing import traced
+from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.motion import Motion
@@ -28,7 +29,7 @@ from nnhydro.physics.motion import Motion
 NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
 ENCODER: Final = "encoder_offset"
 BEGIN: Final = -1.0  # s: dt of the first step
-WHOLE: Final = 3  # terms, in C: a sum that enters another one is computed once, so that strips are alike and loops run over them
+WHOLE: Final = 3  # terms, in C, of a learned model: a sum that enters another one is computed once, so that loops run over the strips
 FOLLOWS: Final = 2e-5  # of the rms torque, run of steps against run as a whole: only Basset's force is not exact
 CLOSE: Final = 1e-9  # of the rms torque, recorded scalars against torch
 
@@ -91,6 +92,11 @@ def inputs_along(step: MemoryStep, run: Motion) -> Iterator[tuple[list[Tensor], 
 def _far(got: Tensor, want: Tensor) -> float:
     far = float((got - want).abs().max() / (want.square().mean().sqrt() + 1e-12))
     return far if np.isfinite(far) else float("inf")
+
+
+def whole_sums(model: TorqueModel) -> int:
+    """Return from how many terms on sums are kept in C: a physics model is shorter without."""
+    return 0 if isinstance(getattr(model, "model", model), StripTheory) else WHOLE
 
 
 def recorded(model: TorqueModel, whole: int = 0) -> Recorded:

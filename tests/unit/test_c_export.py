@@ -16,6 +16,7 @@ from nnhydro.deployment.step import recorded
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.coulomb_friction import CoulombFriction
 from nnhydro.effects.flow_memory import FlowMemory
+from nnhydro.effects.link_interference import LinkInterference
 from nnhydro.effects.sensor_timing import SensorTiming
 from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.effects.wake_development import WakeDevelopment
@@ -82,6 +83,7 @@ MODELS = {
                                   .plus("lag", FlowMemory(share=(0.5,) * 2, response=(0.2,), travel=(0.3,)))
                                   .plus("grows", WakeDevelopment(*(((0.3 - 0.1 * k,)) for k in range(6)), reach=(8.0,))),
                                   [TorqueBias(joint=1, offset=(0.5,))]),
+    "sheltered": lambda a: theory(a, planted(a).plus("lee", LinkInterference((0.3,), (0.2,), (0.1,), (2.0,), (10.0,), joint=1))),
 }
 
 
@@ -173,8 +175,9 @@ def test_a_compiled_arm_moves_as_the_dynamics_do(make):
     np.testing.assert_allclose(through, dynamics.model.torque(motion), atol=1e-9)
 
 
-def test_a_few_hundred_steps_in_c_are_the_model_s_torques(tmp_path):
-    model, motion = MODELS["state"](arm(2)), long_run(300)
+@pytest.mark.parametrize("name", ["state", "sheltered"])
+def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
+    model, motion = MODELS[name](arm(2)), long_run(300)
     told = export_c(model, tmp_path / "arm.h")
     want = model.torque(motion).numpy()
     assert np.abs(driven(tmp_path, motion, "double", told["std"]) - want).max() < 1e-9 * np.sqrt((want**2).mean())
