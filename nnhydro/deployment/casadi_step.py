@@ -6,6 +6,7 @@ Read it with `casadi.Function.deserialize(text of the file)`. It is made from th
 Source: Andersson et al. (2019), Math. Prog. Comp. 11, 1 (CasADi).
 """
 
+from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
 from typing import Any, Final
@@ -24,9 +25,10 @@ NAMED: Final = {"abs": "fabs", "max": "fmax", "min": "fmin", "sign": "sign", "sq
 
 def _atom(casadi: Any, kind: str, given: list[Any]) -> Any:
     """kind(given) as a CasADi expression."""
-    plain = {"same": lambda x: x, "mul": lambda a, b: a * b, "div": lambda a, b: a / b, "pow": lambda a, b: a**b,
-             "where": lambda c, a, b: casadi.if_else(c > 0.5, a, b), "positive": lambda x: x > 0, "zero": lambda x: x == 0,
-             "sigmoid": lambda x: 1 / (1 + casadi.exp(-x))}
+    plain: dict[str, Callable[..., Any]] = {
+        "same": lambda x: x, "mul": lambda a, b: a * b, "div": lambda a, b: a / b, "pow": lambda a, b: a**b,
+        "where": lambda c, a, b: casadi.if_else(c > 0.5, a, b), "positive": lambda x: x > 0, "zero": lambda x: x == 0,
+        "sigmoid": lambda x: 1 / (1 + casadi.exp(-x))}
     if kind in plain:
         return plain[kind](*given)
     function = getattr(casadi, NAMED[kind])
