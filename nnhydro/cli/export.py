@@ -10,7 +10,7 @@ from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
 if TYPE_CHECKING:
     from nnhydro.models.torque_model import TorqueModel
 
-STEPS = ("onnx", "c")
+STEPS = ("onnx", "c", "casadi")
 FORMATS = (*STEPS, "mujoco", "curves")
 
 
@@ -37,6 +37,8 @@ def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: s
     written = export_step(loaded, out, kind, precision, digest, bare)
     if kind == "c":
         return written, f"{written['model']} is one step in time in {out}, checked against the model; try it with {written['test_vector']}."
+    if kind == "casadi":
+        return written, f"{written['model']} is one step in time in {out}; read it with casadi.Function.deserialize."
     return written, f"{written['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it."
 
 
@@ -73,11 +75,11 @@ def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 def export(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it says how to feed it."),
-    kind: str = typer.Option("onnx", "--format", help="onnx or c (any model, one step in time), mujoco (physics, as MJCF) or curves "
-                             "(coefficients, as CSV)."),
+    kind: str = typer.Option("onnx", "--format", help="onnx, c or casadi (any model, one step in time), mujoco (physics, as MJCF) or "
+                             "curves (coefficients, as CSV)."),
     precision: str = typer.Option("double", "--precision", help="Of onnx and c: double, or single (off by some 1e-6 of the torque)."),
-    without_instruments: bool = typer.Option(False, "--without-instruments", help="Of onnx and c: leave off found faults of torque sensors "
-                                             "and drives (offset, drift, delay, ...): they are no part of the arm."),
+    without_instruments: bool = typer.Option(False, "--without-instruments", help="Of onnx, c and casadi: leave off found faults of torque "
+                                             "sensors and drives (offset, drift, delay, ...): they are no part of the arm."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
@@ -85,7 +87,7 @@ def export(
     from nnhydro.errors import require
 
     require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")
-    require(kind in STEPS or not without_instruments, f"--without-instruments belongs to --format onnx and c, not to {kind}")
+    require(kind in STEPS or not without_instruments, f"--without-instruments belongs to --format onnx, c and casadi, not to {kind}")
     loaded = _loaded(model, kind, without_instruments)
     written, verdict = (_step(model, loaded, out, kind, precision, without_instruments) if kind in STEPS else
                      (_mujoco if kind == "mujoco" else _curves)(loaded, out))

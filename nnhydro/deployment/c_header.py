@@ -18,8 +18,8 @@ import torch
 from torch import Tensor
 
 from nnhydro import __version__
-from nnhydro.deployment.c_tables import tabled
-from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, recorded
+from nnhydro.deployment.c_tables import END, tabled
+from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, recorded, whole_sums
 from nnhydro.errors import require
 from nnhydro.files import write_own
 from nnhydro.models.compiled.source import Writer
@@ -30,8 +30,8 @@ from nnhydro.models.torque_model import TorqueModel
 from nnhydro.stamp import refuse_foreign
 
 PRECISIONS: Final = {"double": "double", "single": "float"}
-MANY: Final = 12_000  # terms: beyond, statements no longer fit the processor's cache of instructions
-FORMS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
+MANY: Final = 6_000  # terms: beyond, statements no longer fit the processor's cache of instructions
+FORMS: Final = {"same": "{0}", "mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "(real)({0} > R(0.0))", "zero": "(real)({0} == R(0.0))",
                 "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
 PLAIN: Final = {"abs": "fabs", "sqrt": "sqrt", "log": "log", "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin",
@@ -63,7 +63,9 @@ def _literal(precision: str) -> Any:
     suffix, digits = ("", 17) if precision == "double" else ("f", 9)
 
     def number(x: float) -> str:
-        require(math.isfinite(x), "the model holds a number that is not finite: it cannot be written as C")
+        require(not math.isnan(x), "the model holds a number that is none (NaN): it cannot be written as C")
+        if math.isinf(x):
+            return "INFINITY" if x > 0 else "(-INFINITY)"
         text = f"{0.0 if suffix and abs(x) < TINY else x:.{digits}g}"
         return text + ("" if any(c in text for c in ".en") else ".0") + suffix
 
@@ -89,6 +91,7 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
     lines, results = Writer(program, FORMS, [f"in[{k}]" for k in range(program.n_inputs)]).statements(outputs)
 
     def c(text: str) -> str:
+        text = text.replace("float('inf')", "R(INFINITY)").replace("float('-inf')", "R(-INFINITY)")
         for name in (*PLAIN, "exp", "tanh", "sigmoid"):
             text = re.sub(rf"(?<![\w.]){name}\(", f"f_{name}(", text)
         return LITERAL.sub(lambda found: found[1] + ("" if precision == "double" else "f"), text)
@@ -149,6 +152,7 @@ static inline void {name}_step({arguments}) {{
 #undef real
 #undef R
 #undef DOTTED
+{END}
 {chr(10).join(f"#undef f_{f}" for f in PLAIN)}
 #endif
 """
@@ -186,7 +190,7 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
     tests = out.with_name(f"{out.name}.test.csv")
     for path in (out, tests):
         refuse_foreign(path)
-    made = recorded(model)
+    made = recorded(model, whole_sums(model))
     step: Any = made.step
     texts = {out: header(made, name, precision, digest, remarks), tests: test_vector(step)}
     for path, text in texts.items():

@@ -5,12 +5,14 @@ over the same atoms as small matrices, the others term by term, then each kind o
 that differ in the signs of some atoms only (a network and its mirror image) is computed once for both:
 
     y = E x_even + O x_odd,   y' = E x_even - O x_odd
+
+Equal matrices over different atoms (a law on every strip) are one product, the strips side by side.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby, pairwise
+from itertools import groupby
 from typing import Any, Final, final
 
 import numpy as np
@@ -23,7 +25,9 @@ Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients; None
 LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 RUN: Final = 5  # places that follow each other: shorter runs go one by one
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
-WIDE: Final = 32  # rows of a matrix that are summed side by side
+WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
+FIXED: Final = 32  # places: shorter runs are loops of a fixed length
+SIDE: Final = 4  # equal matrices from which on they are one product
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
@@ -54,18 +58,59 @@ def _paired(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.f
     return (pairs, s) if (s < 0).any() and ((signs == s) | (signs == 0)).all() else None
 
 
-def _stretches(at: list[list[int]]) -> list[tuple[int, int, int]]:
-    """Cut lists of places into stretches (start, stop, width) within which all of them run on by one for `width` places at a time."""
-    n = len(at[0])
-    breaks = [k for k in range(1, n) if any(places[k] != places[k - 1] + 1 for places in at)]
-    runs = [b - a for a, b in pairwise([0, *breaks, n])]
-    found: list[tuple[int, int, int]] = []
+Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how much each list goes on within a width: 0 or 1
+
+
+def _runs(at: list[list[int]]) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """Lengths of the runs in which each list of places stands still or goes on by one, and which it does."""
+    n, start = len(at[0]), 0
+    while start < n:
+        stop, first = start + 1, tuple(places[start + 1] - places[start] for places in at) if start + 1 < n else ()
+        while first and set(first) <= {0, 1} and stop < n and all(p[stop] - p[stop - 1] == d for p, d in zip(at, first, strict=True)):
+            stop += 1
+        yield (stop - start, first) if stop - start >= RUN else (1, ())
+        start = stop if stop - start >= RUN else start + 1
+
+
+def _stretches(at: list[list[int]]) -> list[Stretch]:
+    """Cut lists of places into stretches of equal runs."""
+    found: list[Stretch] = []
     start = 0
-    for width, group in groupby(runs, key=lambda run: run if run >= RUN else 1):
-        stop = start + sum(group)
-        found.append((start, stop, width))
+    for (width, steps), group in groupby(_runs(at)):
+        stop = start + width * len(list(group))
+        found.append((start, stop, width, steps))
         start = stop
     return found
+
+
+# loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too
+OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize ("O3")
+#define OPTIONS_PUSHED
+#endif
+#if defined(__GNUC__)
+#define NOINLINE __attribute__((noinline))
+#define RESTRICT __restrict
+#if defined(__AVX__) || defined(SINGLE)
+#define LANES 4
+#else
+#define LANES 2
+#endif
+typedef real lanes __attribute__((vector_size(LANES*sizeof(real)), aligned(sizeof(real)), may_alias));
+#else
+#define NOINLINE
+#define RESTRICT restrict
+#define LANES 0
+#endif"""
+END: Final = """#ifdef OPTIONS_PUSHED
+#pragma GCC pop_options
+#undef OPTIONS_PUSHED
+#endif
+#undef LANES
+#undef SINGLE
+#undef NOINLINE
+#undef RESTRICT"""
 
 
 @final
@@ -79,6 +124,8 @@ class Tables:
     lines: list[str] = field(default_factory=list)
     places: dict[Row, int] = field(default_factory=dict)
     size: int = 0
+    kinds: dict[str, str] = field(default_factory=dict)
+    kernels: dict[tuple[str, str], str] = field(default_factory=dict)  # parameters and body -> name
     _known: dict[tuple[str, bytes], str] = field(default_factory=dict)
 
     def slots(self, rows: Sequence[Row]) -> int:
@@ -98,30 +145,19 @@ class Tables:
             kind = "unsigned short" if whole and (not len(array) or array.max() < 65536) else "int" if whole else "real"
             text = ",".join(str(int(x)) if whole else self.number(float(x)) for x in array)
             self.tables.append(f"static const {kind} {name}[{len(array)}] = {{{text}}};")
-            self._known[key] = name
+            self._known[key], self.kinds[name] = name, kind
         return self._known[key]
-
-    def index(self, at: Sequence[int]) -> str:
-        """Return the C text of the i-th of the places `at`: a running one where they follow each other, else from a table."""
-        if list(at) == list(range(at[0], at[0] + len(at))):
-            return f"v[{at[0]} + i]"
-        return f"v[{self.table(at, True)}[i]]"
 
     def _matrix(self, atoms: Sequence[int | None], W: NDArray[np.float64], out: str) -> None:
         """out[0..m) = W x for the atoms x: `WIDE` rows side by side."""
-        m, k = W.shape
+        k = W.shape[1]
         at = [self.places[((a, 1.0),)] for a in atoms]
         running = at == list(range(at[0], at[0] + k))
         source = f"v + {at[0]}" if running else "x"
         if not running:
             self.lines.append(f"for (int i = 0; i < {k}; ++i) x[i] = v[{self.table(at, True)}[i]];")
-        for start in range(0, m, WIDE):
-            block = W[start:start + WIDE]
-            wide = -(-len(block) // PAD) * PAD
-            padded = np.zeros((wide, k))
-            padded[:len(block)] = block
-            self.lines.append(f"dense{wide}({source}, {k}, {self.table(padded.T, False)}, {out} + {start}, {len(block)});")
-            self.widths.add(wide)
+        for start, table, wide, n in self._blocks_of(W):
+            self.lines.append(f"dense{wide}({source}, 1, {k}, {table}, {out} + {start}, 1, {n});")
         self.gathered = max(self.gathered, k)
 
     widths: set[int] = field(default_factory=set)
@@ -145,6 +181,27 @@ class Tables:
         self.lines.append(f"for (int i = 0; i < {m}; ++i) {{ const real e = v[{first} + i], o = v[{first + m} + i]; "
                           f"v[{first} + i] = e + o; v[{first + m} + i] = e - o; }}")
 
+    def _side_by_side(self, blocks: list[tuple[tuple[int | None, ...], list[Row]]]) -> None:
+        """Rows that repeat over other atoms: row by row, all blocks beside each other."""
+        g, rows = len(blocks), [rows for _, rows in blocks]
+        m, k = len(rows[0]), len(blocks[0][0])
+        at = [[self.places[((atoms[i], 1.0),)] for atoms, _ in blocks] for i in range(k)]
+        table = self.table([place for places in at for place in places], True)
+        self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{table}[i]];")
+        self.gathered = max(self.gathered, k * g)
+        first, W = self.slots([one[i] for i in range(m) for one in rows]), np.array([[c for _, c in row] for row in rows[0]])
+        for start, table, wide, n in self._blocks_of(W):
+            into = f"v + {first + g * start} + s"
+            self.lines.append(f"for (int s = 0; s < {g}; ++s) dense{wide}(x + s, {g}, {k}, {table}, {into}, {g}, {n});")
+
+    def _blocks_of(self, W: NDArray[np.float64]) -> Iterator[tuple[int, str, int, int]]:
+        """Rows of W (m, k) summed together: number of the first, table, how many with those filled up, how many."""
+        for part in np.array_split(np.arange(len(W)), -(-len(W) // WIDE)):
+            padded = np.zeros((-(-len(part) // PAD) * PAD, W.shape[1]))
+            padded[:len(part)] = W[part]
+            self.widths.add(len(padded))
+            yield int(part[0]), self.table(padded.T, False), len(padded), len(part)
+
     def sums(self, wanted: Sequence[Row]) -> None:
         """Compute every row in `wanted` that is not there yet."""
         fresh = [row for row in dict.fromkeys(wanted) if row not in self.places]
@@ -153,12 +210,19 @@ class Tables:
             atoms = tuple(k for k, _ in row)
             by_atoms[atoms] = [other for other in self.alike[atoms] if other not in self.places] if len(atoms) > LONG else [
                 *by_atoms[atoms], row]
-        short = []
+        short, alike = [], dict[tuple[Any, bytes], list[tuple[tuple[int | None, ...], list[Row]]]]()
         for atoms, rows in by_atoms.items():
             if len(atoms) > LONG and len(rows) > 2:
-                self._block(atoms, rows)
+                W = np.array([[c for _, c in row] for row in rows])
+                alike.setdefault((W.shape, W.tobytes()), []).append((atoms, rows))
             else:
                 short += rows
+        for blocks in alike.values():
+            if len(blocks) >= SIDE:
+                self._side_by_side(blocks)
+            else:
+                for atoms, rows in blocks:
+                    self._block(atoms, rows)
         for width in sorted({len(row) for row in short}):
             self._short([row for row in short if len(row) == width], width)
 
@@ -170,38 +234,54 @@ class Tables:
                 table, c = self.table([self.places[((a, 1.0),)] for a, _ in row], True), self.table([c for _, c in row], False)
                 self.lines.append(f"DOTTED(v[{first + k}], {c}, {table}, {width})")
             return
-        parts = []
-        for place in range(width):
-            at, weights = [self.places[((row[place][0], 1.0),)] for row in rows], [row[place][1] for row in rows]
-            alike = len(set(weights)) == 1
-            parts.append(f"{self.number(weights[0]) if alike else self.table(weights, False) + '[i]'}*{self.index(at)}")
-        self.lines.append(f"for (int i = 0; i < {len(rows)}; ++i) v[{first} + i] = {' + '.join(parts)};")
+        at = [[self.places[((row[place][0], 1.0),)] for row in rows] for place in range(width)]
+        weights = [[row[place][1] for row in rows] for place in range(width)]
+        for stretch in _stretches(at):
+            self._loop(at, first, stretch, " + ".join(f"{{{k}}}" for k in range(width)), weights)
 
     def round(self, kinds: dict[str, list[int]]) -> None:
         """Compute the atoms `kinds` {kind: atoms}."""
         operands = {k: [row_of(x) for x in self.program.atoms[k].operands] for atoms in kinds.values() for k in atoms}
+        self.sums([operands[k][slot] for atoms in kinds.values() for slot in range(max(len(operands[k]) for k in atoms))
+                   for k in atoms if slot < len(operands[k])])
         for kind, atoms in kinds.items():
-            for slot in range(max(len(operands[k]) for k in atoms)):
-                self.sums([operands[k][slot] for k in atoms if slot < len(operands[k])])
             if kind in ("maxof", "minof"):
                 self._extremes(kind, atoms, operands)
                 continue
+            if kind == "same":
+                self.places |= {((k, 1.0),): self.places[operands[k][0]] for k in atoms}
+                continue
             at = [[self.places[operands[k][slot]] for k in atoms] for slot in range(len(operands[atoms[0]]))]
             first = self.slots([((k, 1.0),) for k in atoms])
-            for start, stop, width in _stretches(at):
-                self._loop(kind, [places[start:stop] for places in at], first + start, width)
+            text = LOOPS[kind] if kind in LOOPS else f"f_{kind}({', '.join(f'{{{k}}}' for k in range(len(at)))})"
+            for stretch in _stretches(at):
+                self._loop(at, first, stretch, text)
 
-    def _loop(self, kind: str, at: list[list[int]], first: int, width: int) -> None:
-        """One function of values at the places `at`, in runs of `width` places that follow each other, into v[first...)."""
-        n = len(at[0])
-        if width == 1 or n == width:
-            given, head, into = [self.index(places) for places in at], f"for (int i = 0; i < {n}; ++i)", f"v[{first} + i]"
-        else:
-            given = [f"v[{self.table(places[::width], True)}[r] + i]" for places in at]
-            head = f"for (int r = 0; r < {n // width}; ++r) for (int i = 0; i < {width}; ++i)"
-            into = f"v[{first} + {width}*r + i]"
-        text = LOOPS[kind].format(*given) if kind in LOOPS else f"f_{kind}({', '.join(given)})"
-        self.lines.append(f"{head} {into} = {text};")
+    def _loop(self, at: list[list[int]], first: int, stretch: Stretch, text: str, weights: Sequence[Sequence[float]] = ()) -> None:
+        """v[first...) = `text` of the values at the places `at`, each times its weights: a call of a kernel that loops like it share."""
+        start, stop, width, steps = stretch
+        n, alone = stop - start, width == stop - start
+        known, given = [], []
+        for k, places in enumerate(at):
+            if alone and width > 1:
+                known.append((f"const real *RESTRICT p{k}", f"v + {places[start]}"))
+                given.append(f"p{k}[{'i' if steps[k] else '0'}]")
+                continue
+            table = self.table(places[start:stop:width], True)
+            known.append((f"const {self.kinds[table]} *RESTRICT p{k}", table))
+            given.append(f"v[p{k}[i]]" if width == 1 else f"v[p{k}[r]{' + i' if steps[k] else ''}]")
+        place = "i" if alone or width == 1 else f"{width}*r + i"
+        for k, weight in enumerate(weights):
+            own = weight[start:stop]
+            alike = len(set(own)) == 1
+            known.append((f"real c{k}", self.number(own[0])) if alike else (f"const real *RESTRICT c{k}", self.table(own, False)))
+            given[k] = f"c{k}{'' if alike else f'[{place}]'}*{given[k]}"
+        few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
+        head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {few.replace('< n', f'< {width}')}"
+        body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};"
+        kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"loop{len(self.kernels)}")
+        count = n if alone or width == 1 else n // width
+        self.lines.append(f"{kernel}(v, v + {first + start}, {count}, {', '.join(x for _, x in known)});")
 
     def _extremes(self, kind: str, atoms: Sequence[int], operands: dict[int, list[Row]]) -> None:
         """Statements for maxima or minima over several values."""
@@ -222,6 +302,35 @@ def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None,
     return {atoms: list(rows) for atoms, rows in found.items()}
 
 
+def _in_registers(m: int, per: int) -> str:
+    """The sums of `m` rows in vectors of `per` numbers."""
+    sums = range(m // per)
+    return f"""    lanes {", ".join(f"a{j} = {{0}}" for j in sums)};
+    for (int i = 0; i < k; ++i, W += {m}) {{
+        const real c = x[step*i];
+        const lanes *w = (const lanes *)W;
+        {" ".join(f"a{j} += c*w[{j}];" for j in sums)}
+    }}
+    const lanes a[{m // per}] = {{{", ".join(f"a{j}" for j in sums)}}};
+    for (int j = 0; j < n; ++j) y[jump*j] = a[j/{per}][j%{per}];"""
+
+
+def _dense(m: int) -> str:
+    """The product of a matrix of `m` rows, a multiple of PAD, with x, `step` places apart, into y, `jump` places apart."""
+    return f"""static NOINLINE void dense{m}(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y, int jump,
+                              int n) {{
+#if LANES == 4
+{_in_registers(m, 4)}
+#elif LANES == 2
+{_in_registers(m, 2)}
+#else
+    real a[{m}] = {{0}};
+    for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) a[j] += x[step*i]*W[j];
+    for (int j = 0; j < n; ++j) y[jump*j] = a[j];
+#endif
+}}"""
+
+
 def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[list[str], list[str], list[str]]:
     """Return tables, statements and the C text of each output of a program; inputs are read from `in[]`."""
     made = Tables(program, number, alike=_alike(program, outputs))
@@ -233,8 +342,8 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
     made.sums(rows)
     begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
              f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
-    dense = [f"static void dense{m}(const real *x, int k, const real *W, real *y, int n) {{\n"
-             f"    real a[{m}] = {{0}};\n"
-             f"    for (int i = 0; i < k; ++i) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[{m}*i + j];\n"
-             f"    for (int j = 0; j < n; ++j) y[j] = a[j];\n}}" for m in sorted(made.widths)]
-    return [*made.tables, DOTTED, *dense], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
+    dense = [_dense(m) for m in sorted(made.widths)]
+    loops = [f"static NOINLINE void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
+             for (known, body), name in made.kernels.items()]
+    single = ["#define SINGLE"] if number(0.5).endswith("f") else []
+    return ([*made.tables, *single, OPTIONS, DOTTED, *dense, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows])

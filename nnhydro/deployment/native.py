@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.deployment.c_header import program_text
-from nnhydro.deployment.step import MemoryStep, recorded
+from nnhydro.deployment.step import MemoryStep, recorded, whole_sums
 from nnhydro.dynamics.inertia import mass_and_bias
 from nnhydro.dynamics.joint_model import JointModel
 from nnhydro.errors import ModelError, NnhydroError, require
@@ -54,7 +54,7 @@ class Native:
             source.write_text(program_text(program, outputs), encoding="utf-8")
             made = subprocess.run([str(cc), *FLAGS, str(source), "-o", str(library), "-lm"], capture_output=True, text=True, check=False)
             if made.returncode:
-                raise NnhydroError(f"{cc} could not compile the model: {made.stderr.splitlines()[:1]}")
+                raise NnhydroError(f"{cc} could not compile the model: {made.stderr.splitlines()[:3]}")
             self._function = ctypes.CDLL(str(library)).run
         self._function.argtypes, self._function.restype = [REAL, REAL], None
         self.given, self.out = np.zeros(max(n_inputs, 1)), np.zeros(max(len(outputs), 1))
@@ -89,7 +89,7 @@ class NativeArm:
     _known: Array | None = field(init=False, default=None)  # d tau / d qdd of a learned model where it was last computed
 
     def __post_init__(self) -> None:
-        made = recorded(self.joint)
+        made = recorded(self.joint, whole_sums(self.joint))
         self.step: MemoryStep = made.step
         flat = [x for name, values in made.outputs.items() if name != "std" for x in values.ravel()]
         self.inverse = Native(made.program, flat, made.program.n_inputs)
@@ -117,7 +117,7 @@ class NativeArm:
 
         example = [torch.linspace(0.3, 0.7, size, dtype=torch.float64) for size in (n, n, n, 1, 1)]
         example += [torch.full((1,), 0.01, dtype=torch.float64), torch.zeros(step.size, dtype=torch.float64)]
-        program, (qdd,) = traced(acceleration, example)
+        program, (qdd,) = traced(acceleration, example, whole_sums(self.joint))
         return Native(program, list(qdd), program.n_inputs)
 
     def begin(self) -> None:

@@ -21,6 +21,7 @@ from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.export.onnx_file import Recorded
 from nnhydro.models.export.tracing import traced
+from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.motion import Motion
@@ -28,6 +29,7 @@ from nnhydro.physics.motion import Motion
 NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
 ENCODER: Final = "encoder_offset"
 BEGIN: Final = -1.0  # s: dt of the first step
+WHOLE: Final = 3  # terms, in C, of a learned model: a sum that enters another one is computed once, so that loops run over the strips
 FOLLOWS: Final = 2e-5  # of the rms torque, run of steps against run as a whole: only Basset's force is not exact
 CLOSE: Final = 1e-9  # of the rms torque, recorded scalars against torch
 
@@ -92,8 +94,16 @@ def _far(got: Tensor, want: Tensor) -> float:
     return far if np.isfinite(far) else float("inf")
 
 
-def recorded(model: TorqueModel) -> Recorded:
-    """Return `model` as scalars with its memory; raises ModelError where steps cannot give what the model gives for a whole run."""
+def whole_sums(model: TorqueModel) -> int:
+    """Return from how many terms on sums are kept in C: a physics model is shorter without."""
+    return 0 if isinstance(getattr(model, "model", model), StripTheory) else WHOLE
+
+
+def recorded(model: TorqueModel, whole: int = 0) -> Recorded:
+    """Return `model` as scalars with its memory, sums of `whole` terms or more kept as such (expressions.py).
+
+    Raises ModelError where steps cannot give what the model gives for a whole run.
+    """
     made = steppable(model)
     runs = trial_runs(model.arm.n_links)
     step = MemoryStep(made, made.std(runs[0]) is not None)
@@ -101,7 +111,7 @@ def recorded(model: TorqueModel) -> Recorded:
     along = _far(torch.stack([answer[0] for _, answer in pairs]), torch.cat([made.torque(run) for run in runs]))
     require(along < FOLLOWS, "this model remembers the motion in a way that one step in time cannot carry (an instrument with a delay, a "
             "drive that gives way): export it --without-instruments, or a model without that effect", ModelError)
-    program, arrays = traced(step, pairs[7][0])
+    program, arrays = traced(step, pairs[7][0], whole)
     names = ["tau", *(["std"] if step.with_std else []), *(["memory_next"] if step.size else [])]
     outputs = dict(zip(names, arrays, strict=False))
     got = program.evaluate([x for a in arrays for x in a.ravel()], np.stack([torch.cat(given).numpy() for given, _ in pairs]))

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final, final
 
 from torch import Tensor
 
-from nnhydro.dynamics.wake_terms import stepped
+from nnhydro.dynamics.travel_terms import stepped
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.errors import ModelError
 from nnhydro.models.amended import Amended

@@ -47,10 +47,14 @@ class FlowMemory(LoadEffect):
         """Return d tau / d share, (n, joints, links)."""
         strips = Strips.of(flow, STRIPS)
         drag, w = unit_drag(strips), strips.w.abs()
+        memory, carried = self.response[0] * w + self.travel[0] * flow.D[:, None], flow.motion.carried
+        if carried is not None:  # stepped through time
+            name = f"lagging drag/{self.response[0]}/{self.travel[0]}"
+            share = torch.exp(-carried.steps(3) * w / (memory + TINY))
+            return strips.to_joints(carried.value(name, lambda: drag, lambda old: drag + (old - drag) * share) - drag)
         if flow.motion.steady or len(w) < 2:
             return strips.to_joints(torch.zeros_like(drag))
         steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None]
-        memory = self.response[0] * w + self.travel[0] * flow.D[:, None]
         return strips.to_joints(relaxed(drag, steps * w / (memory + TINY), drag[0]) - drag)
 
     def sentence(self, said: Mapping[str, str]) -> str:

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.wake_memory import overtaking, overtaking_by_law
@@ -52,16 +53,29 @@ class WakeReentry(LoadEffect):
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (slowing, meeting, push), (n, joints, 3)."""
         strips = Strips.of(flow, STRIPS)
-        w = strips.w
-        if flow.motion.steady:
+        w, carried = strips.w, flow.motion.carried
+        if flow.motion.steady and carried is None:
             return torch.zeros(len(w), flow.arm.n_links, 3, dtype=torch.float64)
-        m = self._behind(flow, w)
+        m = self._behind(flow, w) if carried is None else self._met(flow, w, carried)
         o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
         first = -2 * w.abs() * o
         rest = (w - o).abs() * (w - o) - w.abs() * w - first
         back = m * w < 0
         parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest)
         return torch.stack([strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f).sum(-1) for f in parts], dim=-1)
+
+    def _met(self, flow: Flow, w: Tensor, carried: Carried) -> Tensor:
+        """The water behind the strips of arms that are stepped through time: the wake v and what it drags along, from step to step."""
+        reach, second = self.length[0] * flow.D[:, None], self.second[0] if self.second else 0.0
+
+        def following(old: Tensor) -> Tensor:
+            v, m = old.unbind(-1)
+            rate = (torch.maximum(w.abs(), v.abs()) / reach + self.fading[0]) * carried.steps(3)
+            v = w + (v - w) * torch.exp(-rate)
+            return torch.stack([v, v + (m - v) * torch.exp(-rate / second) if second > 0 else v], dim=-1)
+
+        name = f"wake velocity/{self.length[0]}/{self.fading[0]}/{second}"
+        return carried.value(name, lambda: torch.stack([w, w], dim=-1), following)[..., 1]
 
     def _behind(self, flow: Flow, w: Tensor) -> Tensor:
         """The water behind the strips; of all grid values at once where this is one of them."""

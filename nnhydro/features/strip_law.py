@@ -119,11 +119,11 @@ def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], c: Tensor) -
     """Return the torques (E, n, joints) N m of E sets of coefficients c (E, coefficients)."""
     E, straight = len(c), 1 + z.shape[2]
     bent = size(z.shape[2], of_three)
-    own, rest = c[:, :MORISON * bent].reshape(E * MORISON, bent), c[:, MORISON * bent:].reshape(-1, straight)
+    own = c[:, :MORISON * bent].reshape(E * MORISON, bent)
+    rest = c[:, MORISON * bent:].reshape(E, -1, straight).transpose(1, 2).flatten(0, 1)  # the loads first: many loads, few monomials
     found = []
     for loads, phi in _pieces(view, z, of_three):
-        every = (own @ phi, rest @ phi[:, :, :straight])
-        C = torch.cat([part.reshape(*part.shape[:2], E, -1, part.shape[3]) for part in every], dim=3)
-        found.append((C * loads[:, :, None]).sum(dim=3))  # (m, links, E, s) N
+        C, F = ((weights @ x).unflatten(2, (E, -1)) for weights, x in ((own, phi), (rest, loads[:, :, MORISON:])))
+        found.append((C * loads[:, :, None, :MORISON]).sum(dim=3) + (F * phi[:, :, None, :straight]).sum(dim=3))  # (m, links, E, s) N
     f = torch.cat(found)
     return to_sensors(view.flow, f.sum(dim=3), (f * view.x[:, None]).sum(dim=3)).permute(2, 0, 1)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.dynamics.dynamics import Dynamics
-from nnhydro.dynamics.wake_terms import stepped
+from nnhydro.dynamics.travel_terms import stepped
 from nnhydro.errors import ConfigError, ModelError, require
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.carried import Carried, Memory

@@ -15,7 +15,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.dynamics.wake_terms import stepped
+from nnhydro.dynamics.travel_terms import stepped
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.carried import Carried, Memory
 from nnhydro.physics.flow import Flow

@@ -16,6 +16,7 @@ from nnhydro.deployment.step import recorded
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.coulomb_friction import CoulombFriction
 from nnhydro.effects.flow_memory import FlowMemory
+from nnhydro.effects.link_interference import LinkInterference
 from nnhydro.effects.sensor_timing import SensorTiming
 from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.effects.wake_development import WakeDevelopment
@@ -28,6 +29,7 @@ from nnhydro.physics.state_loads import state_loads
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
 SAME = {"double": 1e-9, "single": 1e-5}  # of the rms torque
+ROOM = {"double": 1, "single": 10}  # of a hybrid: networks of single precision round sums of 63 terms
 DRIVER = """
 #include "arm.h"
 void drive(long n, const real_t *in, real_t *out) {
@@ -81,6 +83,7 @@ MODELS = {
                                   .plus("lag", FlowMemory(share=(0.5,) * 2, response=(0.2,), travel=(0.3,)))
                                   .plus("grows", WakeDevelopment(*(((0.3 - 0.1 * k,)) for k in range(6)), reach=(8.0,))),
                                   [TorqueBias(joint=1, offset=(0.5,))]),
+    "sheltered": lambda a: theory(a, planted(a).plus("lee", LinkInterference((0.3,), (0.2,), (0.1,), (2.0,), (10.0,), joint=1))),
 }
 
 
@@ -97,15 +100,16 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
 
 
 @pytest.mark.slow
-def test_a_large_program_is_written_as_tables_and_gives_the_same(tmp_path):
+def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
     a = arm(2)
     model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)
-    motion = long_run(2000)
+    motion = long_run(100_000)
+    want = model.torque(motion).numpy()
     for precision in ("double", "single"):
         told = export_c(model, tmp_path / "arm.h", precision)
-        assert "static void dense" in (tmp_path / "arm.h").read_text()
-        want = model.torque(motion).numpy()
-        assert np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() < 10 * SAME[precision] * np.sqrt((want**2).mean())
+        assert "static NOINLINE void loop" in (tmp_path / "arm.h").read_text()
+        far = np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() / np.sqrt((want**2).mean())
+        assert far < ROOM[precision] * SAME[precision], f"{precision}: {far:.1e}"
     assert only_wake(model)
 
 
@@ -171,8 +175,9 @@ def test_a_compiled_arm_moves_as_the_dynamics_do(make):
     np.testing.assert_allclose(through, dynamics.model.torque(motion), atol=1e-9)
 
 
-def test_a_few_hundred_steps_in_c_are_the_model_s_torques(tmp_path):
-    model, motion = MODELS["state"](arm(2)), long_run(300)
+@pytest.mark.parametrize("name", ["state", "sheltered"])
+def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
+    model, motion = MODELS[name](arm(2)), long_run(300)
     told = export_c(model, tmp_path / "arm.h")
     want = model.torque(motion).numpy()
     assert np.abs(driven(tmp_path, motion, "double", told["std"]) - want).max() < 1e-9 * np.sqrt((want**2).mean())

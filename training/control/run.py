@@ -1,4 +1,7 @@
-"""What a better model buys in tracking: `python training/control/run.py [strips] [tank]`. Writes results.json and table.md."""
+"""What a better model buys in tracking: `python training/control/run.py [strips] [concealed] [tank] [hour]`.
+
+Writes results.json, table.md and tracking.png (pictures.py).
+"""
 
 import json
 import resource
@@ -12,9 +15,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import torch
 import yaml
+from pictures import draw
 
+import nnhydro
 from nnhydro.deployment.native import NativeArm
 from nnhydro.dynamics.dynamics import Dynamics
+from nnhydro.effects.effect import Effect
 from nnhydro.files import write_json, write_text
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.identify import identify
@@ -28,19 +34,23 @@ from nnhydro.simulation.controller import Controller, model_inside
 from nnhydro.simulation.motions.motion_kind import Setting, motion_of
 from nnhydro.simulation.native_loop import NativeInside, tracked
 from nnhydro.simulation.recipe import parse_recipe
+from nnhydro.simulation.truth.campaign import Wish, draw_campaign
+from nnhydro.simulation.truth.tank import joint_torque
+from nnhydro.simulation.truth.world import Run
 
 HERE = Path(__file__).parent
 CONFIG = tomllib.loads((HERE / "config.toml").read_text())
-ROWS = [("pd", None), ("pid", None), *(("computed_torque", m) for m in ("dry", "constant", "state", "hybrid", "exact")),
+ROWS = [("pd", None), ("pid", None), *(("computed_torque", m) for m in ("dry", "constant", "state", "diagnosed", "hybrid", "exact")),
         ("sliding_mode", "dry"), ("sliding_mode", "hybrid"),
-        *(("computed_torque", f"{m}, water 20 % too weak") for m in ("constant", "state", "hybrid")),
+        *(("computed_torque", f"{m}, water 20 % too weak") for m in ("constant", "state", "diagnosed", "hybrid")),
         ("sliding_mode", "hybrid, water 20 % too weak")]
 
 
 def fitted(campaign):
     """Return the models for a controller, by name."""
     choices = TrainingConfig(**CONFIG["training"], seed=CONFIG["seed"])
-    return {"constant": identify(campaign, "constant"), "state": identify(campaign, "state"), "hybrid": train(campaign, choices)}
+    return {"constant": identify(campaign, "constant"), "state": identify(campaign, "state"),
+            "diagnosed": nnhydro.diagnose(campaign, seed=CONFIG["seed"]).corrected.torque_model, "hybrid": train(campaign, choices)}
 
 
 def strips(choice):
@@ -50,21 +60,59 @@ def strips(choice):
     with TemporaryDirectory() as folder:
         write_campaign(recipe, Path(folder) / "tank")
         models = fitted(open_campaign(Path(folder) / "tank"))
-    return StripTheory(recipe.arm, Preparation(None), {}, "truth", recipe.loads), models
+    truth = StripTheory(recipe.arm, Preparation(None), {}, "truth", recipe.loads)
+    return compiled(truth), truth, models
 
 
 def tank(choice):
     """Return a learned twin of a recorded tank, and models that saw every other recording of it."""
     campaign = open_campaign(Path(choice["campaign"]))
     twin = train(campaign, TrainingConfig(baseline="state", **CONFIG["training"], seed=CONFIG["seed"] + 1))
-    return twin, fitted(Campaign.of(campaign.arm, list(campaign.recordings())[::2]))
+    return compiled(twin), twin, fitted(Campaign.of(campaign.arm, list(campaign.recordings())[::2]))
+
+
+class ConcealedArm:
+    """The arm of a concealed world as it really is, without memory: what the control loop asks of a compiled arm."""
+
+    def __init__(self, world):
+        self.arm, self.causes = world.arm, world.causes
+
+    def begin(self):
+        """Nothing is remembered."""
+
+    def torque(self, q, qd, qdd, u0=0.0, du0=0.0, dt=0.0, keep=True):
+        """Return the joint torques (joints,) or, of many accelerations (k, joints), (k, joints) N m."""
+        rows = np.atleast_2d(qdd)
+        still = np.zeros(len(rows))
+        motion = (np.broadcast_to(x, rows.shape) for x in (q, qd))
+        tau = joint_torque(Run("loop", np.arange(len(rows)) * 1e-3, *motion, rows, still + u0, still + du0), self.arm, self.causes)
+        return tau.reshape(np.shape(qdd))
+
+    def acceleration(self, q, qd, tau, u0=0.0, du0=0.0, dt=0.0, start=None):
+        """Return the accelerations (joints,) rad/s^2 under `tau` (joints,) N m."""
+        n = len(q)
+        found = self.torque(q, qd, np.vstack([np.zeros(n), np.eye(n)]), u0, du0)
+        return np.linalg.solve((found[1:] - found[0]).T, tau - found[0])
+
+
+def concealed(choice):
+    """Return an arm with a cause that no model is told of, by other equations and other code, and models fitted to its recordings."""
+    drawn = draw_campaign(CONFIG["seed"], choice["index"], Wish(choice["effect"], links=2, size="small"))
+    with TemporaryDirectory() as folder:
+        write_text(Path(folder) / "arm.yaml", yaml.safe_dump(drawn.arm, sort_keys=False))
+        for name, columns in drawn.files.items():
+            if name.startswith("recordings/"):
+                rows = np.column_stack(list(columns.values()))
+                write_text(Path(folder) / name, "\n".join([",".join(columns), *(",".join(f"{x:.9g}" for x in row) for row in rows)]) + "\n")
+        models = fitted(open_campaign(Path(folder)))
+    return ConcealedArm(next(iter(drawn.unseen.values()))), None, models
 
 
 def weakened(model):
     """Return `model` with the water's coefficients of its physics multiplied by `wrong_by`."""
     if not isinstance(model, StripTheory):
         return replace(model, baseline=weakened(model.baseline))
-    terms = {name: term if name == "rigid_body" else replace(term, **{
+    terms = {name: term if name == "rigid_body" or isinstance(term, Effect) else replace(term, **{
         f.name: tuple(CONFIG["wrong_by"] * v for v in getattr(term, f.name)) for f in term.parameters() if f.name not in ("tau_s",)})
         for name, term in model.loads.terms.items()}
     return replace(model, loads=Loads(terms))
@@ -77,28 +125,34 @@ def compiled(model):
 
 
 def measured(truth, arm, kind, inside):
-    """Return rms and largest tracking error in mrad and the rms torque in N m over all motions, each controller seeing the same."""
-    errors, torques = [], []
-    for number, chosen in enumerate(CONFIG["motions"]):
-        motion = motion_of(chosen, "config")
-        reference = motion.reference(Setting(arm, np.random.default_rng(CONFIG["seed"] + number), Path(".")))
-        settings = Controller(kind=kind, **CONFIG["gains"][kind], **CONFIG["sees"])
-        law = settings.torque_law(arm, CONFIG["sample_rate_hz"] / CONFIG["hold"])
-        run = tracked(motion.name, reference, truth, replace(law, inside=inside), CONFIG["sample_rate_hz"], CONFIG["hold"])
-        errors.append(run.state.q - reference.at(np.minimum(run.t, reference.duration)).q)
-        torques.append(run.tau)
-    error, tau = np.concatenate(errors), np.concatenate(torques)
-    return {"rms_mrad": 1e3 * float(np.sqrt((error**2).mean())), "peak_mrad": 1e3 * float(np.abs(error).max()),
-            "torque_rms_Nm": np.sqrt((tau**2).mean(axis=0)).tolist()}
+    """Return the tracking error in mrad (rms of all seeds, of each, peak) and the rms torque in N m; every controller sees the same."""
+    by_seed, torques = [], []
+    for seed in CONFIG["motion_seeds"]:
+        errors = []
+        for number, chosen in enumerate(CONFIG["motions"]):
+            motion = motion_of(chosen, "config")
+            reference = motion.reference(Setting(arm, np.random.default_rng(seed + number), Path(".")))
+            settings = Controller(kind=kind, **CONFIG["gains"][kind], **CONFIG["sees"])
+            law = settings.torque_law(arm, CONFIG["sample_rate_hz"] / CONFIG["hold"])
+            run = tracked(motion.name, reference, truth, replace(law, inside=inside), CONFIG["sample_rate_hz"], CONFIG["hold"])
+            errors.append(run.state.q - reference.at(np.minimum(run.t, reference.duration)).q)
+            torques.append(run.tau)
+        by_seed.append(np.concatenate(errors))
+    rms = [1e3 * float(np.sqrt((error**2).mean())) for error in by_seed]
+    return {"rms_mrad": float(np.sqrt(np.mean(np.square(rms)))), "rms_mrad_by_seed": rms,
+            "peak_mrad": 1e3 * max(float(np.abs(error).max()) for error in by_seed),
+            "torque_rms_Nm": np.sqrt((np.concatenate(torques)**2).mean(axis=0)).tolist()}
 
 
-def table(truth, models):
-    """Return the result of every row of ROWS against `truth`."""
-    native, arm, found = compiled(truth), truth.arm, {}
-    known = {"dry": model_inside("dry", arm, None), "exact": truth, **models}
+def table(native, exact, models):
+    """Return the result of every row of ROWS against the arm `native`, whose own model is `exact` (None: nobody has it)."""
+    arm, found = next(iter(models.values())).arm, {}
+    known = {"dry": model_inside("dry", arm, None), **({} if exact is None else {"exact": exact}), **models}
     known |= {f"{name}, water 20 % too weak": weakened(models[name]) for name in models}
     inside = {name: NativeInside(compiled(model)) for name, model in known.items()}
     for kind, name in ROWS:
+        if name and name not in inside:
+            continue
         found[f"{kind}{f' ({name})' if name else ''}"] = result = measured(native, arm, kind, inside.get(name))
         print(f"{kind:16} {name or '':32} {result['rms_mrad']:8.2f} {result['peak_mrad']:8.2f}", flush=True)
     return found
@@ -129,25 +183,41 @@ def hour(truth):
             "process_MB_at_end": memory[-1], "largest_state": float(np.abs(arm.memory).max())}
 
 
+def written(results):
+    """Write results.json and, once every truth has been run, table.md and the picture."""
+    write_json(HERE / "results.json", results)
+    truths = list(CONFIG["truths"])
+    if not all(t in results for t in truths):
+        return
+
+    def cell(one):
+        if one is None:
+            return "- | -"
+        seeds = one.get("rms_mrad_by_seed", [one["rms_mrad"]])
+        return f"{one['rms_mrad']:.1f} ({min(seeds):.1f} to {max(seeds):.1f}) | {one['peak_mrad']:.0f}"
+
+    lines = [f"| {row} | " + " | ".join(cell(results[t].get(row)) for t in truths) + " |" for row in results["strips"]]
+    head = "| controller | " + " | ".join(f"{t}: rms, mrad (by seed) | peak" for t in truths) + " |"
+    write_text(HERE / "table.md", "\n".join([head, "| --- " * (1 + 2 * len(truths)) + "|", *lines, ""]))
+    draw(results, truths, HERE / "tracking.png")
+
+
 def main():
-    """Run all, print, write."""
+    """Run all, or what is named, print, write."""
     torch.set_num_threads(1)
-    path = HERE / "results.json"
+    path, wanted = HERE / "results.json", sys.argv[1:] or [*CONFIG["truths"], "hour"]
     results = json.loads(path.read_text()) if path.exists() else {}
-    for name, choice in CONFIG["truths"].items():
-        if sys.argv[1:] and name not in sys.argv:
-            continue
-        truth, models = (strips if name == "strips" else tank)(choice)
-        print(name)
-        results[name] = table(truth, models)
-        if name == "strips":
-            results["hour"] = hour(truth)
-            print(results["hour"])
-        write_json(path, results)
-    lines = [f"| {row} | " + " | ".join(f"{results[t][row]['rms_mrad']:.1f} | {results[t][row]['peak_mrad']:.1f}" for t in CONFIG["truths"])
-             + " |" for row in results["strips"]] if all(t in results for t in CONFIG["truths"]) else []
-    write_text(HERE / "table.md", "\n".join(["| controller | strips: rms, mrad | peak | tank: rms, mrad | peak |", "| --- " * 5 + "|",
-                                             *lines, ""]))
+    for name in CONFIG["truths"]:
+        if name in wanted:
+            print(name, flush=True)
+            results[name] = table(*{"strips": strips, "tank": tank, "concealed": concealed}[name](CONFIG["truths"][name]))
+            written(results)
+    if "hour" in wanted:
+        recipe = parse_recipe(yaml.safe_load(Path(CONFIG["truths"]["strips"]["recipe"]).read_text())
+                              | {"terms": CONFIG["truths"]["strips"]["terms"]}, "strips", Path("."))
+        results["hour"] = hour(StripTheory(recipe.arm, Preparation(None), {}, "truth", recipe.loads))
+        print(results["hour"])
+    written(results)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+MANY: Final = 8  # terms: a longer sum is kept before it is multiplied by a number, where sums are kept at all
 
 
 @final
@@ -81,7 +82,7 @@ def sub(a: Value, b: Value) -> Value:
 
 
 FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
-    "mul": np.multiply, "div": np.divide, "max": np.maximum, "min": np.minimum, "pow": np.power,
+    "same": lambda x: x, "mul": np.multiply, "div": np.divide, "max": np.maximum, "min": np.minimum, "pow": np.power,
     "maxof": lambda *x: np.max(np.stack(np.broadcast_arrays(*x)), axis=0),
     "minof": lambda *x: np.min(np.stack(np.broadcast_arrays(*x)), axis=0),
     "where": lambda c, a, b: np.where(np.asarray(c) > 0.5, a, b),
@@ -95,9 +96,13 @@ FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
 @final
 @dataclass
 class Program:
-    """Atoms in an order in which they can be computed; the first `n_inputs` are the inputs."""
+    """Atoms in an order in which they can be computed; the first `n_inputs` are the inputs.
+
+    A sum of `whole` terms or more is kept as one atom, `same`, where it enters another sum; 0: all sums of sums are written out.
+    """
 
     n_inputs: int
+    whole: int = 0
     atoms: list[Atom] = field(default_factory=list)
     _known: dict[Key, int] = field(default_factory=dict)
 
@@ -123,6 +128,10 @@ class Program:
             self.atoms.append(Atom(kind, operands, 1 + max(self.level(x) for x in operands)))
         return Scalar(0.0, {self._known[key]: 1.0})
 
+    def kept(self, x: Value, least: int = 0) -> Value:
+        """Return `x`, as one atom where it has `least` terms (default `whole`) or more and sums of sums are not written out."""
+        return self.apply("same", x) if self.whole and isinstance(x, Scalar) and len(x.terms) >= (least or self.whole) else x
+
     def _unit(self, x: Scalar) -> tuple[float, Value]:
         """Factor and rest of a single atom with a factor; 1 and `x` of anything else."""
         if len(x.terms) != 1 or x.bias != 0:
@@ -133,9 +142,9 @@ class Program:
     def mul(self, a: Value, b: Value) -> Value:
         """Return a b."""
         if not isinstance(a, Scalar):
-            return scaled(b, a)
+            return scaled(self.kept(b, MANY), a)
         if not isinstance(b, Scalar):
-            return scaled(a, b)
+            return scaled(self.kept(a, MANY), b)
         (ca, ua), (cb, ub) = self._unit(a), self._unit(b)
         assert isinstance(ua, Scalar)
         assert isinstance(ub, Scalar)

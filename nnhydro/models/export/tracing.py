@@ -141,13 +141,13 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     def total(values: list[Any]) -> Any:
         if any(isinstance(v, Complex) for v in values):
             return Complex(total([getattr(v, "re", v) for v in values]), total([getattr(v, "im", 0.0) for v in values]))
-        return combined([(1.0, v) for v in values])
+        return combined([(1.0, program.kept(v)) for v in values])
 
     def dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
         parts: list[tuple[float, Value]] = []
         for x, y in zip(a, b, strict=True):
             number, other = (x, y) if not isinstance(x, Scalar) else (y, x)
-            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, other))
+            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.kept(other, 2)))
         return combined(parts)
 
     def mm(a: Objects, b: Objects) -> Objects:
@@ -205,9 +205,12 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     }
 
 
-def traced(function: Callable[..., tuple[Tensor, ...]], inputs: Sequence[Tensor]) -> tuple[Program, list[Objects]]:
-    """Return the program of `function` at the float64 `inputs`, its inputs numbered in order, and the expressions of each output."""
-    program = Program(sum(x.numel() for x in inputs))
+def traced(function: Callable[..., tuple[Tensor, ...]], inputs: Sequence[Tensor], whole: int = 0) -> tuple[Program, list[Objects]]:
+    """Return the program of `function` at the float64 `inputs`, its inputs numbered in order, and the expressions of each output.
+
+    Sums of `whole` terms or more are kept as atoms (expressions.py).
+    """
+    program = Program(sum(x.numel() for x in inputs), whole)
     recorder, number = Recorder(program), 0
     inputs = [x.detach().clone() for x in inputs]
     for x in inputs:
