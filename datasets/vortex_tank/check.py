@@ -5,6 +5,8 @@ A strip is set off within half a diameter and goes on at 1 D/s; C_D is the mean 
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from vortices import forces
 
@@ -16,5 +18,5 @@ for step in STEPS:
     u = np.tanh(t / 0.5)[:, None]
     C_D = -2 * forces(t, u, np.gradient(u, t, axis=0))[:, 0]
     s = np.cumsum(u[:, 0]) * step
-    means = [f"{a} to {b} D: {C_D[(s > a) & (s <= b)].mean():.2f}" for a, b in zip(BETWEEN, BETWEEN[1:], strict=False)]
+    means = [f"{a} to {b} D: {C_D[(s > a) & (s <= b)].mean():.2f}" for a, b in pairwise(BETWEEN)]
     print(f"step {step} s: C_D " + ", ".join(means))
