@@ -168,8 +168,8 @@ def table(result: Reproduction) -> list[tuple[str, str, str]]:
     def percent(value: float) -> str:
         return f"{100 * value:.1f} %"
 
-    rows = [(f"inputs: {name}", *(percent(e[kind]) for kind in LAYERS)) for name, e in result.inputs.items()]
-    rows += [(f"{n} neurons", *(percent(e[kind]) for kind in LAYERS)) for n, e in result.neurons.items()]
+    rows = [(f"inputs: {name}", percent(e["common"]), percent(e["parallel"])) for name, e in result.inputs.items()]
+    rows += [(f"{n} neurons", percent(e["common"]), percent(e["parallel"])) for n, e in result.neurons.items()]
     rows += [(f"trained on {n} recordings or groups of runs", percent(e), "") for n, e in result.training.items()]
     rows.append(("fitted constants, for comparison", percent(result.constant), ""))
     rows += [(f"gain matrix d tau/d {name} off the analytic one", percent(e), "") for name, e in result.gain_error.items()]
