@@ -122,7 +122,7 @@ def test_no_file_is_too_long_to_read():
     assert {name: n for name, n in lines.items() if n > LONGEST} == {}
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "datasets").glob("*/truth.py")), ids=name_of)
+@pytest.mark.parametrize("path", sorted([*(ROOT / "datasets").glob("*/truth.py"), *(ROOT / "datasets").glob("strip_*.py")]), ids=name_of)
 def test_the_truth_of_a_data_set_knows_nothing_of_nnhydro(path):
     assert "nnhydro" not in {library(module) for module, _ in imports(path)}
 

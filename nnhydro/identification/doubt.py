@@ -91,8 +91,8 @@ def conformal_quantile(ratio: Array, unit: Array, level: float) -> float:
     """Return q with P(ratio of a row of a new recording <= q) >= `level`, recordings exchangeable and rows drawn at random in each.
 
     The mixture of the recordings' empirical distributions, each with mass 1/(n + 1), the new one at infinity. Fewer recordings than level
-    over 1 - level cannot promise that much (19 for 95 %): then the mixture of those there are, which promises level n/(n + 1). Source:
-    Dunn, Wasserman & Ramdas (2023), J. Am. Stat. Assoc. 118, 2491, section 3.1 (pooled distributions of groups).
+    over 1 - level cannot promise that much (20 are needed for 95 %): then the mixture of those there are, which promises level n/(n + 1).
+    Source: Dunn, Wasserman & Ramdas (2023), J. Am. Stat. Assoc. 118, 2491, section 3.1 (pooled distributions of groups).
     """
     _, place, count = np.unique(unit, return_inverse=True, return_counts=True)
     n = len(count)

@@ -9,13 +9,13 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.body_columns import inertial_directions
-from nnhydro.identification.base_choice import baseline_choice
+from nnhydro.identification.base_choice import baseline_choice, on_best_base
 from nnhydro.identification.config import TrainingConfig
 from nnhydro.identification.doubt import support, with_doubt, with_trust
 from nnhydro.identification.gradient_fit import Progress, TrainingState, gradient_fit
 from nnhydro.identification.identify import versions
 from nnhydro.identification.linear_columns import Linear
-from nnhydro.identification.linear_part import LinearPart, linear_part
+from nnhydro.identification.linear_part import LinearPart
 from nnhydro.identification.row_store import RowStore
 from nnhydro.identification.several_arms import calibrated_on, on_arm
 from nnhydro.identification.training_rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardised, torque_rms, watched_units
@@ -36,14 +36,14 @@ from nnhydro.recordings.repeats import group_names
 from nnhydro.recordings.splitting import Unit, units
 
 
-def hybrid_baseline(config: TrainingConfig, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> TorqueModel | None:
-    """Return the calibrated baseline of a hybrid, or the stored model that the configuration names; None for a network."""
+def hybrid_baselines(config: TrainingConfig, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple[TorqueModel | None, ...]:
+    """Return the calibrated baselines that a hybrid may stand on, or the stored model that the configuration names; None for a network."""
     if config.model == "network":
-        return None
-    name = config.baseline if config.baseline != "auto" else "rigid" if arm.dry else baseline_choice(chosen, arm, how)
-    if name not in BASELINES:
-        return on_arm(load_model(Path(name)), arm)
-    return calibrated_on(baseline(name), chosen, arm, how)
+        return (None,)
+    if config.baseline != "auto" and config.baseline not in BASELINES:
+        return (on_arm(load_model(Path(config.baseline)), arm),)
+    auto = ("rigid",) if arm.dry else baseline_choice(chosen, arm, how) if config.baseline == "auto" else (config.baseline,)
+    return tuple(calibrated_on(baseline(name), chosen, arm, how) for name in auto)
 
 
 def _with_linear(rows: Rows, part: LinearPart, columns: Tensor) -> Rows:
@@ -73,14 +73,14 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
     With `checkpoint`, the state is written there after every epoch and taken up again if it is there; rows beyond the memory budget lie
     beside it in files as long as the training runs. Raises CampaignError where nothing can be trained on.
     """
-    base = hybrid_baseline(config, chosen, arm, how)
-    floor = config.floor * torque_rms(chosen)
+    bases, rms = hybrid_baselines(config, chosen, arm, how), torque_rms(chosen)
+    floor = config.floor * rms
     watched = watched_units(chosen, config, arm)
     with RowStore(int(config.memory_mb * 1e6), None if checkpoint is None else checkpoint.parent) as store:
         free = free_range(chosen, arm) if config.free else None
-        rows, linear = rows_and_linear(chosen, arm, config, floor, base, store, free)
+        rows, linear = rows_and_linear(chosen, arm, config, floor, bases[0], store, free)
         centre, spread, lowest, highest = standardised(rows)
-        own, part = linear_part(rows, linear, watched, inertial_directions(arm).shape[1])
+        base, rows, (own, part) = on_best_base(bases, rows, linear, watched, inertial_directions(arm).shape[1], rms, chosen, arm)
         rows = _with_linear(rows, own, linear.columns)
         resumed = checkpoint is not None and checkpoint.exists()
         layout = Ensemble.fresh((rows.x.shape[1], *config.hidden, arm.n_links), config.members, config.seed, config.layers == "parallel")

@@ -110,6 +110,17 @@ def _stored(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Ten
     return parity, last
 
 
+def base_rows(chosen: Sequence[Unit], arm: Arm, base: TorqueModel) -> Tensor:
+    """Return the torque (n, joints) N m of a baseline in the rows of the units `chosen`, as the sensor sees it, float32."""
+    parts = []
+    for unit in chosen:
+        own = on_arm(base, arm_of(unit, arm))
+        for segment in unit.segments():
+            seen = tensor(segment.seen(own.torque(Motion.of(segment)).numpy()))
+            parts.append(seen[torch.from_numpy(_chosen(segment))].float())
+    return torch.cat(parts)
+
+
 def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
                   store: RowStore | None = None) -> Rows:
     """Return the rows of the units `chosen`, kept in `store` (in memory by default); a hybrid's target is what its baseline leaves."""

@@ -27,6 +27,20 @@ def test_json_is_for_programs(tmp_path, capsys, monkeypatch):
 
 
 def test_an_unknown_paper_is_refused_in_one_line(tmp_path, capsys):
-    assert run(["reproduce", "rivera", "--out", str(tmp_path / "paper")]) == 2
-    assert "the one that can be reproduced is mclain" in capsys.readouterr().err
+    assert run(["reproduce", "sorensen", "--out", str(tmp_path / "paper")]) == 2
+    assert "those that can be reproduced are mclain and rivera" in capsys.readouterr().err
+    assert run(["reproduce", "mclain", "--campaign", str(tmp_path), "--out", str(tmp_path / "paper")]) == 2
+    assert "leave it out, or reproduce rivera" in capsys.readouterr().err
     assert not (tmp_path / "paper").exists()
+
+
+@pytest.mark.slow
+def test_the_identifier_of_rivera_is_studied_on_the_campaign_that_ships_with_the_package(tmp_path, capsys):
+    out = tmp_path / "study"
+    assert run(["reproduce", "rivera", "--epochs", "2", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    for part in ("inputs: dimensional, angle", "64 neurons", "gain matrix d tau/d qdd", "L/D left out", "no figure of his can be compared"):
+        assert part in text
+    found = json.loads((out / "reproduction.json").read_text())
+    assert set(found["neurons"]) == {"4", "8", "16", "32", "64"}
+    assert (out / "gains.png").stat().st_size > 10_000

@@ -43,5 +43,5 @@ def test_blocks_are_neighbours_in_kind_and_leave_something_to_fit():
 def test_the_plain_baseline_is_kept_where_no_other_is_clearly_better():
     a = arm(2)
     made = campaign(a, planted(a), 6, seconds=2.0, rate=25.0, noise=0.02)
-    assert baseline_choice(units(made, GIVEN), a, GIVEN) == "constant"
-    assert baseline_choice(units(made, GIVEN)[:3], a, GIVEN) == "constant", "too few to tell"
+    assert baseline_choice(units(made, GIVEN), a, GIVEN) == ("constant",)
+    assert baseline_choice(units(made, GIVEN)[:3], a, GIVEN) == ("constant",), "too few to tell"

@@ -1,6 +1,7 @@
 """Learned models on tanks without a planted law: `python training/independent_tanks/run.py [SET[:PROTOCOL] ...] [models=A,B]`, from root.
 
-Writes results.json and README.md after every benchmark; what is not named on the command line is kept.
+One model at a time; results.json is written after each, and a model that is there from the same version is not run again: a run that was
+stopped goes on where it was. README.md shows what the version at hand made and nothing else.
 """
 
 import json
@@ -10,70 +11,72 @@ import time
 import tomllib
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import Benchmark, benchmark
+from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.files import write_json, write_text
 from nnhydro.recordings.campaign import open_campaign
 
 HERE = Path(__file__).parent
 BASES = ("constant", "state")
 SHARES_AN_EQUATION = {"rivera_tank": "none exactly: the planted memory is of first order, those of features/wake.py are not"}
+HEAD = ["# Learned models on independent tanks", "",
+        "`python training/independent_tanks/run.py`; every choice stands in `config.toml`, every number in `results.json`.",
+        "error = sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit. Which feature",
+        "shares an equation with the data: none, except as said below.",
+        "`worst`: largest error on a recording over that of `constant` there; `> 1.1`: on how many it is more than 1.1 times that.",
+        "`95 %`: share of held-out rows within the model's 95 % intervals.", ""]
 
 
-def worst_over_base(result: Benchmark, name: str) -> dict[str, float]:
-    """Largest error of a model over that of the best and of the worst baseline, a recording each."""
-    own, bases = result.standings[name].misfit, [result.standings[base].misfit for base in BASES]
-    best = {unit: own[unit].error / min(base[unit].error for base in bases) for unit in own}
-    plain = {unit: own[unit].error / bases[0][unit].error for unit in own}
-    return {"over_best_baseline": max(best.values()), "over_constant": max(plain.values()),
-            "worse_than_1.1_constant": sum(ratio > 1.1 for ratio in plain.values()), "recordings": len(own)}
+def version() -> str:
+    """What made the figures: the package's tree in git, `-dirty` where files of it have been changed since."""
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], capture_output=True, text=True, check=True, cwd=HERE).stdout.strip()
+
+    return git("rev-parse", "--short", "HEAD:nnhydro") + ("-dirty" if git("status", "--porcelain", "--", ":/nnhydro") else "")
 
 
-def commit() -> str:
-    """The commit that made the figures."""
-    return subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False, cwd=HERE).stdout.strip()
+def row(name: str, entry: dict, constant: dict | None) -> str:
+    """A line of the table."""
+    covered, cells = entry.get("coverage", {}).get("shares", {}).get("95"), ("", "")
+    if constant is not None and name not in BASES:
+        ratios = [error / constant["by_recording"][unit] for unit, error in entry["by_recording"].items()]
+        cells = (f"{max(ratios):.2f}", f"{sum(ratio > 1.1 for ratio in ratios)} of {len(ratios)}")
+    return (f"| {name} | {100 * entry['error']:.1f} | {entry['fit_s']:.0f} | {cells[0]} | {cells[1]} | "
+            f"{'' if covered is None else f'{100 * covered:.0f}'} |")
 
 
-def table(results: dict) -> str:
-    """The page."""
-    lines = ["# Learned models on independent tanks", "",
-             "`python training/independent_tanks/run.py`; every choice stands in `config.toml`, every number in `results.json`.",
-             "error = sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit. Which feature",
-             "shares an equation with the data: none, except as said below.",
-             "`95 %`: share of held-out rows within the model's 95 % intervals.", ""]
-    for key, entry in results.items():
-        name = key.split(":")[0]
-        lines += [f"## {key.replace(':', ', ')}", "", "| model | error | fit s | worst recording over constant | 95 % |",
-                  "| --- | --- | --- | --- | --- |"]
-        for model, own in sorted(entry["models"].items(), key=lambda item: item[1]["error"]):
-            worst = entry["worst"].get(model)
-            covered = own.get("coverage", {}).get("shares", {}).get("95")
-            cells = ("" if worst is None else f"{worst['over_constant']:.2f}", "" if covered is None else f"{100 * covered:.0f}")
-            lines.append(f"| {model} | {100 * own['error']:.1f} | {own['fit_s']:.0f} | {cells[0]} | {cells[1]} |")
-        if name in SHARES_AN_EQUATION:
-            lines += ["", f"Which feature shares its equation: {SHARES_AN_EQUATION[name]}."]
-        lines += ["", f"Made by {entry['commit']} in {entry['seconds']} s.", ""]
-    return "\n".join(lines)
+def table(results: dict, now: str) -> str:
+    """The page: what the version `now` made."""
+    lines = [*HEAD]
+    for key, every in results.items():
+        models = {name: entry for name, entry in every.items() if entry["version"] == now}
+        if models:
+            lines += [f"## {key.replace(':', ', ')}", "", "| model | error | fit s | worst | > 1.1 | 95 % |", f"|{' --- |' * 6}"]
+            lines += [row(name, entry, models.get("constant")) for name, entry in sorted(models.items(), key=lambda item: item[1]["error"])]
+            lines += ["", *([f"Which feature shares its equation: {SHARES_AN_EQUATION[key.split(':')[0]]}.", ""]
+                            if key.split(":")[0] in SHARES_AN_EQUATION else [])]
+    return "\n".join([*lines, f"Made by version {now} of nnhydro (`git rev-parse HEAD:nnhydro`).", ""])
 
 
 def main() -> None:
-    """Run the benchmarks named on the command line, all by default."""
+    """Run what is named on the command line, all by default, and is not there yet."""
     config = tomllib.loads((HERE / "config.toml").read_text())
-    path = HERE / "results.json"
+    path, now = HERE / "results.json", version()
     results = json.loads(path.read_text()) if path.exists() else {}
     every = [f"{name}:{protocol}" for name, one in config["sets"].items() for protocol in one["protocols"]]
     given = [word.removeprefix("models=").split(",") for word in sys.argv[1:] if word.startswith("models=")]
     asked = [word for word in sys.argv[1:] if not word.startswith("models=")] or every
     for key in (key for key in every if key in asked or key.split(":")[0] in asked):
         name, protocol = key.split(":")
-        chosen, start = config["sets"][name], time.perf_counter()
-        models = given[0] if given else chosen.get("models", config["models"])
-        result = benchmark(open_campaign(Path(chosen["campaign"])), models, config["folds"], config["seed"], protocol=protocol)
-        entry = result.document()
-        worst = {model: worst_over_base(result, model) for model in result.standings if model not in BASES}
-        results[key] = entry | {"worst": worst, "seconds": round(time.perf_counter() - start), "commit": commit()}
-        write_json(path, results)
-        write_text(HERE / "README.md", table(results))
-        print(key, {model: round(100 * own["error"], 2) for model, own in entry["models"].items()}, flush=True)
+        chosen, found = config["sets"][name], results.setdefault(key, {})
+        for model in given[0] if given else chosen.get("models", config["models"]):
+            if found.get(model, {}).get("version") == now:
+                continue
+            start = time.perf_counter()
+            result = benchmark(open_campaign(Path(chosen["campaign"])), [model], config["folds"], config["seed"], protocol=protocol)
+            found[model] = result.document()["models"][model] | {"version": now, "seconds": round(time.perf_counter() - start)}
+            write_json(path, results)
+            write_text(HERE / "README.md", table(results, now))
+            print(key, model, f"{100 * found[model]['error']:.2f} %", flush=True)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ def _arithmetic(p: Program) -> dict[str, Callable[..., Any]]:
         if _complex(a, b):
             (ar, ai), (br, bi) = _pair(a), _pair(b)
             return Complex(plus(ar, br, alpha), plus(ai, bi, alpha))
-        return combined([(1.0, p.kept(a)), (alpha, p.kept(b))])
+        return combined([(1.0, p.shared(a)), (alpha, p.shared(b))])
 
     def times(a: Any, b: Any) -> Any:
         if _complex(a, b):

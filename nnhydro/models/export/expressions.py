@@ -128,7 +128,7 @@ class Program:
             self.atoms.append(Atom(kind, operands, 1 + max(self.level(x) for x in operands)))
         return Scalar(0.0, {self._known[key]: 1.0})
 
-    def kept(self, x: Value, least: int = 0) -> Value:
+    def shared(self, x: Value, least: int = 0) -> Value:
         """Return `x`, as one atom where it has `least` terms (default `whole`) or more and sums of sums are not written out."""
         return self.apply("same", x) if self.whole and isinstance(x, Scalar) and len(x.terms) >= (least or self.whole) else x
 
@@ -142,9 +142,9 @@ class Program:
     def mul(self, a: Value, b: Value) -> Value:
         """Return a b."""
         if not isinstance(a, Scalar):
-            return scaled(self.kept(b, MANY), a)
+            return scaled(self.shared(b, MANY), a)
         if not isinstance(b, Scalar):
-            return scaled(self.kept(a, MANY), b)
+            return scaled(self.shared(a, MANY), b)
         (ca, ua), (cb, ub) = self._unit(a), self._unit(b)
         assert isinstance(ua, Scalar)
         assert isinstance(ub, Scalar)

@@ -141,13 +141,13 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     def total(values: list[Any]) -> Any:
         if any(isinstance(v, Complex) for v in values):
             return Complex(total([getattr(v, "re", v) for v in values]), total([getattr(v, "im", 0.0) for v in values]))
-        return combined([(1.0, program.kept(v)) for v in values])
+        return combined([(1.0, program.shared(v)) for v in values])
 
     def dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
         parts: list[tuple[float, Value]] = []
         for x, y in zip(a, b, strict=True):
             number, other = (x, y) if not isinstance(x, Scalar) else (y, x)
-            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.kept(other, 2)))
+            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.shared(other, 2)))
         return combined(parts)
 
     def mm(a: Objects, b: Objects) -> Objects:
