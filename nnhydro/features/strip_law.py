@@ -123,7 +123,7 @@ def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], c: Tensor) -
     rest = c[:, MORISON * bent:].reshape(E, -1, straight).transpose(1, 2).flatten(0, 1)  # the loads first: many loads, few monomials
     found = []
     for loads, phi in _pieces(view, z, of_three):
-        C, F = ((weights @ x).unflatten(2, (E, -1)) for weights, x in ((own, phi), (rest, loads[:, :, MORISON:])))
+        C, F = (torch.unflatten(weights @ x, 2, (E, -1)) for weights, x in ((own, phi), (rest, loads[:, :, MORISON:])))
         found.append((C * loads[:, :, None, :MORISON]).sum(dim=3) + (F * phi[:, :, None, :straight]).sum(dim=3))  # (m, links, E, s) N
     f = torch.cat(found)
     return to_sensors(view.flow, f.sum(dim=3), (f * view.x[:, None]).sum(dim=3)).permute(2, 0, 1)
