@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # what type checkers and editors see; at run time a name is i
     from nnhydro.api.prediction import Prediction as Prediction
     from nnhydro.dynamics.dynamics import Dynamics as Dynamics
     from nnhydro.errors import NnhydroError as NnhydroError
-    from nnhydro.identification.config import TrainingConfig as TrainingConfig
+    from nnhydro.fitting.config import TrainingConfig as TrainingConfig
     from nnhydro.recordings.arm import Arm as Arm
     from nnhydro.recordings.campaign import Campaign as Campaign
     from nnhydro.recordings.recording import Recording as Recording
@@ -44,7 +44,7 @@ _PUBLIC = {
     "Recording": "nnhydro.recordings.recording",
     "Arm": "nnhydro.recordings.arm",
     "read_arm": "nnhydro.api.campaign",
-    "TrainingConfig": "nnhydro.identification.config",
+    "TrainingConfig": "nnhydro.fitting.config",
     "Check": "nnhydro.api.check",
     "Model": "nnhydro.api.model",
     "Prediction": "nnhydro.api.prediction",

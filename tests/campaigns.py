@@ -6,7 +6,7 @@ import numpy as np
 import torch
 import yaml
 
-from nnhydro.identification.config import TrainingConfig
+from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
@@ -14,7 +14,7 @@ from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording, SteadyTable
 
 GIVEN = Preparation(None)  # every derivative is given: nothing is filtered

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, final
 from nnhydro.api.shown import Shown
 from nnhydro.evaluation import benchmark as evaluation
 from nnhydro.evaluation.protocols.protocol import DEFAULT
-from nnhydro.identification.config import TrainingConfig, read_config
-from nnhydro.parallel import HERE, Workers
+from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.benchmark_folder import write_benchmark
-from nnhydro.report.benchmark_table import benchmark_sheets, models_sheet, recordings_sheet
+from nnhydro.report.benchmark.folder import write_benchmark
+from nnhydro.report.benchmark.tables import benchmark_sheets, models_sheet, recordings_sheet
 from nnhydro.report.sheet import Sheet
+from nnhydro.runtime.workers import HERE, Workers
 
 if TYPE_CHECKING:
     import pandas as pd

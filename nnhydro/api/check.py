@@ -5,12 +5,12 @@ from typing import final
 
 from nnhydro.api.shown import Shown
 from nnhydro.errors import ConfigError, require
-from nnhydro.identification.physical_survey import survey_with_physics
-from nnhydro.parallel import HERE, Workers
+from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.survey import Survey
 from nnhydro.report.sheet import Sheet
 from nnhydro.report.survey_table import oddities_sheet, recordings_sheet, tips_sheet, verdict
+from nnhydro.runtime.workers import HERE, Workers
 
 
 @final

@@ -9,7 +9,7 @@ from nnhydro.api.shown import Shown
 from nnhydro.effects.catalogue import catalogue as known
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.effects.effect import Effect
-from nnhydro.report.effect_card import ACTS, card
+from nnhydro.report.effects.effect_card import ACTS, card
 from nnhydro.report.sheet import Column, Sheet
 
 

@@ -10,11 +10,10 @@ from nnhydro.api.shown import Shown
 from nnhydro.errors import ConfigError, require
 from nnhydro.exchange.curves import curves_csv
 from nnhydro.exchange.mujoco import mujoco_xml
-from nnhydro.files import write_own
-from nnhydro.identification.config import TrainingConfig, read_config
-from nnhydro.identification.gradient_fit import Progress
-from nnhydro.identification.identify import identify as fit
-from nnhydro.identification.train import train as fit_network
+from nnhydro.fitting.config import TrainingConfig, read_config
+from nnhydro.fitting.identify import identify as fit
+from nnhydro.fitting.network.gradient_fit import Progress
+from nnhydro.fitting.network.train import train as fit_network
 from nnhydro.models import prediction, storage
 from nnhydro.models.compiled.torque import Compiled, compiled
 from nnhydro.models.export.onnx_file import export_onnx
@@ -23,8 +22,9 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
-from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
+from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
 from nnhydro.report.sheet import Sheet
+from nnhydro.runtime.files import write_own
 
 if TYPE_CHECKING:
     import pandas as pd

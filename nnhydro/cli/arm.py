@@ -19,7 +19,7 @@ def arm(
     from nnhydro.errors import ConfigError, require
     from nnhydro.exchange.urdf import read_urdf
     from nnhydro.exchange.written import arm_yaml
-    from nnhydro.files import write_own
+    from nnhydro.runtime.files import write_own
 
     try:
         diameters = tuple(float(x) for x in diameter.split(",") if x.strip())

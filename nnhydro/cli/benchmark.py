@@ -27,15 +27,15 @@ def benchmark(
 ) -> None:
     """Fit every model to part of the recordings and compare all of them on the rest; the protocol says which are held out."""
     from nnhydro.evaluation.benchmark import benchmark as compare
-    from nnhydro.evaluation.contenders import default_names
+    from nnhydro.evaluation.entries import default_names
     from nnhydro.evaluation.protocols.protocol import DEFAULT
-    from nnhydro.files import check_folder
-    from nnhydro.identification.config import TrainingConfig, read_config
-    from nnhydro.parallel import Workers
+    from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.recordings.campaign import open_campaigns
-    from nnhydro.report.benchmark_folder import RESULT, SHOWN, write_benchmark
-    from nnhydro.report.benchmark_table import print_benchmark
+    from nnhydro.report.benchmark.folder import RESULT, SHOWN, write_benchmark
+    from nnhydro.report.benchmark.tables import print_benchmark
     from nnhydro.report.progress import steps_on_screen
+    from nnhydro.runtime.files import check_folder
+    from nnhydro.runtime.workers import Workers
 
     workers = Workers(jobs, backend, scheduler)
     check_folder(out, RESULT)

@@ -20,10 +20,10 @@ def check(
 ) -> None:
     """Read every file of a campaign; print what was given, what is derived, what looks wrong, and the remedy."""
     from nnhydro.errors import ConfigError, RecordingError, require
-    from nnhydro.identification.physical_survey import survey_with_physics
-    from nnhydro.parallel import Workers
+    from nnhydro.fitting.physical_survey import survey_with_physics
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.report.survey_table import document, print_survey
+    from nnhydro.runtime.workers import Workers
 
     require(cutoff is None or 0 < cutoff < 1e6, f"--cutoff {cutoff}: give a positive frequency in Hz", ConfigError)
     workers = Workers(jobs, backend, scheduler)

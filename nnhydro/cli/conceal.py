@@ -30,9 +30,9 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
     """
     import secrets
 
+    from nnhydro.blind_tests.conceal import conceal as write
+    from nnhydro.blind_tests.truth.campaign import Wish
     from nnhydro.errors import require
-    from nnhydro.simulation.conceal import conceal as write
-    from nnhydro.simulation.truth.campaign import Wish
 
     require(1 <= count <= 999, f"--count {count}: choose 1 to 999")
     wishes = [Wish(name.strip(), strength, links, effects, size, acts) for name in effect.split(",") for _ in range(count)]

@@ -23,8 +23,8 @@ def demo(
     """Train a network and a hybrid on a small tow-tank campaign, compare them with the physics on recordings held out of every fit, and
     find the effect that is hidden in a second campaign.
     """
-    from nnhydro.report.benchmark_table import print_benchmark
-    from nnhydro.report.diagnosis_sheets import findings_sheet, location_sheet, parameters_sheet
+    from nnhydro.report.benchmark.tables import print_benchmark
+    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
 
     result, paths = _compared(out, seed)
     if not json:
@@ -47,15 +47,15 @@ def _compared(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
     """Train and compare; return the benchmark and the files written."""
     from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS, MEMBERS
     from nnhydro.evaluation.benchmark import benchmark
-    from nnhydro.evaluation.contenders import default_names
-    from nnhydro.identification.config import TrainingConfig
-    from nnhydro.identification.train import train
+    from nnhydro.evaluation.entries import default_names
+    from nnhydro.fitting.config import TrainingConfig
+    from nnhydro.fitting.network.train import train
     from nnhydro.models.prediction import predict
     from nnhydro.models.prediction_file import write_prediction
     from nnhydro.models.storage import save_model
     from nnhydro.recordings.campaign import open_campaign
     from nnhydro.recordings.readers.files import read_recording
-    from nnhydro.report.benchmark_folder import write_benchmark
+    from nnhydro.report.benchmark.folder import write_benchmark
     from nnhydro.report.progress import steps_on_screen
 
     campaign = open_campaign(CAMPAIGN)
@@ -75,13 +75,13 @@ def _compared(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
 
 def _diagnosed(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]]:
     """Diagnose the concealed campaign, and only then open its answer; return diagnosis, its score, the answer and the files written."""
+    from nnhydro.blind_tests.reveal import read_suite, reveal
+    from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key
     from nnhydro.demo import CONCEALED, CONCEALED_EXPECTED, CONCEALED_NAME
     from nnhydro.diagnosis.diagnose import diagnose
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.diagnosis_folder import write_diagnosis
+    from nnhydro.report.diagnosis.folder import write_diagnosis
     from nnhydro.report.progress import steps_on_screen
-    from nnhydro.simulation.reveal import read_suite, reveal
-    from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
 
     note(f"Reading {CONCEALED_EXPECTED}.")
     public, campaign = read_suite(CONCEALED)[CONCEALED_NAME], verified(CONCEALED / CONCEALED_NAME)

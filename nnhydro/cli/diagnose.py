@@ -10,9 +10,9 @@ from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import Diagnosis
-    from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import Campaign
-    from nnhydro.report.diagnosis_batch import Asked, BatchOutcome
+    from nnhydro.report.diagnosis.batch import Asked, BatchOutcome
+    from nnhydro.runtime.workers import Workers
 
 
 def _links(one: "BatchOutcome") -> list[str]:
@@ -29,7 +29,7 @@ def _links(one: "BatchOutcome") -> list[str]:
 def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
     """Diagnose several campaigns; what went wrong with one is told at the end, when all others are done."""
     from nnhydro.errors import CampaignError
-    from nnhydro.report.diagnosis_batch import diagnose_all
+    from nnhydro.report.diagnosis.batch import diagnose_all
 
     outcomes = []
     for one in diagnose_all(asked, workers):
@@ -106,19 +106,19 @@ def diagnose(
     from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin
-    from nnhydro.files import check_folder
-    from nnhydro.parallel import Workers
     from nnhydro.recordings.campaign import inner_campaigns, verified
-    from nnhydro.report.diagnosis_folder import RESULT, SHOWN, write_diagnosis
-    from nnhydro.report.diagnosis_sheets import findings_sheet, location_sheet, parameters_sheet
+    from nnhydro.report.diagnosis.folder import RESULT, SHOWN, write_diagnosis
+    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
     from nnhydro.report.progress import steps_on_screen
+    from nnhydro.runtime.files import check_folder
+    from nnhydro.runtime.workers import Workers
 
     workers, stated = Workers(jobs, backend, scheduler), None if limits is None else read_limits(limits)
     inside = inner_campaigns(campaign)
     for folder in (out / one.name for one in inside):
         check_folder(folder, RESULT)
     if inside:
-        from nnhydro.report.diagnosis_batch import Asked
+        from nnhydro.report.diagnosis.batch import Asked
 
         asked = [Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map, rehearse, stated) for one in inside]
         _many(asked, workers, json)

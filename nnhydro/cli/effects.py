@@ -17,7 +17,7 @@ def effects(
     """List the effects that a diagnosis can find, or explain one."""
     from nnhydro.effects.catalogue import catalogue, effect_of_id, load_plugin
     from nnhydro.errors import require
-    from nnhydro.report.effect_card import card, print_card, print_list
+    from nnhydro.report.effects.effect_card import card, print_card, print_list
 
     require(out is None or name is not None, "--out needs an ID: nnhydro effects ID --out FILE.png")
     require(out is None or out.suffix.lower() == ".png", f"--out {out}: give a file that ends in .png")
@@ -32,9 +32,9 @@ def effects(
         return
     one = effect_of_id(name)
     if out is not None:
-        from nnhydro.report.effect_figure import draw
+        from nnhydro.report.effects.effect_figure import draw
         from nnhydro.report.figure_file import paths_of
-        from nnhydro.stamp import refuse_foreign, stamp_file
+        from nnhydro.runtime.stamp import refuse_foreign, stamp_file
 
         for path in paths_of(out.with_suffix("")):
             refuse_foreign(path)

@@ -54,7 +54,7 @@ def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
 def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
     """Write the MuJoCo file; return what it holds and lacks, and the verdict."""
     from nnhydro.exchange.mujoco import mujoco_xml
-    from nnhydro.files import write_own
+    from nnhydro.runtime.files import write_own
 
     made = mujoco_xml(loaded)
     write_own(out, made.xml)
@@ -65,7 +65,7 @@ def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
     """Write the coefficient curves; return their number of rows and the verdict."""
     from nnhydro.exchange.curves import curves_csv
-    from nnhydro.files import write_own
+    from nnhydro.runtime.files import write_own
 
     text = curves_csv(loaded)
     write_own(out, text)

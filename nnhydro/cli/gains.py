@@ -18,11 +18,11 @@ def gains(
 ) -> None:
     """Print the derivatives of a model's torques with respect to its inputs, beside those of its baseline and of the textbook."""
     from nnhydro.errors import require
-    from nnhydro.files import check_folder, json_text, whole_folder
-    from nnhydro.models.gain_sweeps import Around, document, sweeps
+    from nnhydro.models.gains.sweeps import Around, document, sweeps
     from nnhydro.models.storage import load_model
-    from nnhydro.report.gain_figure import gain_figure
-    from nnhydro.report.gain_table import gain_rows, gain_verdict
+    from nnhydro.report.models.gain_figure import gain_figure
+    from nnhydro.report.models.gain_table import gain_rows, gain_verdict
+    from nnhydro.runtime.files import check_folder, json_text, whole_folder
 
     try:
         angles = tuple(float(x) for x in posture.split(",") if x.strip())

@@ -19,13 +19,13 @@ def identify(
     json: bool = JSON,
 ) -> None:
     """Fit C_D and C_M of each link, and masses within their stated uncertainty, with 95 % intervals over recordings."""
-    from nnhydro.files import check_folder
-    from nnhydro.identification.dry_model import dry_model
-    from nnhydro.identification.dry_model import identify_in_water as fit_in_water
-    from nnhydro.identification.identify import identify as fit
+    from nnhydro.fitting.dry_model import dry_model
+    from nnhydro.fitting.dry_model import identify_in_water as fit_in_water
+    from nnhydro.fitting.identify import identify as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
+    from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
+    from nnhydro.runtime.files import check_folder
 
     check_folder(out, DIGEST)
     opened = verified(campaign, column_map)

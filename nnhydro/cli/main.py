@@ -24,7 +24,7 @@ REMEDIES = {"ENOSPC": "make room, or name another place", "EDQUOT": "make room, 
 
 def _alone(command: Callable[..., None]) -> Callable[..., None]:
     """The command, run by one process at a time into the same --out."""
-    from nnhydro.only_run import only_run
+    from nnhydro.runtime.lock import only_run
 
     @wraps(command)
     def run_alone(**given: Any) -> None:

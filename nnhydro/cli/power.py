@@ -25,7 +25,7 @@ def power(
     from nnhydro.diagnosis.calibration.power import power as find
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.power_table import power_sheet, power_verdict
+    from nnhydro.report.effects.power_table import power_sheet, power_verdict
     from nnhydro.report.progress import steps_on_screen
 
     if effects is not None:

@@ -34,7 +34,7 @@ def predict(
     from nnhydro.recordings.readers.column_map import read_column_map
     from nnhydro.recordings.readers.files import read_recording
     from nnhydro.recordings.survey import oddities_of
-    from nnhydro.stamp import refuse_foreign
+    from nnhydro.runtime.stamp import refuse_foreign
 
     loaded, mapping = load_model(model), None if column_map is None else read_column_map(column_map)
     stems = [file.stem for file in files]

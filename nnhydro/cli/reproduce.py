@@ -25,7 +25,7 @@ class Study:
 
 
 def _mclain(seed: int) -> Study:
-    from nnhydro.evaluation import reproduce_mclain as study
+    from nnhydro.evaluation.mclain import reproduce as study
     from nnhydro.report.mclain_figures import write_figures
 
     result = study.reproduce(seed)
@@ -55,7 +55,7 @@ def reproduce(
 ) -> None:
     """Reproduce McLain & Rock (1998), or study the identifier of Rivera (1995); says what the texts do not allow."""
     from nnhydro.errors import require
-    from nnhydro.files import check_folder, whole_folder, write_json
+    from nnhydro.runtime.files import check_folder, whole_folder, write_json
 
     require(name in ("mclain", "rivera"), f"unknown paper {name!r}: those that can be reproduced are mclain and rivera")
     require(campaign is None or name == "rivera", "--campaign: mclain needs none: leave it out, or reproduce rivera")

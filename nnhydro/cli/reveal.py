@@ -14,8 +14,8 @@ Key = Annotated[Path | None, typer.Option("--key", help="File with the key; defa
 
 def reveal(suite: Suite, diagnoses: Diagnoses, key: Key = None, quiet: bool = QUIET, json: bool = JSON) -> None:
     """Open the sealed answers of a suite and score the diagnoses: names, joints, false claims, parameters, unseen motions."""
+    from nnhydro.blind_tests.reveal import reveal as opened
     from nnhydro.report.score_table import print_score
-    from nnhydro.simulation.reveal import reveal as opened
 
     score = opened(suite, diagnoses, key)
     if json:

@@ -18,7 +18,7 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     rotation, fourier, file and steady (a grid of steady runs).
     """
     from nnhydro.simulation.campaign_writer import write_campaign
-    from nnhydro.simulation.recipe import read_recipe
+    from nnhydro.simulation.recipe.recipe import read_recipe
 
     read = read_recipe(recipe)
     made = write_campaign(read, out)

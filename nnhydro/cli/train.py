@@ -9,7 +9,7 @@ import typer
 from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, use_of, warn_of_errors, without_bulk
 
 if TYPE_CHECKING:
-    from nnhydro.models.learned import LearnedTorque
+    from nnhydro.models.learned.learned import LearnedTorque
 
 
 def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorque":
@@ -24,7 +24,7 @@ def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorqu
 def _is_identity(beside: Path) -> bool:
     """Whether the file says which training a checkpoint beside it belongs to."""
     from nnhydro.errors import ConfigError
-    from nnhydro.files import read_json
+    from nnhydro.runtime.files import read_json
 
     try:
         return {"config", "campaign_sha256"} <= set(read_json(beside, ConfigError))
@@ -46,15 +46,15 @@ def train(
     from contextlib import ExitStack
 
     from nnhydro.errors import ConfigError, require
-    from nnhydro.files import check_folder, write_json
-    from nnhydro.files import json_text as text_of
-    from nnhydro.identification.config import TrainingConfig, read_config
-    from nnhydro.identification.train import train as fit
+    from nnhydro.fitting.config import TrainingConfig, read_config
+    from nnhydro.fitting.network.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verified
-    from nnhydro.report.parameter_sheet import model_sentence, parameter_sheet
+    from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
     from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
-    from nnhydro.stamp import refuse_among_recordings
+    from nnhydro.runtime.files import check_folder, write_json
+    from nnhydro.runtime.files import json_text as text_of
+    from nnhydro.runtime.stamp import refuse_among_recordings
 
     check_folder(out, DIGEST)
     if tensorboard is not None:

@@ -21,13 +21,13 @@ from nnhydro import __version__
 from nnhydro.deployment.c_tables import END, tabled
 from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, recorded, whole_sums
 from nnhydro.errors import require
-from nnhydro.files import write_own
 from nnhydro.models.compiled.source import Writer
 from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.export.expressions import Program, Value
 from nnhydro.models.export.onnx_file import Recorded
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.stamp import refuse_foreign
+from nnhydro.runtime.files import write_own
+from nnhydro.runtime.stamp import refuse_foreign
 
 PRECISIONS: Final = {"double": "double", "single": "float"}
 MANY: Final = 6_000  # terms: beyond, statements no longer fit the processor's cache of instructions

@@ -13,10 +13,10 @@ from typing import Any, Final
 
 from nnhydro.deployment.step import recorded, whole_sums
 from nnhydro.errors import missing_extra, require
-from nnhydro.files import write_own
 from nnhydro.models.export.expressions import Program, Scalar, Value
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.stamp import refuse_foreign
+from nnhydro.runtime.files import write_own
+from nnhydro.runtime.stamp import refuse_foreign
 
 NAMED: Final = {"abs": "fabs", "max": "fmax", "min": "fmin", "sign": "sign", "sqrt": "sqrt", "exp": "exp", "log": "log", "tanh": "tanh",
                 "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin", "acos": "acos", "floor": "floor", "ceil": "ceil",

@@ -10,7 +10,7 @@ from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
-from nnhydro.identification.identify import versions, with_parameters
+from nnhydro.fitting.identify import versions, with_parameters
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
@@ -62,8 +62,8 @@ def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: 
     model = StripTheory(before.arm, before.preparation, record, f"{baseline.name} corrected", loads, tuple(instruments))
     if baseline.is_physics:
         return model
-    from nnhydro.models.amended import Amended
+    from nnhydro.models.corrected_simulation import CorrectedSimulation
 
     plain = StripTheory(before.arm, before.preparation, {}, baseline.name,
                         with_parameters(baseline.physics.loads, baseline.prior.mean))
-    return Amended(model.arm, model.preparation, model.fit, baseline.simulated, plain, model)
+    return CorrectedSimulation(model.arm, model.preparation, model.fit, baseline.simulated, plain, model)

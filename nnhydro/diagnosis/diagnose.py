@@ -38,7 +38,7 @@ from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
 from nnhydro.diagnosis.unexplained.where import locate
 from nnhydro.errors import NnhydroError
-from nnhydro.identification.identify import versions
+from nnhydro.fitting.identify import versions
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign

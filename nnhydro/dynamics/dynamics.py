@@ -23,7 +23,7 @@ from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solved, 
 from nnhydro.dynamics.joint_model import JointModel, joint_model
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
-from nnhydro.models.gains import gain_matrix
+from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Carried, Memory

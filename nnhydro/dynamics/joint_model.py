@@ -15,8 +15,8 @@ from torch import Tensor
 from nnhydro.dynamics.travel_terms import stepped
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.errors import ModelError
-from nnhydro.models.amended import Amended
-from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.corrected_simulation import CorrectedSimulation
+from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
@@ -56,7 +56,7 @@ def mechanics(model: TorqueModel, left_out: list[str], retained: Sequence[str] =
         return _mechanical(model, left_out, retained)
     if isinstance(model, LearnedTorque):
         return model if model.baseline is None else replace(model, baseline=mechanics(model.baseline, left_out, retained))
-    if isinstance(model, Amended):
+    if isinstance(model, CorrectedSimulation):
         if model.simulation is None:
             raise ModelError("this model is a correction of torques that were simulated elsewhere: it is no dynamics by itself; diagnose "
                              "against a baseline of ours (--baseline constant), or add it to your own simulation")
@@ -73,7 +73,7 @@ def steppable(model: TorqueModel) -> TorqueModel:
         return model
     if isinstance(model, LearnedTorque) and model.baseline is not None:
         return replace(model, baseline=steppable(model.baseline))
-    if isinstance(model, Amended):
+    if isinstance(model, CorrectedSimulation):
         before, after = steppable(model.before), steppable(model.after)
         assert isinstance(before, StripTheory)
         assert isinstance(after, StripTheory)

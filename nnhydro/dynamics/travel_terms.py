@@ -9,7 +9,7 @@ from torch import Tensor
 from nnhydro.effects.in_sector import InSector
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LoadTerm
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
 
 FEW = 1024  # rows: longer runs are worked off piece by piece, by the term itself
 

@@ -10,7 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel_term import unit_drag
+from nnhydro.physics.travel.term import unit_drag
 
 STRIPS = 20  # a link
 

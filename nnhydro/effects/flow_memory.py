@@ -10,8 +10,8 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel_term import unit_drag
-from nnhydro.physics.wake_memory import relaxed
+from nnhydro.physics.travel.term import unit_drag
+from nnhydro.physics.travel.wake_memory import relaxed
 
 STRIPS = 10  # a link
 TINY = 1e-12  # m: water at rest has no travel

@@ -12,7 +12,7 @@ from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, 
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.motion import tensor
-from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.filtering.low_pass import LowPass
 
 BELOW, ORDER = 0.9, 4  # of the resonance: where the low-pass ends, and how steeply
 RESONANCES = (3.0, 5.0, 8.0, 13.0)  # Hz

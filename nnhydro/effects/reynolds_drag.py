@@ -10,7 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel_term import strip_columns, unit_drag
+from nnhydro.physics.travel.term import strip_columns, unit_drag
 
 REFERENCE = 3e4  # Re of a link of 6 cm at 0.5 m/s
 LOWEST = 1e2  # below, the load is too small to matter

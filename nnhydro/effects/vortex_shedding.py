@@ -12,7 +12,7 @@ from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parame
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel_term import unit_drag
+from nnhydro.physics.travel.term import unit_drag
 
 STRIPS = 64  # a link: with 20 the phase differs too much from strip to strip and the sum aliases
 

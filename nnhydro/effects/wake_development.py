@@ -12,8 +12,8 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.coefficients.travel_bspline import basis, fixed
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel import TravelRule
-from nnhydro.physics.travel_term import strip_columns, travel_of, unit_drag, unit_inertia
+from nnhydro.physics.travel.term import strip_columns, travel_of, unit_drag, unit_inertia
+from nnhydro.physics.travel.travel import TravelRule
 
 STRIPS = 10  # a link
 CURVES = 3  # shapes a coefficient: B-splines that vanish where the wake is developed

@@ -12,7 +12,7 @@ from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parame
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.wake_memory import overtaking, overtaking_by_law
+from nnhydro.physics.travel.wake_memory import overtaking, overtaking_by_law
 
 STRIPS = 10  # a link
 

@@ -11,7 +11,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel_term import unit_drag, unit_inertia
+from nnhydro.physics.travel.term import unit_drag, unit_inertia
 
 STRIPS = 20  # a link
 TURN = tuple(k * pi / 4 for k in range(-3, 5))

@@ -11,26 +11,26 @@ from numpy.typing import NDArray
 
 from nnhydro.conventions import SCHEMA_BENCHMARK
 from nnhydro.errors import CampaignError, counted, require
-from nnhydro.evaluation.contenders import Contender, contenders, default_names
-from nnhydro.evaluation.coverage import Coverage, coverage_document
+from nnhydro.evaluation.entries import ModelEntry, default_names, entries
+from nnhydro.evaluation.interval_coverage import Coverage, coverage_document
 from nnhydro.evaluation.metrics import Misfit, error_interval
 from nnhydro.evaluation.protocols.pool import left_out
 from nnhydro.evaluation.protocols.protocol import DEFAULT, Fold, Material, Split, protocol_called
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.gradient_fit import Progress
-from nnhydro.identification.identify import versions
-from nnhydro.identification.several_arms import arm_of, on_arm
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.identify import versions
+from nnhydro.fitting.linear.several_arms import arm_of, on_arm
+from nnhydro.fitting.network.gradient_fit import Progress
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.parallel import HERE, Workers, spread
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.repeats import group_names, noise_floor
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
+from nnhydro.runtime.workers import HERE, Workers, spread
 
 Array = NDArray[np.float64]
 PROTOCOL = DEFAULT
@@ -222,17 +222,17 @@ def _judged(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: 
 
 
 @one_thread()
-def _fitted_and_judged(contender: Contender, fitted: Sequence[Unit], held_out: Sequence[Unit], arm: Arm, how: Preparation,
+def _fitted_and_judged(entry: ModelEntry, fitted: Sequence[Unit], held_out: Sequence[Unit], arm: Arm, how: Preparation,
                        epochs: Progress | None) -> Standing:
-    """One contender in one fold: the piece of work that goes to a worker."""
+    """One entry in one fold: the piece of work that goes to a worker."""
     start = time.perf_counter()
-    model = contender.fit(fitted, arm, how, epochs)
-    return _judged(model, time.perf_counter() - start, fitted, held_out, contender.name)
+    model = entry.fit(fitted, arm, how, epochs)
+    return _judged(model, time.perf_counter() - start, fitted, held_out, entry.name)
 
 
-def _in_turn(split: Split, entered: Sequence[Contender], arm: Arm, how: Preparation, report: Report,
+def _in_turn(split: Split, entered: Sequence[ModelEntry], arm: Arm, how: Preparation, report: Report,
              workers: Workers) -> Iterator[Standing]:
-    """Every contender in every fold, in order; one process tells what begins, several tell what has come in."""
+    """Every entry in every fold, in order; one process tells what begins, several tell what has come in."""
     def progress_of(label: str) -> Progress | None:
         if not workers.alone:
             return None
@@ -241,9 +241,9 @@ def _in_turn(split: Split, entered: Sequence[Contender], arm: Arm, how: Preparat
     labels, tasks = [], []
     for number, fold in enumerate(split.folds):
         fitted, held_out = ([split.units[i] for i in part] for part in (fold.fitted, fold.held_out))
-        for contender in entered:
-            labels.append(f"{fold.name} ({number + 1} of {len(split.folds)}): {contender.name}")
-            tasks.append((contender, fitted, held_out, arm, how, progress_of(labels[-1])))
+        for entry in entered:
+            labels.append(f"{fold.name} ({number + 1} of {len(split.folds)}): {entry.name}")
+            tasks.append((entry, fitted, held_out, arm, how, progress_of(labels[-1])))
     results = spread(_fitted_and_judged, tasks, workers)
     for label in labels:
         if workers.alone:
@@ -253,13 +253,13 @@ def _in_turn(split: Split, entered: Sequence[Contender], arm: Arm, how: Preparat
             report(label)
 
 
-def honest(split: Split, entered: Sequence[Contender]) -> tuple[Split, dict[str, tuple[str, ...]]]:
+def honest(split: Split, entered: Sequence[ModelEntry]) -> tuple[Split, dict[str, tuple[str, ...]]]:
     """Return `split` without the held-out units that one of `entered` has seen before, and which units each has seen.
 
     Raises CampaignError where nothing is left on which all can be compared.
     """
-    known = {contender.name: {i for i, unit in enumerate(split.units) if contender.seen & unit.content()}
-             for contender in entered if contender.seen}
+    known = {entry.name: {i for i, unit in enumerate(split.units) if entry.seen & unit.content()}
+             for entry in entered if entry.seen}
     every = set[int]().union(*known.values())
     if not every:
         return split, {}
@@ -293,16 +293,16 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
     config = config or TrainingConfig(seed=seed)
     campaigns = (campaign,) if isinstance(campaign, Campaign) else tuple(campaign)
     chosen = protocol_called(protocol)
-    entered = contenders(models or default_names(campaigns[0].arm), campaigns, config)
+    entered = entries(models or default_names(campaigns[0].arm), campaigns, config)
     material = _material(campaigns, config, fold_count, seed)
     unusable = left_out(material)
     if report is not None and unusable:
         report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(unusable)}")
     split, seen = honest(chosen.split(material), entered)
-    standings = {contender.name: Standing(contender.name) for contender in entered}
+    standings = {entry.name: Standing(entry.name) for entry in entered}
     rounds = _in_turn(split, entered, campaigns[0].arm, material.hows[0], report or (lambda text: None), workers)
-    for (_, contender), standing in zip(product(split.folds, entered), rounds, strict=True):
-        standings[contender.name].add(standing)
+    for (_, entry), standing in zip(product(split.folds, entered), rounds, strict=True):
+        standings[entry.name].add(standing)
     floors = [floor.error for one, how in zip(campaigns, material.hows, strict=True) if (floor := noise_floor(one, how)) is not None]
     mean_floor = float(np.mean(floors)) if floors else None
     return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable, seen)

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.evaluation.rivera import Identifier, Shown, trained
-from nnhydro.identification.several_arms import calibrated_on
+from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.models.baselines import BASELINES
-from nnhydro.models.gains import gain_matrix
+from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.coefficients.aspect_ratio import added_mass_coefficient, drag_coefficient
 from nnhydro.physics.load_sum import Loads

@@ -17,14 +17,14 @@ from torch import Tensor
 
 from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.gradient_fit import TrainingState, gradient_fit
-from nnhydro.identification.training_rows import Rows, base_rows, standardised, torque_rms, training_rows, watched_units
-from nnhydro.models.learned import LearnedTorque
-from nnhydro.models.network import Ensemble
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
+from nnhydro.fitting.network.rows import Rows, base_rows, standardised, torque_rms, training_rows, watched_units
+from nnhydro.models.learned.learned import LearnedTorque
+from nnhydro.models.learned.network import Ensemble
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit
 
 BOUND: Final = 40.0  # of the output in Morison scales: none in effect

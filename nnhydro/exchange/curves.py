@@ -14,7 +14,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
-from nnhydro.physics.state_loads import added_mass_curve, drag_curve, has_travel_scale
+from nnhydro.physics.travel.state_model import added_mass_curve, drag_curve, has_travel_scale
 
 HEAD = ("s_over_D", "link", "C_D", "C_M")
 FARTHEST, STEPS = 20.0, 80  # diameters: both curves of McLain & Rock are level long before

@@ -22,7 +22,7 @@ from nnhydro.errors import missing_extra, require
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.arm import parse_arm
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.simulation.native_loop import stepped_once
 
 try:

@@ -20,7 +20,7 @@ from nnhydro.dynamics.dynamics import ArmState, Dynamics
 from nnhydro.errors import ModelError, require
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 Array = NDArray[np.float64]
 

@@ -18,8 +18,8 @@ from nnhydro.features.scaling import speed_scale
 from nnhydro.features.wake import STILL, each_under_way, under_way
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.travel_step import FOREVER
-from nnhydro.physics.wake_memory import relaxed
+from nnhydro.physics.travel.step import FOREVER
+from nnhydro.physics.travel.wake_memory import relaxed
 
 SPANS = (1.0, 5.0)  # diameters
 WHILE = 1.0  # s

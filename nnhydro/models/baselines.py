@@ -10,7 +10,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 from nnhydro.recordings.arm import Arm
 
 

@@ -11,7 +11,7 @@ from nnhydro.errors import RecordingError
 from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, slope_missing, time_steps
+from nnhydro.recordings.filtering.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, slope_missing, time_steps
 from nnhydro.recordings.recording import MOTION, SURROUNDINGS, Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.surroundings import with_heading

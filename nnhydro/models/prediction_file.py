@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import TIME, column
-from nnhydro.files import write_own
 from nnhydro.models.prediction import Prediction
+from nnhydro.runtime.files import write_own
 
 
 def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] = (),

@@ -16,18 +16,18 @@ from nnhydro import __version__
 from nnhydro.conventions import SCHEMA_MODEL
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
-from nnhydro.files import json_text, read_json, whole_folder
-from nnhydro.models.amended import Amended
-from nnhydro.models.free_part import FreePart
-from nnhydro.models.learned import BANK, BASELINE, FREE, LAW, LearnedTorque
-from nnhydro.models.network import Ensemble
-from nnhydro.models.strip_law import StripLaw
+from nnhydro.models.corrected_simulation import CorrectedSimulation
+from nnhydro.models.learned.free_part import FreePart
+from nnhydro.models.learned.learned import BANK, BASELINE, FREE, LAW, LearnedTorque
+from nnhydro.models.learned.network import Ensemble
+from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm, parse_arm
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.files import json_text, read_json, whole_folder
 
 MODEL, WEIGHTS, DIGEST = "model.json", "weights.safetensors", "digest.txt"
 MAX_BYTES = 500_000_000
@@ -84,14 +84,14 @@ def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
                          support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
 
 
-def _amended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> Amended:
+def _extended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> CorrectedSimulation:
     inner = document["simulation"]
     made = None if inner is None else _KINDS[inner["kind"]](inner["model"], tensors, parse_arm(inner["arm"], MODEL), how, {})
     before, after = (_strip_theory(document[name], {}, arm, how, {}) for name in ("before", "after"))
-    return Amended(arm, how, fit, made, before, after)
+    return CorrectedSimulation(arm, how, fit, made, before, after)
 
 
-_KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned, Amended.kind: _amended}
+_KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned, CorrectedSimulation.kind: _extended}
 
 
 def _who_reads(schema: Any) -> str:

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 
 @dataclass(frozen=True, eq=False)

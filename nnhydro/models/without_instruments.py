@@ -6,8 +6,8 @@ arm needs. An angle that is read with an offset stays: the controller's angles c
 
 from dataclasses import replace
 
-from nnhydro.models.amended import Amended
-from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.corrected_simulation import CorrectedSimulation
+from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 
@@ -18,7 +18,7 @@ def _parts(model: TorqueModel) -> list[StripTheory]:
     """Every sum of terms inside a model."""
     if isinstance(model, StripTheory):
         return [model]
-    if isinstance(model, Amended):
+    if isinstance(model, CorrectedSimulation):
         return [model.before, model.after, *([] if model.simulation is None else _parts(model.simulation))]
     if isinstance(model, LearnedTorque) and model.baseline is not None:
         return _parts(model.baseline)
@@ -34,7 +34,7 @@ def without_instruments(model: TorqueModel) -> TorqueModel:
     """Return `model` without the faults of its rig's torque sensors; as it is where it holds none."""
     if isinstance(model, StripTheory):
         return replace(model, instruments=tuple(one for one in model.instruments if one.family not in SENSORS))
-    if isinstance(model, Amended):
+    if isinstance(model, CorrectedSimulation):
         before, after = (replace(part, instruments=tuple(one for one in part.instruments if one.family not in SENSORS))
                          for part in (model.before, model.after))
         inner = None if model.simulation is None else without_instruments(model.simulation)

@@ -18,7 +18,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.wake_memory import relaxed
+from nnhydro.physics.travel.wake_memory import relaxed
 
 SIGN_WIDTH = 0.02  # rad/s: far below the rates of a tow-tank test (0.1 to 3), above what is left of encoder noise after filtering
 DRY_WIDTH = 0.005  # rad/s: of the step of dry friction where its level is sought; a wider one is made up for by a larger breakaway

@@ -9,8 +9,8 @@ from pydantic import Field, field_validator, model_validator
 
 from nnhydro.conventions import SCHEMA_ARM, column, joint_text
 from nnhydro.errors import ArmError
-from nnhydro.recordings.validation import Settings, validated
-from nnhydro.recordings.yaml_file import read_yaml
+from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.yaml_file import read_yaml
 
 Positive = Field(gt=0, le=1e6)
 NonNegative = Field(ge=0, le=1e6)

@@ -14,9 +14,9 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.recordings.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, known_edge
 from nnhydro.recordings.recording import Recording
-from nnhydro.recordings.trajectory import HIGHEST_EDGE, LOWEST_EDGE, known_edge
 
 Array = NDArray[np.float64]
 LINE = 25.0  # times its surroundings in power: of a hundred ordinates of noise the largest is 5 times their mean

@@ -10,12 +10,12 @@ from typing import Any, TypeVar, final
 from nnhydro.errors import CampaignError, RecordingError
 from nnhydro.recordings.arm import Arm, read_arm
 from nnhydro.recordings.content_hash import exact, marks
-from nnhydro.recordings.preprocessing import Preparation, plan, prepare, steady_segment
+from nnhydro.recordings.filtering.preprocessing import Preparation, plan, prepare, steady_segment
 from nnhydro.recordings.readers.column_map import FILE, ColumnMap, read_column_map
 from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable, read_recording, read_steady
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
-from nnhydro.stamp import ARM_FILES, is_system_file
+from nnhydro.runtime.stamp import ARM_FILES, is_system_file
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import MIN_ROWS, Preparation, stretches
+from nnhydro.recordings.filtering.preprocessing import MIN_ROWS, Preparation, stretches
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
 

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.filtering.low_pass import LowPass
 
 Array = NDArray[np.float64]
 STANDSTILL = 1e-3  # rad/s: below it a joint counts as locked and dry friction there is anything within its dead band

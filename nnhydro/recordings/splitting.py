@@ -15,7 +15,7 @@ from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.content_hash import steady_sha256
-from nnhydro.recordings.preprocessing import Preparation, steady_segment
+from nnhydro.recordings.filtering.preprocessing import Preparation, steady_segment
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.segment import Segment
 

@@ -7,17 +7,17 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.parallel import HERE, Workers, spread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign, every_one
 from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.jitter import jitter
 from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck
 from nnhydro.recordings.checks.reading import Reading
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.repeats import NoiseFloor, noise_floor
 from nnhydro.recordings.surroundings import absolute_angles, absolute_rates, through_water
+from nnhydro.runtime.workers import HERE, Workers, spread
 
 Array = NDArray[np.float64]
 CHANNELS = {"q": "q", "qd": "dq", "qdd": "ddq", "u0": "u0", "du0": "du0", "base": "base", "dbase": "dbase", "heading": "base_yaw",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nnhydro.files import write_text
+from nnhydro.runtime.files import write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

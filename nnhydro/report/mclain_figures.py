@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.reproduce_mclain import IMPLIED, TRAVELS, Reproduction
+from nnhydro.evaluation.mclain.reproduce import IMPLIED, TRAVELS, Reproduction
 from nnhydro.physics.coefficients import aspect_ratio
 from nnhydro.physics.motion import tensor
 from nnhydro.report.figure_file import new_figure, save_figure
@@ -45,7 +45,7 @@ def _coefficient_axes(figure: "Figure") -> dict[str, "Axes"]:
 
 def curves(result: Reproduction, stem: Path) -> list[Path]:
     """Figure 7: the identified curves with their 95 % bands, three groups of four slews and the values the text quotes."""
-    from nnhydro.physics.state_loads import added_mass_curve, drag_curve
+    from nnhydro.physics.travel.state_model import added_mass_curve, drag_curve
 
     figure = new_figure(9.5, 4.2)
     axes, s = _coefficient_axes(figure), tensor(TRAVELS)

@@ -78,7 +78,7 @@ def warn_of_errors(campaign: "Campaign") -> bool:
 def use_of(model: Path, campaign: Path, column_map: Path | None = None) -> str:
     """Return the command that uses a new model: on the campaign's unseen motions where it has any, else a look at its gains."""
     from nnhydro.recordings.readers.files import is_readable
-    from nnhydro.stamp import is_system_file
+    from nnhydro.runtime.stamp import is_system_file
 
     unseen = campaign / "unseen"
     motions = [path for path in sorted(unseen.iterdir()) if not is_system_file(path.name) and is_readable(path)] if unseen.is_dir() else []
@@ -118,6 +118,6 @@ def without_bulk(record: dict[str, Any]) -> dict[str, Any]:
 
 def emit(document: Any) -> None:
     """Print `document` as JSON."""
-    from nnhydro.files import json_text
+    from nnhydro.runtime.files import json_text
 
     typer.echo(json_text(document), nl=False)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nnhydro.conventions import joint_text
 from nnhydro.recordings.segment import Segment
 from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.page.history import varied
+from nnhydro.report.widgets.history import varied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

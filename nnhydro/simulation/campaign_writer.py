@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from nnhydro.conventions import TIME
 from nnhydro.errors import require
-from nnhydro.files import whole_folder, write_json, write_text
+from nnhydro.runtime.files import whole_folder, write_json, write_text
 from nnhydro.simulation.forward import controlled
 from nnhydro.simulation.motions.motion_kind import TimedMotion
 from nnhydro.simulation.plant import Plant
-from nnhydro.simulation.recipe import Recipe
+from nnhydro.simulation.recipe.recipe import Recipe
 from nnhydro.simulation.run import Run, prescribed
 from nnhydro.simulation.sensors import Recorded, record
 from nnhydro.simulation.steady_table import steady_table

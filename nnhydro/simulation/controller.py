@@ -27,9 +27,9 @@ from nnhydro.models.storage import load_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import tensor
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.recordings.validation import Settings
-from nnhydro.simulation.per_joint import PerJointMagnitude, spread
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.readers.validation import Settings
+from nnhydro.simulation.recipe.per_joint import PerJointMagnitude, spread
 from nnhydro.simulation.torque_law import Inside, TorqueLaw
 
 WITH_MODEL = ("computed_torque", "sliding_mode")

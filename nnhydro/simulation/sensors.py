@@ -18,8 +18,8 @@ from nnhydro.errors import require
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.transmission import sensed
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.validation import Settings
-from nnhydro.simulation.per_joint import PerJoint, PerJointMagnitude, spread
+from nnhydro.recordings.readers.validation import Settings
+from nnhydro.simulation.recipe.per_joint import PerJoint, PerJointMagnitude, spread
 from nnhydro.simulation.run import Run
 
 Array = NDArray[np.float64]

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from nnhydro.blind_tests.reveal import read_suite
+from nnhydro.blind_tests.seal import open_sealed, read_key
 from nnhydro.cli.demo import _opened
 from nnhydro.cli.main import run
 from nnhydro.demo import CONCEALED, CONCEALED_NAME
-from nnhydro.simulation.reveal import read_suite
-from nnhydro.simulation.seal import open_sealed, read_key
-from nnhydro.stamp import STAMP
+from nnhydro.runtime.stamp import STAMP
 
 ROOT = Path(__file__).parents[2]
 

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from nnhydro.blind_tests.conceal import conceal
+from nnhydro.blind_tests.truth.campaign import Wish
 from nnhydro.cli.main import run
-from nnhydro.simulation.conceal import conceal
-from nnhydro.simulation.truth.campaign import Wish
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 from nnhydro.cli.main import run
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.effect import REGISTER
-from nnhydro.stamp import STAMP
+from nnhydro.runtime.stamp import STAMP
 
 PLUGIN = '''
 from dataclasses import dataclass

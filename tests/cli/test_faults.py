@@ -17,7 +17,7 @@ from nnhydro.recordings.arm import read_arm
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.readers import files as readers
 from nnhydro.recordings.readers.files import read_recording
-from nnhydro.stamp import STAMP
+from nnhydro.runtime.stamp import STAMP
 
 NNHYDRO = f"{shlex.quote(sys.executable)} -m nnhydro"
 

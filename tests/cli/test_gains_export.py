@@ -7,11 +7,11 @@ from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm
 
 from nnhydro.cli.main import run
-from nnhydro.identification.train import train
+from nnhydro.fitting.network.train import train
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.state_loads import state_loads
-from nnhydro.stamp import STAMP
+from nnhydro.physics.travel.state_model import state_loads
+from nnhydro.runtime.stamp import STAMP
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,10 @@ import pytest
 import torch
 from rigs import run as motion
 
+from nnhydro.blind_tests.conceal import conceal
+from nnhydro.blind_tests.truth.campaign import Wish
 from nnhydro.cli.main import run
 from nnhydro.models.storage import load_model
-from nnhydro.simulation.conceal import conceal
-from nnhydro.simulation.truth.campaign import Wish
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from rigs import arm
 from nnhydro.cli.main import run
 from nnhydro.models.storage import load_model
 from nnhydro.recordings.recording import Recording
-from nnhydro.stamp import STAMP
+from nnhydro.runtime.stamp import STAMP
 
 TINY = "law = []\nhidden = [8]\nmembers = 2\nepochs = 3\nbatch = 256\n"
 KEYS = {"schema", "protocol", "noise_floor", "models", "folds", "versions"}
@@ -123,7 +123,7 @@ def test_a_log_for_tensorboard_needs_its_library(place, said, tmp_path, monkeypa
 
 
 def test_a_training_that_was_interrupted_is_resumed_and_no_other(place, said, tmp_path, monkeypatch):
-    import nnhydro.identification.train as training
+    import nnhydro.fitting.network.train as training
 
     def interrupted(*arguments, **keys):
         *first, checkpoint, _ = arguments

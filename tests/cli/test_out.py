@@ -9,8 +9,8 @@ from campaigns import campaign, planted, write_folder
 from rigs import arm
 
 from nnhydro.cli.main import build, run
-from nnhydro.files import whole_folder, write_own
-from nnhydro.stamp import STAMP, content_of, is_system_file
+from nnhydro.runtime.files import whole_folder, write_own
+from nnhydro.runtime.stamp import STAMP, content_of, is_system_file
 
 URDF = """<robot name="r"><link name="base"/><link name="upper"><inertial><mass value="1"/><origin xyz="0.25 0 0"/>
 <inertia ixx="0.01" iyy="0.01" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="tip"/>

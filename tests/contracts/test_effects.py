@@ -21,7 +21,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import sensed
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 FAMILIES = {
     "wake": "wake_development flow_memory wake_reentry history_force vortex_shedding",

@@ -12,12 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from nnhydro.blind_tests.reveal import _predicted_files, read_suite
+from nnhydro.blind_tests.scoring import score
+from nnhydro.blind_tests.seal import open_sealed, read_key, seal
+from nnhydro.blind_tests.summary import summary
 from nnhydro.errors import ConfigError, NnhydroError
 from nnhydro.exchange.urdf import read_urdf
-from nnhydro.files import read_json
-from nnhydro.identification.config import read_config
-from nnhydro.identification.gradient_fit import TrainingState
-from nnhydro.models.network import Ensemble
+from nnhydro.fitting.config import read_config
+from nnhydro.fitting.network.gradient_fit import TrainingState
+from nnhydro.models.learned.network import Ensemble
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import DIGEST, MODEL, WEIGHTS, _digest, load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -27,16 +30,13 @@ from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.recordings.arm import parse_arm, read_arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import Preparation, plan, prepare
+from nnhydro.recordings.filtering.preprocessing import Preparation, plan, prepare
 from nnhydro.recordings.readers.column_map import read_column_map
 from nnhydro.recordings.readers.files import read_recording, read_steady
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.survey import survey
-from nnhydro.simulation.recipe import read_recipe
-from nnhydro.simulation.reveal import _predicted_files, read_suite
-from nnhydro.simulation.scoring import score
-from nnhydro.simulation.seal import open_sealed, read_key, seal
-from nnhydro.simulation.summary import summary
+from nnhydro.runtime.files import read_json
+from nnhydro.simulation.recipe.recipe import read_recipe
 
 LINK = {"length_m": 0.55, "diameter_m": 0.07, "mass_kg": 1.0, "com_m": 0.27, "inertia_kg_m2": 0.026}
 ARM = parse_arm({"fluid": {"density_kg_m3": 1000.0}, "links": [LINK]}, "arm")

@@ -23,7 +23,7 @@ from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.transmission import sensed, to_drives
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.low_pass import LowPass
+from nnhydro.recordings.filtering.low_pass import LowPass
 
 FOLDER = Path(__file__).resolve().parent.parent / "golden"
 Pinned = tuple[str, Any, Any]  # what, nnhydro's value, the golden value

@@ -16,7 +16,7 @@ from nnhydro.physics.coefficients.table import interpolate, interpolate_log
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.state_drag import StateDrag
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 
 CURVES = golden("curves")
 ORDINATES = {"Cd": [*CURVES["parameters"]["d1..d5"], CURVES["parameters"]["ds"]],

@@ -24,7 +24,7 @@ from nnhydro.physics.loads.coulomb_friction import CoulombFriction
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Base
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 
 
 def model(a, loads, instruments=()):

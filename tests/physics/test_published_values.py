@@ -11,7 +11,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.state_added_mass import StateAddedMass
 from nnhydro.physics.loads.state_drag import StateDrag
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.state_loads import bspline_loads, state_loads
+from nnhydro.physics.travel.state_model import bspline_loads, state_loads
 
 PUBLISHED = [
     # Goettingen's finite cylinders, and what DNV-RP-C205 gives for the added mass of short ones (no separation)

@@ -5,7 +5,7 @@ import torch
 from rigs import arm, run
 from scipy.interpolate import CubicSpline
 
-from nnhydro.identification.travel_scale import COARSE
+from nnhydro.fitting.travel.travel_scale import COARSE
 from nnhydro.physics.coefficients.keulegan_carpenter import added_mass_coefficient, drag_ratio
 from nnhydro.physics.coefficients.law import law_of
 from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, cardinal_matrix, curve, fixed
@@ -18,7 +18,7 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.state_added_mass import StateAddedMass
 from nnhydro.physics.loads.state_drag import StateDrag
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.state_loads import bspline_loads, state_loads
+from nnhydro.physics.travel.state_model import bspline_loads, state_loads
 
 FINE = torch.linspace(0, 12, 1201, dtype=torch.float64)  # diameters
 

@@ -15,7 +15,8 @@ from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.state_loads import (
+from nnhydro.physics.strips import Strips
+from nnhydro.physics.travel.state_model import (
     added_mass_curve,
     bspline_loads,
     drag_curve,
@@ -23,8 +24,7 @@ from nnhydro.physics.state_loads import (
     state_loads,
     with_tau_s,
 )
-from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel_term import strip_columns, unit_drag, unit_inertia
+from nnhydro.physics.travel.term import strip_columns, unit_drag, unit_inertia
 
 SLEWS = golden("slews")["slews"]
 MODELS = [state_loads, bspline_loads]

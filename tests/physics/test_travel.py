@@ -12,7 +12,7 @@ from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel import RULES, TravelRule, travel
+from nnhydro.physics.travel.travel import RULES, TravelRule, travel
 
 
 def swinging(rows=2001, amplitude=1.0, periods=2.0, T=2.0):

@@ -12,8 +12,8 @@ from rigs import arm, states
 from nnhydro.models.compiled.travel_loads import TravelLoads
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.state_loads import bspline_loads, state_loads, with_tau_s
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.state_model import bspline_loads, state_loads, with_tau_s
+from nnhydro.physics.travel.term import TravelTerm
 
 pytest.importorskip("numba")
 EQUAL = 1e-12  # of the largest torque: the curve in torch, a sum of ramps that cancel, is itself no better than that
@@ -36,7 +36,7 @@ def motion(seed, links, rows, kind):
 
 def kernel_loads(travel, flow):
     """Force and moment (n, links) of the kernel, fed with the kinematics of torch, all rows as one block."""
-    from nnhydro.physics.travel_kernel import strip_loads
+    from nnhydro.physics.travel.kernel import strip_loads
 
     def with_first(x):
         return np.concatenate([x[:1], x])

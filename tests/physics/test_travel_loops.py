@@ -20,7 +20,7 @@ KINDS = ("from rest", "under way", "pauses", "still", "steady")
 @pytest.fixture
 def loops(monkeypatch):
     """physics/travel_kernel.py without its compiler, in the place of the compiled one."""
-    import nnhydro.physics.travel_kernel as compiled
+    import nnhydro.physics.travel.kernel as compiled
 
     monkeypatch.setattr(numba, "njit", lambda **options: lambda function: function)
     spec = importlib.util.spec_from_file_location("travel_loops", Path(compiled.__file__))

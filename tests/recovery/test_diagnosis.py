@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import torch
 
+from nnhydro.blind_tests.seal import open_sealed, read_key
 from nnhydro.cli.main import run
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.errors import RecordingError
@@ -16,7 +17,6 @@ from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import open_campaign
-from nnhydro.simulation.seal import open_sealed, read_key
 
 pytestmark = pytest.mark.slow
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from nnhydro.evaluation.benchmark import misfit_of
-from nnhydro.evaluation.contenders import contenders
+from nnhydro.evaluation.entries import entries
 from nnhydro.evaluation.metrics import Misfit
-from nnhydro.identification.config import TrainingConfig
+from nnhydro.fitting.config import TrainingConfig
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.repeats import group_names
 from nnhydro.recordings.splitting import folds, units
@@ -24,9 +24,9 @@ def test_the_hybrid_is_twice_as_good_as_constants_and_the_network_four_times():
     fitted = [unit for i, unit in enumerate(every) if i not in held_out]
     config = TrainingConfig(members=2, epochs=40)
     error = {}
-    for contender in contenders(("constant", "network", "hybrid"), campaign, config):
-        model = contender.fit(fitted, campaign.arm, how, None)
-        error[contender.name] = Misfit.total(misfit_of(model, every[i]) for i in held_out).error
+    for entry in entries(("constant", "network", "hybrid"), campaign, config):
+        model = entry.fit(fitted, campaign.arm, how, None)
+        error[entry.name] = Misfit.total(misfit_of(model, every[i]) for i in held_out).error
     assert 0.1 < error["constant"] < 0.25
     assert error["hybrid"] < error["constant"] / 2
     assert error["network"] < error["constant"] / 4

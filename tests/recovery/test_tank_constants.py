@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from nnhydro.identification.identify import identify
+from nnhydro.fitting.identify import identify
 from nnhydro.recordings.campaign import open_campaign
 
 DATASETS = Path(__file__).parents[2] / "datasets"

@@ -9,16 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nnhydro.simulation.truth import registry
-from nnhydro.simulation.truth.campaign import Wish, draw_campaign
-from nnhydro.simulation.truth.flow import STRIPS, rigid_torque, water_torque
-from nnhydro.simulation.truth.hidden_friction import bristle, direction
-from nnhydro.simulation.truth.hidden_transmission import play, stiffened
-from nnhydro.simulation.truth.memory import follow, since_reversal
-from nnhydro.simulation.truth.motions import Plan, carry_out
-from nnhydro.simulation.truth.tank import belted, brisk_torque, joint_torque, plain_torque, read
-from nnhydro.simulation.truth.visibility import FACTORS, bench
-from nnhydro.simulation.truth.world import Run, TrueArm, TrueLink
+from nnhydro.blind_tests.truth import registry
+from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
+from nnhydro.blind_tests.truth.flow import STRIPS, rigid_torque, water_torque
+from nnhydro.blind_tests.truth.hidden_friction import bristle, direction
+from nnhydro.blind_tests.truth.hidden_transmission import play, stiffened
+from nnhydro.blind_tests.truth.memory import follow, since_reversal
+from nnhydro.blind_tests.truth.motions import Plan, carry_out
+from nnhydro.blind_tests.truth.tank import belted, brisk_torque, joint_torque, plain_torque, read
+from nnhydro.blind_tests.truth.visibility import FACTORS, bench
+from nnhydro.blind_tests.truth.world import Run, TrueArm, TrueLink
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 STRIP_SUM = 2e-4  # 60 midpoint strips against the integral, relative to the larger of the torque and 1 N m; second order
@@ -346,7 +346,7 @@ def test_the_shielded_link_loses_drag_in_tow_only_where_the_other_is_ahead():
 
 
 def test_lambda_grows_with_the_size_and_a_change_of_c_d_has_none():
-    from nnhydro.simulation.truth.sensors import Sensors
+    from nnhydro.blind_tests.truth.sensors import Sensors
 
     sensors = Sensors(100.0, "all", "white", 0.01, 0.0, 1e-5, False)
     runs = (motion("fourier", 0.3), motion("bang", 0.0, 5), motion("slow", 0.0, 6))

@@ -11,10 +11,10 @@ import pytest
 from planted import the_arm
 
 from nnhydro.errors import ArmError, RecordingError
-from nnhydro.recordings.preprocessing import plan
+from nnhydro.recordings.filtering.preprocessing import plan
 from nnhydro.recordings.readers.files import read_recording, read_steady
+from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.recordings.recording import Recording
-from nnhydro.recordings.yaml_file import read_yaml
 
 ARM = the_arm(links=(the_arm().links[0],))
 COLUMNS = ("t_s", "q1_rad", "tau1_Nm")

@@ -10,10 +10,10 @@ import pytest
 from campaigns import GIVEN, planted
 from rigs import arm
 
+from nnhydro.blind_tests.seal import open_sealed, read_key, seal, write_key, write_sealed
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.models.storage import DIGEST, MODEL, _digest, load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.simulation.seal import open_sealed, read_key, seal, write_key, write_sealed
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 SOURCES = sorted((ROOT / "nnhydro").rglob("*.py"))

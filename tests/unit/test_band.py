@@ -8,7 +8,7 @@ from campaigns import planted, recording
 from rigs import arm
 
 from nnhydro.recordings.band import PAST, Band, band_of, highest_line
-from nnhydro.recordings.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trusted_edge
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trusted_edge
 
 ARM = arm(1)
 

@@ -10,12 +10,12 @@ from rigs import arm
 
 from nnhydro.features.feature_set import feature_sets
 from nnhydro.features.strip_law import SURROUNDED
-from nnhydro.identification import base_choice
-from nnhydro.identification.base_choice import left_over, on_best_base
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.linear_part import linear_part
-from nnhydro.identification.several_arms import calibrated_on
-from nnhydro.identification.training_rows import Rows, base_rows, torque_rms, training_rows
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.linear.several_arms import calibrated_on
+from nnhydro.fitting.network import base_choice
+from nnhydro.fitting.network.base_choice import left_over, on_best_base
+from nnhydro.fitting.network.linear_part import linear_part
+from nnhydro.fitting.network.rows import Rows, base_rows, torque_rms, training_rows
 from nnhydro.models.baselines import baseline
 from nnhydro.recordings.splitting import units
 

@@ -21,10 +21,10 @@ from nnhydro.effects.sensor_timing import SensorTiming
 from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.effects.wake_development import WakeDevelopment
 from nnhydro.errors import ConfigError, ModelError
-from nnhydro.identification.train import train
+from nnhydro.fitting.network.train import train
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")

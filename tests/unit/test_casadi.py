@@ -12,7 +12,7 @@ from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.coulomb_friction import CoulombFriction
 from nnhydro.errors import ConfigError
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 
 casadi = pytest.importorskip("casadi")
 ROUNDING = 1e-11  # of the torque: sums in another order

@@ -8,8 +8,8 @@ import yaml
 from campaigns import campaign, dry, planted, write_folder
 from rigs import arm
 
-from nnhydro.identification.channel_order import channel_order, judged_ways, ways
-from nnhydro.identification.physical_survey import survey_with_physics
+from nnhydro.fitting.channel_order import channel_order, judged_ways, ways
+from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.coulomb_friction import CoulombFriction
 from nnhydro.physics.loads.viscous_friction import ViscousFriction

@@ -23,9 +23,9 @@ from nnhydro.physics.load_term import term_kinds
 from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording
 
 EQUAL = 1e-12  # of the largest torque: a few hundred roundings in another order

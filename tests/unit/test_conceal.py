@@ -10,19 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import nnhydro.simulation.truth as truth
+import nnhydro.blind_tests.truth as truth
+from nnhydro.blind_tests.conceal import conceal, write_concealed
+from nnhydro.blind_tests.reveal import reveal, unseen_error
+from nnhydro.blind_tests.scoring import score
+from nnhydro.blind_tests.scoring_windows import Placed
+from nnhydro.blind_tests.seal import new_key, open_sealed, read_key, seal, write_key, write_sealed
+from nnhydro.blind_tests.summary import summary
+from nnhydro.blind_tests.truth.campaign import Wish
+from nnhydro.blind_tests.truth.registry import names
+from nnhydro.blind_tests.truth.world import FAMILY
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.campaign import open_campaign
-from nnhydro.simulation.conceal import conceal, write_concealed
-from nnhydro.simulation.reveal import reveal, unseen_error
-from nnhydro.simulation.scoring import score
-from nnhydro.simulation.scoring_places import Placed
-from nnhydro.simulation.seal import new_key, open_sealed, read_key, seal, write_key, write_sealed
-from nnhydro.simulation.summary import summary
-from nnhydro.simulation.truth.campaign import Wish
-from nnhydro.simulation.truth.registry import names
-from nnhydro.simulation.truth.world import FAMILY
-from nnhydro.stamp import STAMP
+from nnhydro.runtime.stamp import STAMP
 
 DATASET = Path(__file__).parents[2] / "datasets" / "concealed"
 ANSWER = {"schema": "nnhydro/answer/1", "kind": "effect", "strength": "strong", "unseen": {}, "effects": [
@@ -53,7 +53,7 @@ def test_the_truth_imports_numpy_and_scipy_and_nothing_of_the_rest(path):
     modules = [a.name for node in nodes if isinstance(node, ast.Import) for a in node.names]
     modules += [node.module for node in nodes if isinstance(node, ast.ImportFrom)]
     for module in modules:
-        assert not module.startswith("nnhydro") or module.startswith("nnhydro.simulation.truth"), module
+        assert not module.startswith("nnhydro") or module.startswith("nnhydro.blind_tests.truth"), module
         assert module.split(".")[0] not in ("torch", "pandas", "sklearn", "pydantic"), module
 
 
@@ -265,7 +265,7 @@ def test_the_data_set_hides_every_family_once_and_nothing_in_three():
 
 @pytest.mark.slow
 def test_the_data_set_can_be_remade(tmp_path):
-    from nnhydro.simulation.truth.campaign import draw_campaign
+    from nnhydro.blind_tests.truth.campaign import draw_campaign
 
     answer = open_sealed(DATASET / "answers/campaign_004.sealed", read_key(DATASET / "key.txt"))
     effect = answer["effects"][0]["effect"] if answer["effects"] else "none"

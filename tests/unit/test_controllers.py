@@ -15,13 +15,13 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 from nnhydro.simulation.controller import Controller
 from nnhydro.simulation.forward import controlled
 from nnhydro.simulation.motions.motion_kind import Setting, TimedMotion, motion_of
 from nnhydro.simulation.plant import Plant, require_steps
+from nnhydro.simulation.recipe.true_loads import true_loads
 from nnhydro.simulation.run import Run
-from nnhydro.simulation.true_loads import true_loads
 
 SLEW = {"kind": "slew", "name": "m", "q_rad": [[0.0, 0.2], [0.8, -0.5]], "duration_s": 0.8, "rest_s": 0.0}
 RATE, HOLD = 200.0, 1

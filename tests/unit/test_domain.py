@@ -9,8 +9,8 @@ from campaigns import TINY, angles_only, campaign, columns_of, planted, recordin
 from rigs import arm
 
 from nnhydro.cli.main import run
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.domain import DOMAIN, Domain, domain_of
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model

@@ -20,8 +20,8 @@ from nnhydro.effects.vortex_shedding import VortexShedding
 from nnhydro.effects.wake_development import WakeDevelopment
 from nnhydro.effects.wake_reentry import WakeReentry
 from nnhydro.errors import ModelError
-from nnhydro.identification.train import train
-from nnhydro.models.amended import Amended
+from nnhydro.fitting.network.train import train
+from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
@@ -32,7 +32,7 @@ from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.state_loads import bspline_loads, state_loads
+from nnhydro.physics.travel.state_model import bspline_loads, state_loads
 
 ROUNDING = 1e-10  # of the torque
 STEPPED = 1e-9  # of the rms torque: the same recursions, their sums in another order
@@ -253,7 +253,7 @@ def test_a_dynamics_is_pickled(hybrid):
 def test_what_is_no_dynamics_is_said():
     a = arm(2)
     with pytest.raises(ModelError, match="correction of torques that were simulated elsewhere"):
-        nnhydro.Dynamics(Amended(a, GIVEN, {}, None, theory(a), theory(a)))
+        nnhydro.Dynamics(CorrectedSimulation(a, GIVEN, {}, None, theory(a), theory(a)))
     with pytest.raises(ModelError, match="is no model"):
         nnhydro.Dynamics(3)
     dynamics = nnhydro.Dynamics(theory(a))

@@ -24,7 +24,7 @@ from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.viscous_friction import ViscousFriction
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.state_loads import added_mass_curve, drag_curve, state_loads
+from nnhydro.physics.travel.state_model import added_mass_curve, drag_curve, state_loads
 
 ROBOT = """<robot name="two link">
   <link name="base"/>

@@ -13,7 +13,7 @@ from rigs import arm, run, states
 
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.features.wake import STATES, STRIPS
-from nnhydro.identification.train import train
+from nnhydro.fitting.network.train import train
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.onnx_file import export_onnx, record, stepped
 from nnhydro.models.export.onnx_graph import onnx_model
@@ -28,7 +28,7 @@ from nnhydro.physics.loads.coulomb_friction import CoulombFriction
 from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 
 ROUND_OFF = 1e-12  # of the torque: sums in another order
 SAME = 1e-6  # of the rms torque, what a controller is promised

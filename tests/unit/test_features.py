@@ -14,10 +14,10 @@ from nnhydro.features.feature_set import dimensional, feature_sets, features
 from nnhydro.features.history import since_reversal
 from nnhydro.features.scaling import morison_scale
 from nnhydro.features.wake import LASTING, STATES, TRAVEL, following, lasting, memories, stations, travelled
-from nnhydro.models.learned import view_of
+from nnhydro.models.learned.learned import view_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.wake_memory import relaxed
+from nnhydro.physics.travel.wake_memory import relaxed
 
 SETS = pytest.mark.parametrize("name", feature_sets())
 DIMENSIONLESS = pytest.mark.parametrize("name", [name for name in feature_sets() if not dimensional(name)])

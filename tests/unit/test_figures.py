@@ -16,14 +16,14 @@ from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.effects.effect import LoadEffect
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.report.diagnosis_figures import diagnosis_figures, laws_of, map_figure
+from nnhydro.report.benchmark.figures import reliability_figure
+from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of, map_figure
+from nnhydro.report.diagnosis.finding_law import law_of
 from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.figures import reliability_figure
-from nnhydro.report.law import law_of
-from nnhydro.report.page.history import history
-from nnhydro.report.page.residual_map import residual_maps, shade
-from nnhydro.report.page.svg import FINE, Scale, path, round_step, thinned
-from nnhydro.report.page.trace import diagnosis_traces, spread, traces_of
+from nnhydro.report.widgets.history import history
+from nnhydro.report.widgets.residual_map import residual_maps, shade
+from nnhydro.report.widgets.svg import FINE, Scale, path, round_step, thinned
+from nnhydro.report.widgets.trace import diagnosis_traces, spread, traces_of
 
 
 def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):

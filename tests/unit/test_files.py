@@ -7,8 +7,8 @@ import stat
 import pytest
 
 from nnhydro.errors import ConfigError
-from nnhydro.files import check_folder, json_text, whole_folder, write_json, write_text
-from nnhydro.stamp import STAMP
+from nnhydro.runtime.files import check_folder, json_text, whole_folder, write_json, write_text
+from nnhydro.runtime.stamp import STAMP
 
 
 def names(folder):  # but for the list of what was written

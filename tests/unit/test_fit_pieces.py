@@ -9,13 +9,13 @@ from rigs import arm
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from nnhydro.identification import state_dependent
-from nnhydro.identification.penalised import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised, penalised_over_scales
-from nnhydro.identification.separable import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduced, separable
-from nnhydro.identification.separable import solve as solve_rows
-from nnhydro.identification.state_dependent import _joint_scale, curve_bands, with_linear
+from nnhydro.fitting.linear.penalised import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised, penalised_over_scales
+from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduced, separable
+from nnhydro.fitting.linear.variable_projection import solve as solve_rows
+from nnhydro.fitting.travel import state_dependent
+from nnhydro.fitting.travel.state_dependent import _joint_scale, curve_bands, with_linear
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.state_loads import bspline_loads, drag_curve, state_loads, with_tau_s
+from nnhydro.physics.travel.state_model import bspline_loads, drag_curve, state_loads, with_tau_s
 
 
 def tables(seed=1, blocks=4, rows=30, p=3):

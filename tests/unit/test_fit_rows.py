@@ -8,22 +8,22 @@ from campaigns import recording
 from rigs import arm
 
 from nnhydro.errors import ConfigError
-from nnhydro.identification.config import read_config
-from nnhydro.identification.identify import _notes, estimates
-from nnhydro.identification.least_squares import Solution, correlation_time, joint_weights, solve
-from nnhydro.identification.linear_columns import Linear, Seen
-from nnhydro.identification.prior import Prior, prior
-from nnhydro.identification.regressor import TorqueRegressor, _ridge
-from nnhydro.identification.row_store import RowStore
-from nnhydro.identification.search import _suggested
-from nnhydro.identification.statistics import Statistics, block, columns_and_offset, residual_energy, total, weighted
+from nnhydro.fitting.config import read_config
+from nnhydro.fitting.hyperparameters import _suggested
+from nnhydro.fitting.identify import _notes, estimates
+from nnhydro.fitting.linear.least_squares import Solution, correlation_time, joint_weights, solve
+from nnhydro.fitting.linear.prior import Prior, prior
+from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, residual_energy, total, weighted
+from nnhydro.fitting.network.linear_columns import Linear, Seen
+from nnhydro.fitting.network.row_store import RowStore
+from nnhydro.fitting.regressor import TorqueRegressor, _ridge
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LinearTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.state_loads import state_loads
-from nnhydro.recordings.preprocessing import Preparation, prepare
+from nnhydro.physics.travel.state_model import state_loads
+from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 
 
 def test_a_ridge_takes_the_penalty_that_does_best_on_the_rows_it_does_not_train_on():
@@ -240,7 +240,7 @@ def test_of_nothing_nothing_is_known_beforehand():
 
 
 def test_a_fold_is_judged_by_a_model_that_has_not_seen_it(monkeypatch):
-    from nnhydro.identification import search
+    from nnhydro.fitting import hyperparameters as search
 
     monkeypatch.setattr(search, "train_units", lambda chosen, *given: [*chosen])
     seen = search._fold_error(["a", "b", "c", "d"], [1, 3], None, None, None, lambda model, judged: (model, judged))

@@ -131,7 +131,7 @@ def test_stamps_that_repeat_now_and_then_are_spread_and_told(tmp_path):
 
 
 def test_a_prediction_gives_the_stamps_back_as_they_were(tmp_path):
-    from nnhydro.identification.identify import identify
+    from nnhydro.fitting.identify import identify
 
     model = identify(campaign(A, planted(A), 2, seconds=2.0, rate=50.0), "constant")
     t = coarse()

@@ -11,9 +11,9 @@ from rigs import arm, run, states
 
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.features.wake import STATES, STRIPS
-from nnhydro.identification.train import train
-from nnhydro.models.gain_sweeps import Around, document, sweeps
-from nnhydro.models.gains import INPUTS, differences, gain_matrix
+from nnhydro.fitting.network.train import train
+from nnhydro.models.gains.matrix import INPUTS, differences, gain_matrix
+from nnhydro.models.gains.sweeps import Around, document, sweeps
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow

@@ -14,13 +14,13 @@ from planted import healthy, recording, the_arm, write_campaign, write_csv
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.errors import NnhydroError
 from nnhydro.evaluation.benchmark import benchmark
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.prediction import predict
-from nnhydro.parallel import Workers
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.survey import survey
+from nnhydro.runtime.workers import Workers
 
 TINY = TrainingConfig(hidden=(4,), members=1, epochs=2, batch=64)
 

@@ -17,10 +17,10 @@ from nnhydro.effects.encoder_offset import EncoderOffset
 from nnhydro.effects.sensor_timing import SensorTiming
 from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.errors import ModelError
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
-from nnhydro.models.amended import Amended
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.baselines import BASELINES
+from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.export.onnx_file import memories_of, record
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -155,7 +155,7 @@ def test_an_encoder_that_reads_with_an_offset_stays_for_the_controller_reads_it_
 
 
 def test_faults_inside_a_corrected_simulation_are_left_off_too():
-    model = Amended(A, GIVEN, {}, faulty(BIAS), faulty(), faulty(BIAS))
+    model = CorrectedSimulation(A, GIVEN, {}, faulty(BIAS), faulty(), faulty(BIAS))
     at = motion(2)
     assert sensor_faults(model) == ("torque_bias",)
     assert_close(without_instruments(model).torque(at), faulty().torque(at))
@@ -200,6 +200,6 @@ def test_the_message_names_the_one_cause_that_stands_in_the_way():
 def test_the_report_says_that_the_choice_of_effects_has_seen_what_the_fit_has_not():
     from importlib.resources import files
 
-    page = (files("nnhydro.report.page") / "diagnosis.html").read_text(encoding="utf-8")
+    page = (files("nnhydro.report.widgets") / "diagnosis.html").read_text(encoding="utf-8")
     assert "the choice of effects has seen all of them" in page
     assert "took no part" not in page

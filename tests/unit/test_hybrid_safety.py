@@ -11,10 +11,10 @@ from rigs import arm, mirrored_about_Y, run, states
 from nnhydro.errors import CampaignError
 from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.evaluation.protocols.protocol import protocols
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
-from nnhydro.models.amended import Amended
-from nnhydro.models.learned import view_of
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
+from nnhydro.models.corrected_simulation import CorrectedSimulation
+from nnhydro.models.learned.learned import view_of
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.loads.viscous_friction import ViscousFriction
 from nnhydro.physics.motion import Motion
@@ -85,7 +85,7 @@ def corrected(whole):
     """A simulation with friction added to it, as a diagnosis writes it."""
     before = identify(whole, "constant")
     after = replace(before, loads=before.loads.plus("friction", ViscousFriction((0.4, 0.1))))
-    return Amended(before.arm, before.preparation, before.fit, before, before, after)
+    return CorrectedSimulation(before.arm, before.preparation, before.fit, before, before, after)
 
 
 MODELS = {"physics": lambda whole: identify(whole, "constant"), "diagnosed": corrected,

@@ -9,10 +9,10 @@ from campaigns import GIVEN, campaign, dry, heavier, planted, recording, sensor_
 from rigs import arm
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.identification.identify import fit_units, identify, with_parameters
-from nnhydro.identification.least_squares import bootstrap, correlation_time, fit, solve
-from nnhydro.identification.prior import inertial_directions, prior
-from nnhydro.identification.statistics import columns_and_offset, of_segment, residual_energy, total, weighted
+from nnhydro.fitting.identify import fit_units, identify, with_parameters
+from nnhydro.fitting.linear.least_squares import bootstrap, correlation_time, fit, solve
+from nnhydro.fitting.linear.prior import inertial_directions, prior
+from nnhydro.fitting.linear.statistics import columns_and_offset, of_segment, residual_energy, total, weighted
 from nnhydro.models.baselines import BASELINES
 from nnhydro.physics.load_term import LinearTerm, term_kinds
 from nnhydro.physics.loads.added_mass import AddedMass

@@ -7,8 +7,8 @@ import pytest
 from campaigns import GIVEN, campaign, planted, recording
 from rigs import arm
 
-from nnhydro.identification.base_choice import baseline_choice
-from nnhydro.identification.kinds import of_one_kind, progress
+from nnhydro.fitting.network.base_choice import baseline_choice
+from nnhydro.fitting.network.kinds import of_one_kind, progress
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.splitting import units
 

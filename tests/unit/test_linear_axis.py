@@ -12,8 +12,8 @@ from rigs import assert_close
 from nnhydro.cli.main import run
 from nnhydro.conventions import column, joint_text
 from nnhydro.errors import ArmError, RecordingError
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow

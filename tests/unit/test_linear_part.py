@@ -6,8 +6,8 @@ import pytest
 import torch
 
 from nnhydro.features.strip_law import REMEMBERED, SURROUNDED
-from nnhydro.identification.linear_part import CLOSED, FREE, LinearPart, _chosen_weights, _solved, linear_part
-from nnhydro.identification.training_rows import Rows
+from nnhydro.fitting.network.linear_part import CLOSED, FREE, LinearPart, _chosen_weights, _solved, linear_part
+from nnhydro.fitting.network.rows import Rows
 
 JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
 

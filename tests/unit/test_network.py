@@ -14,10 +14,10 @@ from nnhydro.features.body_columns import body_columns
 from nnhydro.features.feature_set import feature_sets, features
 from nnhydro.features.strip_law import law_columns
 from nnhydro.features.strip_state import StripView, state_sets, strip_states
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.models.learned import LearnedTorque, swiftness, view_of
-from nnhydro.models.network import Ensemble, bounded, mirrored
-from nnhydro.models.strip_law import StripLaw
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.models.learned.learned import LearnedTorque, swiftness, view_of
+from nnhydro.models.learned.network import Ensemble, bounded, mirrored
+from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 

@@ -6,11 +6,11 @@ import signal
 import pytest
 from planted import write_campaign
 
-import nnhydro.files as files
+import nnhydro.runtime.files as files
 from nnhydro.cli.main import run
-from nnhydro.files import UNDER_WAY, remove_leftovers, whole_folder, write_text
-from nnhydro.only_run import BusyError, only_run
-from nnhydro.stamp import STAMP
+from nnhydro.runtime.files import UNDER_WAY, remove_leftovers, whole_folder, write_text
+from nnhydro.runtime.lock import BusyError, only_run
+from nnhydro.runtime.stamp import STAMP
 
 
 def names(folder):

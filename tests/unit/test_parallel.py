@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 from nnhydro.cli.main import build
 from nnhydro.errors import ConfigError, MissingExtraError, RecordingError
 from nnhydro.evaluation.benchmark import benchmark
-from nnhydro.parallel import WorkerError, Workers, spread
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.splitting import units
 from nnhydro.recordings.survey import survey
+from nnhydro.runtime.workers import WorkerError, Workers, spread
 
 DEMO = Path(__file__).parents[2] / "nnhydro" / "demo" / "campaign"
 TWO = Workers(jobs=2)
@@ -118,7 +118,7 @@ def large(x):
     (tmp_path / "main.py").write_text("""
 import time
 from growing import large, small
-from nnhydro.parallel import Workers, spread
+from nnhydro.runtime.workers import Workers, spread
 two = Workers(2)
 list(spread(small, [(k,) for k in range(8)], two))
 time.sleep(1.5)
@@ -184,7 +184,7 @@ def test_a_benchmark_whose_worker_is_killed_gives_the_same_numbers(cluster):
 @pytest.mark.filterwarnings("ignore")
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("nnhydro.parallel.PATIENCE", 1)
+    monkeypatch.setattr("nnhydro.runtime.workers.PATIENCE", 1)
     with pytest.raises(ConfigError, match="no dask scheduler answers there"):
         list(spread(squared, [(1,)], Workers(backend="dask", scheduler="tcp://127.0.0.1:9")))
 

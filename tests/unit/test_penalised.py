@@ -8,16 +8,16 @@ import torch
 from rigs import arm
 
 from nnhydro.errors import ConfigError
-from nnhydro.evaluation.motion_study import PHASES, Candidate, Towed, fit_and_predict, leave_one_out
-from nnhydro.identification.penalised import CRITERIA, bend_rows, penalised, penalised_over_scales
-from nnhydro.identification.separable import reduced
-from nnhydro.identification.state_dependent import with_linear
+from nnhydro.evaluation.mclain.study import PHASES, Candidate, Towed, fit_and_predict, leave_one_out
+from nnhydro.fitting.linear.penalised import CRITERIA, bend_rows, penalised, penalised_over_scales
+from nnhydro.fitting.linear.variable_projection import reduced
+from nnhydro.fitting.travel.state_dependent import with_linear
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.state_loads import bspline_loads, drag_curve, state_loads
+from nnhydro.physics.travel.state_model import bspline_loads, drag_curve, state_loads
 
 
 def bumps(noise, seed=0, blocks=5, count=20):

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from rigs import arm
 
 from nnhydro.errors import NnhydroError, RecordingError
-from nnhydro.identification.train import train
+from nnhydro.fitting.network.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.models.prediction_file import write_prediction
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation, prepare
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 

@@ -9,8 +9,8 @@ from rigs import arm
 
 from nnhydro.errors import ConfigError, RecordingError
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.low_pass import LowPass, _extension
-from nnhydro.recordings.preprocessing import Preparation, derivatives, plan, prepare, steady_segment
+from nnhydro.recordings.filtering.low_pass import LowPass, _extension
+from nnhydro.recordings.filtering.preprocessing import Preparation, derivatives, plan, prepare, steady_segment
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 

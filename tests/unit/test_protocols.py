@@ -14,7 +14,7 @@ from nnhydro.evaluation.protocols.learning_curve import sizes
 from nnhydro.evaluation.protocols.leave_angle_sector_out import posture
 from nnhydro.evaluation.protocols.leave_speed_range_out import normal_speed
 from nnhydro.evaluation.protocols.protocol import DEFAULT, Fold, Material, Split, protocol_called, protocols
-from nnhydro.identification.several_arms import calibrated_on, on_arm
+from nnhydro.fitting.linear.several_arms import calibrated_on, on_arm
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.rigid_body import RigidBody

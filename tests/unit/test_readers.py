@@ -15,8 +15,8 @@ from nnhydro.recordings.campaign import open_campaign, open_campaigns
 from nnhydro.recordings.readers.column_map import parse_column_map
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.readers.ros_bag import numbered
+from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.recordings.recording import Recording
-from nnhydro.recordings.yaml_file import read_yaml
 
 ARM = the_arm()
 ONE = Arm.model_validate({"fluid": {}, "links": [{"length_m": 1, "diameter_m": 0.1, "mass_kg": 1, "com_m": 0.5, "inertia_kg_m2": 0.1}]}

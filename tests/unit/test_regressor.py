@@ -10,8 +10,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.regressor import TorqueRegressor
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.regressor import TorqueRegressor
 
 QUICK = {"hidden": (8,), "members": 1, "epochs": 20, "batch": 64}
 

@@ -7,8 +7,8 @@ import pytest
 from planted import Columns, healthy, recording, the_arm
 
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.repeats import expected_noise, group_names, noise_floor, repeated_recordings, repeated_rows
 

@@ -4,10 +4,10 @@ import pytest
 import torch
 from mclain import golden
 
-from nnhydro.evaluation.mclain import VALIDATION, comparison_models, fitted_constants, pooled_error, slew, truth
-from nnhydro.evaluation.reproduce_mclain import NOT_IN_TEXT, effective_drag, reproduce, table
+from nnhydro.evaluation.mclain.arm import VALIDATION, comparison_models, fitted_constants, pooled_error, slew, truth
+from nnhydro.evaluation.mclain.reproduce import NOT_IN_TEXT, effective_drag, reproduce, table
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 
 ERRORS = golden("errors")
 FLOWS = [slew(*motion) for motion in VALIDATION]
@@ -33,7 +33,7 @@ def test_the_errors_of_the_papers_two_rivals_are_the_golden_ones(name, key):
 
 def model_torque(model, flow):
     """Constants in the continuum."""
-    from nnhydro.evaluation.mclain import constant_columns
+    from nnhydro.evaluation.mclain.arm import constant_columns
 
     return constant_columns(flow, 1000) @ torch.tensor([model.C_D, model.C_M], dtype=torch.float64)
 

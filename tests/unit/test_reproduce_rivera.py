@@ -10,9 +10,9 @@ from rigs import arm
 
 from nnhydro.evaluation import reproduce_rivera as study
 from nnhydro.evaluation.rivera import Identifier, Shown, trained
-from nnhydro.identification.several_arms import calibrated_on
+from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.models.baselines import BASELINES
-from nnhydro.models.gains import gain_matrix
+from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.physics.coefficients.aspect_ratio import drag_coefficient
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.splitting import units

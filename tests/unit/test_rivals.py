@@ -9,10 +9,10 @@ from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm, run
 
 from nnhydro.evaluation.benchmark import benchmark, misfit_of
-from nnhydro.evaluation.contenders import all_names, default_names
+from nnhydro.evaluation.comparators import gp
+from nnhydro.evaluation.comparators.comparator import raw_states, rivals, thinned
+from nnhydro.evaluation.entries import all_names, default_names
 from nnhydro.evaluation.metrics import Misfit
-from nnhydro.evaluation.rivals import gp
-from nnhydro.evaluation.rivals.rival import raw_states, rivals, thinned
 from nnhydro.recordings.splitting import units
 
 FEW = TINY.model_copy(update={"features": ("morison", "groups", "angles"), "hidden": (16,)})

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nnhydro.simulation.scoring_places import placed
-from nnhydro.simulation.truth.localised import KINDS, draw_part
-from nnhydro.simulation.truth.motions import Plan, carry_out
+from nnhydro.blind_tests.scoring_windows import placed
+from nnhydro.blind_tests.truth.localised import KINDS, draw_part
+from nnhydro.blind_tests.truth.motions import Plan, carry_out
 
 RUNS = [carry_out(Plan("fourier", 0.0, False, 4.0, k), 2, 50.0, f"run_{k + 1:02d}", 100.0 * k, k) for k in range(10)]
 

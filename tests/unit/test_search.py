@@ -7,7 +7,7 @@ from rigs import arm
 from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
-from nnhydro.identification.search import search
+from nnhydro.fitting.hyperparameters import search
 
 pytest.importorskip("optuna")
 FAST = TINY.model_copy(update={"epochs": 1, "members": 1, "features": ("morison", "groups")})

@@ -9,8 +9,8 @@ from rigs import arm
 
 from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.evaluation.benchmark import benchmark
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.seen import SEEN, seen_by, seen_campaign, unseen_units
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.recordings.campaign import Campaign, open_campaign

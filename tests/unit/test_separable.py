@@ -9,12 +9,12 @@ from mclain import ARM, golden, twelve_slews
 from rigs import arm, run
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.identification.separable import bootstrap, reduced, separable, solve
-from nnhydro.identification.state_dependent import GRID, curve_bands, fit_state, with_linear
-from nnhydro.identification.state_rows import general, rows_of
-from nnhydro.identification.travel_scale import with_best_travel_scale
+from nnhydro.fitting.linear.variable_projection import bootstrap, reduced, separable, solve
+from nnhydro.fitting.travel.state_dependent import GRID, curve_bands, fit_state, with_linear
+from nnhydro.fitting.travel.state_rows import general, rows_of
+from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.state_loads import added_mass_curve, drag_curve, state_loads, with_tau_s
+from nnhydro.physics.travel.state_model import added_mass_curve, drag_curve, state_loads, with_tau_s
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.splitting import units

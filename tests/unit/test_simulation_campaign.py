@@ -16,7 +16,7 @@ from nnhydro.physics.load_term import term_kinds
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.simulation.campaign_writer import recorded, runs, write_campaign
-from nnhydro.simulation.recipe import Recipe, parse_recipe, read_recipe
+from nnhydro.simulation.recipe.recipe import Recipe, parse_recipe, read_recipe
 from nnhydro.simulation.sensors import Sensors, record
 
 LINK = {"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 1.2, "com_m": 0.25, "inertia_kg_m2": 0.025}

@@ -18,8 +18,8 @@ from nnhydro.simulation.controller import Controller
 from nnhydro.simulation.forward import controlled
 from nnhydro.simulation.motions.motion_kind import Reference, Setting, TimedMotion, motion_of
 from nnhydro.simulation.plant import Plant, require_steps
+from nnhydro.simulation.recipe.true_loads import true_loads
 from nnhydro.simulation.run import Run, prescribed
-from nnhydro.simulation.true_loads import true_loads
 
 LINK = {"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 1.2, "com_m": 0.25, "inertia_kg_m2": 0.025}
 TERMS: dict[str, Any] = {"normal_drag": {"C_D": 1.0}, "added_mass": {"C_M": 0.8}}

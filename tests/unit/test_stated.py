@@ -12,9 +12,9 @@ from rigs import run as motion
 from nnhydro.cli.main import run
 from nnhydro.effects.rotor_inertia import RotorInertia
 from nnhydro.errors import ArmError, ModelError
-from nnhydro.identification.dry_model import calibrated_in_water, identify_in_water, in_water
-from nnhydro.identification.identify import identify
-from nnhydro.identification.prior import prior
+from nnhydro.fitting.dry_model import calibrated_in_water, identify_in_water, in_water
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.linear.prior import prior
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.seen import seen_by
 from nnhydro.models.storage import load_model, save_model
@@ -26,7 +26,7 @@ from nnhydro.physics.loads.viscous_friction import ViscousFriction
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.preprocessing import prepare
+from nnhydro.recordings.filtering.preprocessing import prepare
 from nnhydro.recordings.splitting import units
 from nnhydro.recordings.survey import survey
 

@@ -9,13 +9,13 @@ from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
 
 from nnhydro.errors import ConfigError, ModelError
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.storage import DIGEST, MODEL, WEIGHTS, _digest, load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.stamp import STAMP
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.stamp import STAMP
 
 
 def whole(a=None):

@@ -7,9 +7,9 @@ from campaigns import GIVEN, TINY, campaign, planted, same_tensors
 from rigs import arm
 
 from nnhydro.errors import CampaignError
-from nnhydro.identification.row_store import RowStore
-from nnhydro.identification.train import train
-from nnhydro.identification.training_rows import standardised, torque_rms, training_rows
+from nnhydro.fitting.network.row_store import RowStore
+from nnhydro.fitting.network.rows import standardised, torque_rms, training_rows
+from nnhydro.fitting.network.train import train
 from nnhydro.recordings.splitting import units
 
 ALL = 2**62
@@ -65,7 +65,7 @@ def test_rows_are_standardised_in_place_piece_by_piece(monkeypatch):
     chosen = units(whole, GIVEN)
     rows = training_rows(chosen, whole.arm, TINY, 0.1 * torque_rms(chosen), None)
     before = rows.x.double().clone()
-    monkeypatch.setattr("nnhydro.identification.training_rows.CHUNK", 37)
+    monkeypatch.setattr("nnhydro.fitting.network.rows.CHUNK", 37)
     centre, spread, lowest, highest = standardised(rows)
     odd = rows.parity < 0
     assert not centre[odd].any()

@@ -9,7 +9,7 @@ from rigs import arm, assert_close, run, states
 from nnhydro.features.strip_law import MEAN, MORISON, REMEMBERED, SURROUNDED, law_columns, law_torque, size, tiers, unit_loads
 from nnhydro.features.strip_state import StripView, strip_states
 from nnhydro.features.wake import STATES, STRIPS
-from nnhydro.identification.config import TrainingConfig
+from nnhydro.fitting.config import TrainingConfig
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag

@@ -8,12 +8,12 @@ from campaigns import GIVEN, TINY, columns_of, planted, recording, sensor_torque
 from rigs import arm
 
 from nnhydro.errors import RecordingError
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.preprocessing import Preparation, prepare
+from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.repeats import repeated_recordings
 from nnhydro.recordings.survey import survey

@@ -6,8 +6,8 @@ import pytest
 from campaigns import campaign, dry, planted
 from rigs import arm
 
-from nnhydro.identification.physical_survey import survey_with_physics
-from nnhydro.identification.torque_unit import judged_units, torque_unit
+from nnhydro.fitting.physical_survey import survey_with_physics
+from nnhydro.fitting.torque_unit import judged_units, torque_unit
 from nnhydro.physics.loads.coulomb_friction import CoulombFriction
 from nnhydro.recordings.campaign import Campaign
 

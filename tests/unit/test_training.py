@@ -13,16 +13,16 @@ from rigs import arm, run
 from nnhydro.errors import CampaignError, ConfigError, ModelError
 from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
-from nnhydro.identification.config import TrainingConfig, read_config
-from nnhydro.identification.gradient_fit import TrainingState, gradient_fit
-from nnhydro.identification.identify import calibrated
-from nnhydro.identification.train import train, train_units
-from nnhydro.identification.training_rows import torque_rms, training_rows, watched_units
+from nnhydro.fitting.config import TrainingConfig, read_config
+from nnhydro.fitting.identify import calibrated
+from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
+from nnhydro.fitting.network.rows import torque_rms, training_rows, watched_units
+from nnhydro.fitting.network.train import train, train_units
 from nnhydro.models.baselines import baseline
-from nnhydro.models.network import Ensemble
+from nnhydro.models.learned.network import Ensemble
 from nnhydro.physics.loads.viscous_friction import ViscousFriction
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import plan
+from nnhydro.recordings.filtering.preprocessing import plan
 from nnhydro.recordings.splitting import folds, units
 
 KINDS = pytest.mark.parametrize("kind", ["network", "hybrid"])

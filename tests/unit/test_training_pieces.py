@@ -10,16 +10,16 @@ import pytest
 import torch
 
 from nnhydro.errors import CampaignError
-from nnhydro.identification import doubt
-from nnhydro.identification import gradient_fit as gradient
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.doubt import _factor, _variance_terms, conformal_quantile, support, with_doubt, with_trust
-from nnhydro.identification.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
-from nnhydro.identification.stacking import error_ratios, stacked
-from nnhydro.identification.training_rows import Rows, _chosen, standardised, torque_rms, watched_units
-from nnhydro.models.learned import spread_of
-from nnhydro.models.network import Ensemble, mirrored
-from nnhydro.recordings.low_pass import LowPass
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.network import gradient_fit as gradient
+from nnhydro.fitting.network import predictive_std as doubt
+from nnhydro.fitting.network.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
+from nnhydro.fitting.network.predictive_std import _factor, _variance_terms, conformal_quantile, support, with_std, with_trust
+from nnhydro.fitting.network.rows import Rows, _chosen, standardised, torque_rms, watched_units
+from nnhydro.fitting.network.stacking import error_ratios, stacked
+from nnhydro.models.learned.learned import spread_of
+from nnhydro.models.learned.network import Ensemble, mirrored
+from nnhydro.recordings.filtering.low_pass import LowPass
 
 
 def some_rows(n=60, units=6, joints=2, seed=1, linear=False):
@@ -278,14 +278,14 @@ def test_where_no_recording_was_watched_trust_and_doubt_stay_as_they_are():
     rows, none = watched_rows(), torch.zeros(2, 8, dtype=torch.bool)
     model = hybrid(lambda x: torch.zeros(2, len(x), 2).double())
     assert with_trust(model, rows, none) is model
-    assert with_doubt(model, rows, none) is model
+    assert with_std(model, rows, none) is model
 
 
 def test_doubt_covers_the_residuals_of_watched_recordings_and_states_the_baselines_error_far_away():
     n = 4000
     rows = watched_rows(n)
     noise = torch.randn(n, 2, generator=torch.Generator().manual_seed(5)).double() * torch.tensor([0.3, 2.0])
-    model = with_doubt(hybrid(lambda x: (rows.target.double() - noise).expand(2, -1, -1)), rows, torch.ones(2, 8, dtype=torch.bool))
+    model = with_std(hybrid(lambda x: (rows.target.double() - noise).expand(2, -1, -1)), rows, torch.ones(2, 8, dtype=torch.bool))
     assert model.doubt.shape == (4, 2)
     u = (rows.target / rows.scale).double().pow(2).mean(dim=0).sqrt()
     torch.testing.assert_close(model.doubt[3], u)

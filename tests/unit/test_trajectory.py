@@ -8,8 +8,8 @@ from campaigns import multi_sine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trajectory, trusted_edge, white_level
 from nnhydro.recordings.recording import Recording
-from nnhydro.recordings.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trajectory, trusted_edge, white_level
 
 EDGE = 4.0  # Hz
 NOISE = (1e-3, 1e-2, 0.1)  # rad, rad/s, rad/s^2

@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from nnhydro.simulation.conceal import _csv
-from nnhydro.simulation.reveal import _errors
-from nnhydro.simulation.scoring import Verdict
-from nnhydro.simulation.summary import summary
-from nnhydro.simulation.true_model import true_torque
-from nnhydro.simulation.truth.campaign import Wish, _expected, draw_campaign
-from nnhydro.simulation.truth.registry import makers
-from nnhydro.simulation.truth.sensors import FINE
+from nnhydro.blind_tests.conceal import _csv
+from nnhydro.blind_tests.oracle import true_torque
+from nnhydro.blind_tests.reveal import _errors
+from nnhydro.blind_tests.scoring import Verdict
+from nnhydro.blind_tests.summary import summary
+from nnhydro.blind_tests.truth.campaign import Wish, _expected, draw_campaign
+from nnhydro.blind_tests.truth.registry import makers
+from nnhydro.blind_tests.truth.sensors import FINE
 
 FULL, RARE, BELT = 5, 6, 3  # seeds of recorders of every derivative, and of angles alone; the third has a belt besides
 

@@ -9,10 +9,10 @@ from campaigns import GIVEN, TINY, campaign, planted, recording, with_torque
 from rigs import arm, states
 
 from nnhydro.evaluation.benchmark import benchmark, coverage_of
-from nnhydro.evaluation.coverage import Coverage, coverage_document
-from nnhydro.identification.doubt import _factor, _variance_terms
-from nnhydro.identification.train import train, train_units
-from nnhydro.models.learned import spread_of, view_of
+from nnhydro.evaluation.interval_coverage import Coverage, coverage_document
+from nnhydro.fitting.network.predictive_std import _factor, _variance_terms
+from nnhydro.fitting.network.train import train, train_units
+from nnhydro.models.learned.learned import spread_of, view_of
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign

@@ -12,7 +12,7 @@ from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.wake_memory import overtaking, relaxed
+from nnhydro.physics.travel.wake_memory import overtaking, relaxed
 
 
 def test_drag_that_lags_follows_a_step_of_the_tow_exponentially():

@@ -13,11 +13,11 @@ from nnhydro.effects.payload_mass import PayloadMass
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.exchange.mujoco import mujoco_xml
 from nnhydro.exchange.mujoco_water import MujocoWater
-from nnhydro.identification.recursive import RecursiveFit
+from nnhydro.fitting.linear.recursive import RecursiveFit
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.state_loads import state_loads
+from nnhydro.physics.travel.state_model import state_loads
 
 mujoco = pytest.importorskip("mujoco")
 

@@ -7,9 +7,9 @@ from rigs import arm
 
 import nnhydro
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.report.page.benchmark import benchmark_page
-from nnhydro.report.page.diagnosis import diagnosis_page
-from nnhydro.report.page.trace import diagnosis_traces
+from nnhydro.report.benchmark.page import benchmark_page
+from nnhydro.report.diagnosis.page import diagnosis_page
+from nnhydro.report.widgets.trace import diagnosis_traces
 
 HOSTILE = "<script>alert('arm')</script> & 'arm'"
 

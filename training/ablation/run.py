@@ -9,10 +9,10 @@ import tomllib
 from pathlib import Path
 
 from nnhydro.evaluation.benchmark import benchmark
-from nnhydro.files import write_json, write_text
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.identify import versions
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
+from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 START = TrainingConfig()

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from nnhydro.evaluation.benchmark import benchmark
-from nnhydro.files import write_json, write_text
 from nnhydro.recordings.campaign import open_campaign
+from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 STEP = 1e-5  # rad, of the numerical derivative

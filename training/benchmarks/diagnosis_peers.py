@@ -20,18 +20,18 @@ import numpy as np
 import torch
 from discovery_peers import PEERS, Claims, prepared
 
+from nnhydro.blind_tests.conceal import MARKER, conceal
+from nnhydro.blind_tests.reveal import read_suite, unseen_error
+from nnhydro.blind_tests.scoring import Verdict, score
+from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key
+from nnhydro.blind_tests.summary import WORSE
+from nnhydro.blind_tests.truth.campaign import Wish
 from nnhydro.diagnosis.diagnose import diagnose
-from nnhydro.files import write_json
 from nnhydro.models.prediction import predict
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.readers.files import read_recording
-from nnhydro.simulation.conceal import MARKER, conceal
-from nnhydro.simulation.reveal import read_suite, unseen_error
-from nnhydro.simulation.scoring import Verdict, score
-from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
-from nnhydro.simulation.summary import WORSE
-from nnhydro.simulation.truth.campaign import Wish
+from nnhydro.runtime.files import write_json
 
 RUNS = Path(__file__).parent / "runs"
 HIDDEN = ("wake_development", "reynolds_drag", "ambient_current", "flow_memory", "payload_mass", "rotor_inertia", "coulomb_friction",

@@ -15,14 +15,14 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from nnhydro.files import write_json
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.files import write_json
 
 COUNTS = (100, 1_000, 10_000)
 ROWS, RATE = 1_000, 100.0

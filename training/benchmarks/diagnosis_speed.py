@@ -13,18 +13,18 @@ import numpy as np
 import torch
 from diagnosis_peers import suite, timed
 
+from nnhydro.blind_tests.reveal import read_suite
+from nnhydro.blind_tests.truth.campaign import SIZES, Wish
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import columns_on
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Stretch, problem_of
-from nnhydro.files import write_json
-from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
-from nnhydro.simulation.reveal import read_suite
-from nnhydro.simulation.truth.campaign import SIZES, Wish
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.files import write_json
 
 SEED = 4021
 SAMPLE = 40  # refits of the plain way that are timed

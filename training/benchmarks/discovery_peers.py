@@ -25,12 +25,12 @@ from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.design import columns_on, design_of
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Stretch, problem_of
-from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]

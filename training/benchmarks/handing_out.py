@@ -9,8 +9,8 @@ from pathlib import Path
 
 from machine import machine, versions
 
-from nnhydro.files import write_json
-from nnhydro.parallel import Workers, spread
+from nnhydro.runtime.files import write_json
+from nnhydro.runtime.workers import Workers, spread
 
 TASKS = 400
 

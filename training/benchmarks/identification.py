@@ -21,11 +21,11 @@ import torch  # noqa: E402
 from scipy.interpolate import CubicSpline  # noqa: E402
 from scipy.optimize import least_squares  # noqa: E402
 
-from nnhydro.evaluation.mclain import DIAMETER, IDENTIFICATION, LENGTH, SEGMENTS, arm, slew, truth  # noqa: E402
-from nnhydro.files import write_json  # noqa: E402
-from nnhydro.identification.state_dependent import fit_state  # noqa: E402
+from nnhydro.evaluation.mclain.arm import DIAMETER, IDENTIFICATION, LENGTH, SEGMENTS, arm, slew, truth  # noqa: E402
+from nnhydro.fitting.travel.state_dependent import fit_state  # noqa: E402
 from nnhydro.physics.flow import Flow  # noqa: E402
-from nnhydro.physics.state_loads import state_loads  # noqa: E402
+from nnhydro.physics.travel.state_model import state_loads  # noqa: E402
+from nnhydro.runtime.files import write_json  # noqa: E402
 
 STARTS, NOISE, SEED, REPEATS = 10, 0.05, 0, 5
 

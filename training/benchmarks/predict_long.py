@@ -16,14 +16,14 @@ import numpy as np
 import pandas as pd
 import torch
 
-from nnhydro.files import write_json
 from nnhydro.models.baselines import baseline
 from nnhydro.models.compiled.torque import compiled
 from nnhydro.models.prediction import predict
 from nnhydro.models.prediction_file import write_prediction
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.readers.files import read_recording
+from nnhydro.runtime.files import write_json
 
 ROWS, RATE = 300_000, 100.0
 

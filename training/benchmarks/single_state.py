@@ -20,14 +20,14 @@ import numpy as np  # noqa: E402
 import onnxruntime  # noqa: E402
 import torch  # noqa: E402
 
-from nnhydro.files import write_json  # noqa: E402
-from nnhydro.identification.config import TrainingConfig  # noqa: E402
-from nnhydro.identification.identify import identify  # noqa: E402
-from nnhydro.identification.train import train  # noqa: E402
+from nnhydro.fitting.config import TrainingConfig  # noqa: E402
+from nnhydro.fitting.identify import identify  # noqa: E402
+from nnhydro.fitting.network.train import train  # noqa: E402
 from nnhydro.models.export.onnx_file import PRECISIONS, export_onnx  # noqa: E402
 from nnhydro.models.torque_model import TorqueModel  # noqa: E402
 from nnhydro.physics.motion import Motion  # noqa: E402
 from nnhydro.recordings.campaign import open_campaign  # noqa: E402
+from nnhydro.runtime.files import write_json  # noqa: E402
 
 CAMPAIGN = Path("datasets/rivera_tank")
 TARGET = 10.0  # microseconds

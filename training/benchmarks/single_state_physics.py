@@ -14,19 +14,19 @@ import numpy as np
 import torch
 from torque_peers import mujoco_model, pinocchio_model
 
-from nnhydro.files import write_json
 from nnhydro.models.baselines import baseline
 from nnhydro.models.compiled.torque import compiled
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.files import write_json
 
 CALLS, ROUNDS, WANTED = 3000, 40, 5.0  # microseconds
 STATE = (0.3, -0.5, 1.0, 0.5, 0.1, 0.2, 0.3, 0.2)
 
 
-def contenders():
-    """Return a call of each contender that computes one state."""
+def entries():
+    """Return a call of each entry that computes one state."""
     model = StripTheory(ARM, Preparation(None), {}, "constant", baseline("constant").start(ARM))
     motion = Motion.at([STATE[:2]], [STATE[2:4]], [STATE[4:6]], STATE[6], STATE[7])
     plain = compiled(model, "numpy").step
@@ -62,7 +62,7 @@ def contenders():
 def main() -> None:
     """Print and store the comparison."""
     torch.set_num_threads(1)
-    found = contenders()
+    found = entries()
     repeats = {name: CALLS // 100 if "torch" in name else CALLS for name in found}
     times = seconds({name: (lambda call=call, n=repeats[name]: [call() for _ in range(n)]) for name, call in found.items()}, ROUNDS)
     spent = {name: 1e6 * times[name] / repeats[name] for name in found}

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from machine import machine, versions
 
-from nnhydro.files import write_json
+from nnhydro.runtime.files import write_json
 
 REPEATS, WANTED = 15, 0.3  # s
 COMMANDS = {"python": ["-c", "pass"], "import typer": ["-c", "import typer"], "import nnhydro": ["-c", "import nnhydro"],

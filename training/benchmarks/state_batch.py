@@ -14,7 +14,6 @@ from machine import ARM, machine, seconds, versions
 import numpy as np
 import torch
 
-from nnhydro.files import write_json
 from nnhydro.models.baselines import baseline
 from nnhydro.models.compiled.torque import compiled
 from nnhydro.models.strip_theory import StripTheory
@@ -22,7 +21,8 @@ from nnhydro.physics.coefficients.travel_spline import cardinal_matrix
 from nnhydro.physics.loads.state_added_mass import StateAddedMass
 from nnhydro.physics.loads.state_drag import StateDrag
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.files import write_json
 
 ROWS, FEW, ROUNDS, PIECE, STRIPS, WANTED = 1_000_000, 50_000, 10, 1024, 10, 15.0
 

@@ -17,12 +17,12 @@ import numpy as np
 import torch
 from torque_peers import Torque, closed_form, mujoco_c, mujoco_python, pinocchio_batch
 
-from nnhydro.files import write_json
 from nnhydro.models.baselines import baseline
 from nnhydro.models.compiled.torque import compiled
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.files import write_json
 
 STATES, FEW, ROUNDS, SEED = 1_000_000, 20_000, 15, 0
 C_D, C_M = 1.1, 0.8
@@ -50,7 +50,7 @@ def as_torque(model, wrapped=lambda function: function) -> Torque:
     return lambda *state: inner(*map(torch.from_numpy, state)).numpy()
 
 
-def contenders() -> dict[str, tuple[Torque, int]]:
+def entries() -> dict[str, tuple[Torque, int]]:
     """Return every way there is to compute the torque, and for how many states it is timed."""
     found = {"nnhydro numba": (as_torque(compiled(of("constant"), "numba")), STATES)} if find_spec("numba") else {}
     found |= {"nnhydro numpy": (as_torque(compiled(of("constant"), "numpy")), STATES // 4),
@@ -84,7 +84,7 @@ def check(found: dict[str, tuple[Torque, int]]) -> None:
 def main() -> None:
     """Print and store the comparison."""
     torch.set_num_threads(1)
-    found = contenders()
+    found = entries()
     check(found)
     inputs = {n: states(n) for n in {n for _, n in found.values()}}
     times = seconds({name: (lambda f=f, n=n: f(*inputs[n])) for name, (f, n) in found.items()}, ROUNDS)

@@ -23,12 +23,12 @@ import torch  # noqa: E402
 from sklearn.neural_network import MLPRegressor  # noqa: E402
 from sklearn.preprocessing import StandardScaler  # noqa: E402
 
-from nnhydro.files import write_json  # noqa: E402
-from nnhydro.identification.config import TrainingConfig  # noqa: E402
-from nnhydro.identification.regressor import TorqueRegressor  # noqa: E402
-from nnhydro.identification.training_rows import Rows, torque_rms, training_rows  # noqa: E402
+from nnhydro.fitting.config import TrainingConfig  # noqa: E402
+from nnhydro.fitting.network.rows import Rows, torque_rms, training_rows  # noqa: E402
+from nnhydro.fitting.regressor import TorqueRegressor  # noqa: E402
 from nnhydro.recordings.campaign import open_campaign  # noqa: E402
 from nnhydro.recordings.splitting import folds, units  # noqa: E402
+from nnhydro.runtime.files import write_json  # noqa: E402
 
 CAMPAIGN = Path("datasets/rivera_tank")
 EPOCHS, RATES, BUDGETS, SEED, REPEATS = 800, (1e-3, 3e-3), (1, 5, 20, 60, 200), 0, 3

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from nnhydro.evaluation.motion_study import PHASES, Candidate, Towed, fit_and_predict, leave_one_out
-from nnhydro.files import write_json
-from nnhydro.identification.identify import versions
+from nnhydro.evaluation.mclain.study import PHASES, Candidate, Towed, fit_and_predict, leave_one_out
+from nnhydro.fitting.identify import versions
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.history_force import HistoryForce
-from nnhydro.physics.state_loads import bspline_loads, state_loads
+from nnhydro.physics.travel.state_model import bspline_loads, state_loads
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import open_campaign
+from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
 RULES = ("reset", "keep", "decay")

@@ -30,8 +30,8 @@ def configured(overrides: list[str]) -> dict:
 
 def suite_of(config: dict) -> Path:
     """Return the suite that `config` describes, made where it is not there yet."""
-    from nnhydro.simulation.conceal import MARKER, conceal
-    from nnhydro.simulation.truth.campaign import Wish
+    from nnhydro.blind_tests.conceal import MARKER, conceal
+    from nnhydro.blind_tests.truth.campaign import Wish
 
     given = {key: value for key, value in config.items() if key not in ("jobs", "without") and (key, value) != ("acts", "always")}
     place = RUNS / "_".join(f"{key}-{value}"[:60].replace(",", "+") for key, value in given.items())
@@ -44,9 +44,9 @@ def suite_of(config: dict) -> Path:
 
 def left_out(suite: Path, what: str) -> dict[str, tuple[str, ...]]:
     """Return the effects that are taken out of the catalogue a campaign: none, or (`family`) the whole family of what is hidden there."""
+    from nnhydro.blind_tests.reveal import read_suite
+    from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key
     from nnhydro.effects.catalogue import catalogue
-    from nnhydro.simulation.reveal import read_suite
-    from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
 
     public = read_suite(suite)
     if what != "family":
@@ -77,8 +77,8 @@ def line(told) -> str:
 
 def scored(suite: Path, workers, without: str = "") -> dict:
     """Return the score of a suite, its campaigns diagnosed where they are not yet; it ends where one cannot be diagnosed."""
-    from nnhydro.report.diagnosis_batch import Asked, diagnose_all
-    from nnhydro.simulation.reveal import read_suite, reveal
+    from nnhydro.blind_tests.reveal import read_suite, reveal
+    from nnhydro.report.diagnosis.batch import Asked, diagnose_all
 
     found, out = RUNS / f"{suite.name}_diagnoses{'_without_' + without if without else ''}", left_out(suite, without)
     todo = [Asked(suite / name, found / name, public["baseline"], without=out[name]) for name, public in read_suite(suite).items()
@@ -94,9 +94,9 @@ def scored(suite: Path, workers, without: str = "") -> dict:
 
 def main() -> None:
     """Make the suite, diagnose it, print and store the score."""
-    from nnhydro.files import write_json
-    from nnhydro.parallel import Workers
     from nnhydro.report.score_table import print_score
+    from nnhydro.runtime.files import write_json
+    from nnhydro.runtime.workers import Workers
 
     arguments = sys.argv[1:]
     given, backend, scheduler = (option(arguments, name) for name in ("suite", "backend", "scheduler"))

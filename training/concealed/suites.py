@@ -65,9 +65,9 @@ def percent(one: dict | None) -> str:
 
 def main() -> None:
     """Run the suites, print the table and store it."""
-    from nnhydro.files import write_json
-    from nnhydro.identification.identify import versions
-    from nnhydro.parallel import Workers
+    from nnhydro.fitting.identify import versions
+    from nnhydro.runtime.files import write_json
+    from nnhydro.runtime.workers import Workers
 
     words, rows, scores = sys.argv[1:], {}, []
     columns = ("right", "detected", "wrong claim", "family", "joint")

@@ -18,25 +18,25 @@ import yaml
 from pictures import draw
 
 import nnhydro
+from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
+from nnhydro.blind_tests.truth.tank import joint_torque
+from nnhydro.blind_tests.truth.world import Run
 from nnhydro.deployment.native import NativeArm
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.effect import Effect
-from nnhydro.files import write_json, write_text
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.identify import identify
-from nnhydro.identification.train import train
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.runtime.files import write_json, write_text
 from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.controller import Controller, model_inside
 from nnhydro.simulation.motions.motion_kind import Setting, motion_of
 from nnhydro.simulation.native_loop import NativeInside, tracked
-from nnhydro.simulation.recipe import parse_recipe
-from nnhydro.simulation.truth.campaign import Wish, draw_campaign
-from nnhydro.simulation.truth.tank import joint_torque
-from nnhydro.simulation.truth.world import Run
+from nnhydro.simulation.recipe.recipe import parse_recipe
 
 HERE = Path(__file__).parent
 CONFIG = tomllib.loads((HERE / "config.toml").read_text())

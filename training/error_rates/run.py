@@ -27,11 +27,11 @@ from nnhydro.diagnosis.calibration.power import power
 from nnhydro.diagnosis.diagnose import diagnose, studied
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.catalogue import catalogue
-from nnhydro.files import write_json
-from nnhydro.identification.identify import versions
+from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import Campaign, open_campaign
+from nnhydro.runtime.files import write_json
 from nnhydro.simulation.campaign_writer import write_campaign
-from nnhydro.simulation.recipe import parse_recipe
+from nnhydro.simulation.recipe.recipe import parse_recipe
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).parent

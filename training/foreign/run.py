@@ -70,8 +70,8 @@ def family_out(root: Path, answers: dict[str, Any], names: list[str], out: Path)
     """Diagnose without the hidden families; print what is named all the same, write family_out.json."""
     import nnhydro
     from nnhydro.diagnosis.diagnose import diagnose
-    from nnhydro.files import write_json
-    from nnhydro.identification.identify import versions
+    from nnhydro.fitting.identify import versions
+    from nnhydro.runtime.files import write_json
 
     rows = []
     for name in names:
@@ -88,8 +88,8 @@ def family_out(root: Path, answers: dict[str, Any], names: list[str], out: Path)
 def main() -> None:
     """Diagnose, print a row a campaign and the summary, write results.json."""
     import nnhydro
-    from nnhydro.files import write_json
-    from nnhydro.identification.identify import versions
+    from nnhydro.fitting.identify import versions
+    from nnhydro.runtime.files import write_json
 
     root, out = Path(sys.argv[1]), Path(sys.argv[2])
     answers = json.loads((root / "answers.json").read_text())

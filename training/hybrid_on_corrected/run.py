@@ -14,21 +14,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.blind_tests.conceal import MARKER, conceal
+from nnhydro.blind_tests.reveal import read_suite
+from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key
+from nnhydro.blind_tests.truth.campaign import Wish
 from nnhydro.diagnosis.diagnose import diagnose
-from nnhydro.files import write_json
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.identify import versions
-from nnhydro.identification.train import train
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.identify import versions
+from nnhydro.fitting.network.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import read_arm
 from nnhydro.recordings.campaign import verified
 from nnhydro.recordings.readers.files import read_recording
-from nnhydro.simulation.conceal import MARKER, conceal
-from nnhydro.simulation.reveal import read_suite
-from nnhydro.simulation.seal import KEY_FILE, open_sealed, read_key
-from nnhydro.simulation.truth.campaign import Wish
+from nnhydro.runtime.files import write_json
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).parent

@@ -83,8 +83,8 @@ def summary(mode: str, rows: list[dict[str, Any]]) -> dict[str, str]:
 
 def main() -> None:
     """Make, diagnose and count; print a row an arm."""
-    from nnhydro.files import write_json
-    from nnhydro.identification.identify import versions
+    from nnhydro.fitting.identify import versions
+    from nnhydro.runtime.files import write_json
 
     given = dict(enumerate(sys.argv[1:]))
     mode, count, first = given.get(0, "healthy"), int(given.get(1, "44")), int(given.get(2, "0"))

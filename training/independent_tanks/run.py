@@ -12,8 +12,8 @@ import tomllib
 from pathlib import Path
 
 from nnhydro.evaluation.benchmark import benchmark
-from nnhydro.files import write_json, write_text
 from nnhydro.recordings.campaign import open_campaign
+from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 BASES = ("constant", "state")

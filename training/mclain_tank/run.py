@@ -9,9 +9,9 @@ import tomllib
 from pathlib import Path
 
 from nnhydro.evaluation.benchmark import Benchmark, benchmark
-from nnhydro.files import write_json, write_text
-from nnhydro.identification.config import TrainingConfig
+from nnhydro.fitting.config import TrainingConfig
 from nnhydro.recordings.campaign import open_campaign
+from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 PAGE = """# A hybrid on the state-dependent model

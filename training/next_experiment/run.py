@@ -20,9 +20,9 @@ from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experi
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.files import write_json
-from nnhydro.identification.identify import versions
+from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
 RUNS = HERE / "runs"

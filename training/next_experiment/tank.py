@@ -1,19 +1,19 @@
-"""The rig as it really is: an arm drawn for a case, what it hides (nnhydro.simulation.truth), and what its sensors record of a motion."""
+"""The rig as it really is: an arm drawn for a case, what it hides (nnhydro.blind_tests.truth), and what its sensors record of a motion."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from nnhydro.blind_tests.truth import registry
+from nnhydro.blind_tests.truth.arms import document
+from nnhydro.blind_tests.truth.sensors import FINE, Sensors, record
+from nnhydro.blind_tests.truth.tank import plain_torque, read
+from nnhydro.blind_tests.truth.world import Cause, Run, TrueArm, TrueLink
 from nnhydro.conventions import column
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.recording import Recording
 from nnhydro.simulation.motions.motion_kind import Setting, motion_of
-from nnhydro.simulation.truth import registry
-from nnhydro.simulation.truth.arms import document
-from nnhydro.simulation.truth.sensors import FINE, Sensors, record
-from nnhydro.simulation.truth.tank import plain_torque, read
-from nnhydro.simulation.truth.world import Cause, Run, TrueArm, TrueLink
 
 TIMES = ("duration_s", "hold_s", "ramp_s")
 MADE, HALVINGS = 200, 25

@@ -21,9 +21,9 @@ from nnhydro.diagnosis.calibration.power import Power, Reveal, power
 from nnhydro.diagnosis.diagnose import studied
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.quantity import Z95
-from nnhydro.files import write_json
-from nnhydro.identification.identify import versions
+from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
+from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
 RUNS = HERE / "runs"

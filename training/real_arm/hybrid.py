@@ -11,10 +11,9 @@ from pathlib import Path
 
 from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
-from nnhydro.files import write_json
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.identify import calibrated, versions
-from nnhydro.identification.train import train_units
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.identify import calibrated, versions
+from nnhydro.fitting.network.train import train_units
 from nnhydro.models.baselines import BASELINES, Baseline
 from nnhydro.models.storage import save_model
 from nnhydro.models.torque_model import TorqueModel
@@ -24,9 +23,10 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.viscous_friction import ViscousFriction
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import open_campaign
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.repeats import group_names
 from nnhydro.recordings.splitting import Unit, units
+from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
 

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from nnhydro.files import write_json
-from nnhydro.identification.identify import versions
+from nnhydro.fitting.identify import versions
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.campaign import Campaign, open_campaign
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import derivatives, resampled, stretches
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import derivatives, resampled, stretches
+from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
 

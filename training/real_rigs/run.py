@@ -95,8 +95,8 @@ def family_out(cards: dict[str, Any], root: Path, out: Path) -> None:
     from nnhydro.diagnosis.diagnose import diagnose
     from nnhydro.effects.catalogue import catalogue
     from nnhydro.errors import NnhydroError
-    from nnhydro.files import write_json
-    from nnhydro.identification.identify import versions
+    from nnhydro.fitting.identify import versions
+    from nnhydro.runtime.files import write_json
 
     every, rows = catalogue(), []
     for name, card in cards.items():
@@ -137,8 +137,8 @@ def page(rows: list[dict[str, Any]], out: Path) -> str:
 
 def main() -> None:
     """Diagnose every rig of the folder, print the table, write results.json and index.html."""
-    from nnhydro.files import write_json, write_text
-    from nnhydro.identification.identify import versions
+    from nnhydro.fitting.identify import versions
+    from nnhydro.runtime.files import write_json, write_text
 
     places = [x for x in sys.argv[1:] if x != "family-out"]
     root, out = Path(places[0]), Path(places[1] if len(places) > 1 else "runs/real_rigs")

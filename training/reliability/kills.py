@@ -18,8 +18,8 @@ from pathlib import Path
 from trials import child, ended, killed, prepare, record, show, tree
 
 from nnhydro.errors import NnhydroError
-from nnhydro.files import read_json
 from nnhydro.models.storage import MODEL, load_model
+from nnhydro.runtime.files import read_json
 
 WRITING = ("open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "shutil.rmtree")  # audit events
 STRIDE = {"train": 37, "simulate": 1, "conceal": 1, "benchmark": 5, "diagnose": 5}  # a training writes after every epoch

@@ -23,7 +23,7 @@ from trials import record, show
 from nnhydro.cli.main import run
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.recordings.campaign import verified
-from nnhydro.report.diagnosis_folder import write_diagnosis
+from nnhydro.report.diagnosis.folder import write_diagnosis
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
 

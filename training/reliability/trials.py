@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from nnhydro.cli.main import run
-from nnhydro.files import write_json
+from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).resolve().parent
 RECIPE = """schema: nnhydro/recipe/1

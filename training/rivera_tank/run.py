@@ -15,11 +15,11 @@ import yaml
 from table import page
 
 from nnhydro.evaluation.benchmark import benchmark
-from nnhydro.files import write_json, write_text
 from nnhydro.recordings.campaign import open_campaign, open_campaigns
-from nnhydro.report.benchmark_table import print_benchmark
+from nnhydro.report.benchmark.tables import print_benchmark
+from nnhydro.runtime.files import write_json, write_text
 from nnhydro.simulation.campaign_writer import write_campaign
-from nnhydro.simulation.recipe import read_recipe
+from nnhydro.simulation.recipe.recipe import read_recipe
 
 HERE = Path(__file__).parent
 ARMS = "leave-arm-out"

@@ -11,12 +11,12 @@ from pathlib import Path
 
 from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
-from nnhydro.files import write_json
-from nnhydro.identification.config import TrainingConfig
-from nnhydro.identification.identify import versions
-from nnhydro.identification.search import search
-from nnhydro.parallel import Workers
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.hyperparameters import search
+from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
+from nnhydro.runtime.files import write_json
+from nnhydro.runtime.workers import Workers
 
 HERE = Path(__file__).parent
 

@@ -10,7 +10,7 @@ from nnhydro.models.baselines import baseline as baseline_called
 from nnhydro.physics.load_sum import Loads
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.simulation.campaign_writer import write_campaign
-from nnhydro.simulation.recipe import Recipe, read_recipe
+from nnhydro.simulation.recipe.recipe import Recipe, read_recipe
 
 
 def healthy(recipe: Recipe, named: str | None) -> tuple[Recipe, tuple[str, ...]]:

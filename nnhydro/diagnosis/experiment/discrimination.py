@@ -27,7 +27,7 @@ from nnhydro.diagnosis.problem.design import Design, columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 

@@ -16,11 +16,11 @@ from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.files import write_text
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.segment import Segment
+from nnhydro.runtime.files import write_text
 
 DRAWN, BETTERED = 60, 30  # motions tried at first, and in the neighbourhood of the best
 BEST = 5

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from nnhydro.errors import ConfigError, require
+from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.recordings.segment import Segment
-from nnhydro.recordings.validation import Settings, validated
-from nnhydro.recordings.yaml_file import read_yaml
 from nnhydro.simulation.motions.motion_kind import State
-from nnhydro.simulation.per_joint import PerJointMagnitude, spread
+from nnhydro.simulation.recipe.per_joint import PerJointMagnitude, spread
 
 Array = NDArray[np.float64]
 LONGEST = 60.0  # s, of a proposed motion

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import ConfigError, RecordingError
-from nnhydro.identification.identify import started, versions, with_parameters
-from nnhydro.identification.prior import Prior, prior
-from nnhydro.models.amended import Amended
+from nnhydro.fitting.identify import started, versions, with_parameters
+from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.baselines import Baseline as NamedBaseline
 from nnhydro.models.baselines import baseline as baseline_called
+from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.seen import SEEN
 from nnhydro.models.storage import MODEL, load_model
 from nnhydro.models.strip_theory import StripTheory
@@ -26,7 +26,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
 
@@ -99,7 +99,7 @@ class Baseline:
         if self.simulated is not None:
             return self.simulated
         if self.column:
-            return Amended(self.physics.arm, self.physics.preparation, record, None, self.physics, self.physics)
+            return CorrectedSimulation(self.physics.arm, self.physics.preparation, record, None, self.physics, self.physics)
         return replace(self.at(z), fit=record)
 
 

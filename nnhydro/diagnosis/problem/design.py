@@ -20,13 +20,13 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.effects.effect import LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.identification.statistics import columns_and_offset
+from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import gear_factor, sensed, to_drives
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 Array = NDArray[np.float64]
 

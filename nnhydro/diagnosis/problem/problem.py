@@ -19,12 +19,12 @@ from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.band import Band, band_of
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.trajectory import ROWS_PER_PERIOD, trajectory
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
 from nnhydro.recordings.surroundings import with_heading
-from nnhydro.recordings.trajectory import ROWS_PER_PERIOD, trajectory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -10,7 +10,7 @@ import re
 from nnhydro.errors import CampaignError, require
 from nnhydro.evaluation.protocols.pool import pooled_units
 from nnhydro.evaluation.protocols.protocol import Material, Split, protocol, rounds
-from nnhydro.identification.kinds import progress
+from nnhydro.fitting.network.kinds import progress
 from nnhydro.recordings.splitting import Unit
 
 BLOCKS = ("motions that turn back most", "motions between", "motions that never turn back")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from nnhydro.evaluation.protocols.protocol import Material
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import steady_segment
+from nnhydro.recordings.filtering.preprocessing import steady_segment
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit, steady_unit, units
 

@@ -12,7 +12,7 @@ from typing import final
 
 from nnhydro.errors import CampaignError, ConfigError, require
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit
 
 

@@ -25,7 +25,7 @@ from nnhydro.models.compiled.travelling import Travelling
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
 
 Array = NDArray[np.float64]
 # rows from which on compiling pays: it takes 3 s and saves 11 s a million rows with coefficients over the travel, 0.8 s without

@@ -11,8 +11,8 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.errors import ModelError, require
-from nnhydro.physics.travel import RUNNING_START, STILL
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
+from nnhydro.physics.travel.travel import RUNNING_START, STILL
 from nnhydro.recordings.arm import Arm
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ class TravelLoads:
 
     def memory(self, t: Array, first: Array, peak: Callable[[], Array]) -> Array:
         """Return what the strips remember at first (links, s, 7); `first` (links, s) m/s are their speeds then, `peak` their greatest."""
-        from nnhydro.physics.travel_kernel import MEMORY
+        from nnhydro.physics.travel.kernel import MEMORY
 
         memory = np.zeros((*self.x.shape, MEMORY))
         memory[..., 6] = t[0]

@@ -22,7 +22,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.transmission import sensed
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
 
 Array = NDArray[np.float64]
 BLOCK: Final = 4096  # rows: 460 KiB for two links
@@ -102,7 +102,7 @@ class Travelling:
 
     def _memory(self, motion: Motion) -> Array:
         """What the strips remember in the first row (links, s, 7); their greatest speeds are looked up only where one moves in it."""
-        from nnhydro.physics.travel_kernel import fastest
+        from nnhydro.physics.travel.kernel import fastest
 
         blocks, x = Blocks(motion, self._kinematics), self._travel.x
 
@@ -117,7 +117,7 @@ class Travelling:
 
     def torque(self, motion: Motion) -> Array:
         """Return the sensor torques (n, joints) N m of one run in time order, or of steady rows."""
-        from nnhydro.physics.travel_kernel import strip_loads
+        from nnhydro.physics.travel.kernel import strip_loads
 
         tau = np.empty(motion.q.shape)
         if not len(motion):

@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.errors import ModelError, missing_extra, require
-from nnhydro.files import json_text, write_own
-from nnhydro.models.amended import Amended
+from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.step import NAMES, Step
 from nnhydro.models.export.tracing import Objects, traced
-from nnhydro.models.learned import LearnedTorque
+from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.models.without_instruments import sensor_faults
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
-from nnhydro.stamp import refuse_foreign
+from nnhydro.runtime.files import json_text, write_own
+from nnhydro.runtime.stamp import refuse_foreign
 
 SCHEMA = "nnhydro/onnx/1"
 OPSET = 18
@@ -111,7 +111,7 @@ def memories_of(model: TorqueModel) -> list[str]:
     if isinstance(model, LearnedTorque):
         found = [] if model.baseline is None else memories_of(model.baseline)
         return found or [f"the feature set {name!r}" for name in model.feature_names if name in REMEMBERING]
-    if isinstance(model, Amended):
+    if isinstance(model, CorrectedSimulation):
         parts = [model.before, model.after, *([] if model.simulation is None else [model.simulation])]
         return list(dict.fromkeys(name for part in parts for name in memories_of(part)))
     if not isinstance(model, StripTheory):

@@ -15,7 +15,7 @@ from torch import Tensor
 from nnhydro.physics.coefficients.travel_bspline import basis, curve, pieces
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
 
 
 @final

@@ -20,7 +20,7 @@ from torch import Tensor
 from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, curve
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
 
 BOUNDS = (-1.0, 3.0)
 TRAVEL = (2.0, 15.0)  # diameters

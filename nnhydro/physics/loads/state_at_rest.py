@@ -16,7 +16,7 @@ from torch import Tensor
 from nnhydro.physics.coefficients import travel_bspline, travel_spline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import Values, parameter
-from nnhydro.physics.travel_term import TravelTerm
+from nnhydro.physics.travel.term import TravelTerm
 
 
 @final

@@ -8,7 +8,7 @@ import numpy as np
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading, rows
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 AGREES = 0.05  # relative difference between the course of clock_s and of t_s
 OVERLAP = 1.0  # s

@@ -6,7 +6,7 @@ import numpy as np
 
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading, rows
-from nnhydro.recordings.preprocessing import GAP
+from nnhydro.recordings.filtering.preprocessing import GAP
 
 
 @check

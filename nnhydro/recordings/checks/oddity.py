@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, TypeVar, final
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.reading import Reading
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import SteadyTable
 
 Severity = Literal["error", "warning", "note"]  # error: the recording cannot be used as it is

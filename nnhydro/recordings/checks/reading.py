@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nnhydro.conventions import CHANNELS, column
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.preprocessing import stretches
+from nnhydro.recordings.filtering.preprocessing import stretches
 from nnhydro.recordings.readers.table import FIRST_ROW
 from nnhydro.recordings.recording import PAIRS, Recording
 from nnhydro.recordings.surroundings import with_heading

@@ -6,7 +6,7 @@ import numpy as np
 
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, check
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.repeats import expected_noise, independent, repeated_recordings, scatter
 
 TIMES = 4.0  # times what the noise within the recordings explains

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading
-from nnhydro.recordings.preprocessing import MIN_ROWS
+from nnhydro.recordings.filtering.preprocessing import MIN_ROWS
 
 
 @check

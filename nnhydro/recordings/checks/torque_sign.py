@@ -15,7 +15,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, TableCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import SteadyTable
 
 MOVED = 0.05  # rad

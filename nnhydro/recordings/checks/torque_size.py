@@ -6,7 +6,7 @@ import numpy as np
 
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, check
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 SMALLEST = 1e-6  # N m: a milligram's weight at ten centimetres
 

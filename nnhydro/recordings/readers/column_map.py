@@ -27,8 +27,8 @@ from pydantic import Field, field_validator
 from nnhydro.errors import ConfigError, RecordingError
 from nnhydro.recordings.readers.table import Array, Columns, Table, sha256_of
 from nnhydro.recordings.readers.units import TARGETS, factor
-from nnhydro.recordings.validation import Settings, validated
-from nnhydro.recordings.yaml_file import read_yaml
+from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.yaml_file import read_yaml
 
 FILE = "columns.yaml"
 FOLDERS = ("recordings", "steady", "unseen")

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from nnhydro.errors import require
-from nnhydro.recordings.validation import Settings
+from nnhydro.recordings.readers.validation import Settings
 from nnhydro.simulation.motions.profiles import RampProfile, ramped
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field
 
 from nnhydro.errors import require
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import resampled, stretches
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 from nnhydro.simulation.motions.motion_kind import Array, CarriagePath, Setting, TimedMotion, Way

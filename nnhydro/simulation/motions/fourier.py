@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 from nnhydro.errors import require
 from nnhydro.simulation.motions.motion_kind import Array, Setting, TimedMotion, Way
 from nnhydro.simulation.motions.profiles import ramped, slew_shape
-from nnhydro.simulation.per_joint import PerJoint, PerJointMagnitude, one_each, spread
+from nnhydro.simulation.recipe.per_joint import PerJoint, PerJointMagnitude, one_each, spread
 
 Frequency = Annotated[float, Field(gt=0, le=1000)]
 GRID = 64  # points a period of the highest sine when the largest angle and rate are sought: 0.1 % of a peak between points

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.validation import Settings, validated
+from nnhydro.recordings.readers.validation import Settings, validated
 from nnhydro.simulation.motions.carriage import Carriage
 
 Array = NDArray[np.float64]

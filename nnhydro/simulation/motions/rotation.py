@@ -9,7 +9,7 @@ from pydantic import Field
 
 from nnhydro.simulation.motions.motion_kind import Array, Setting, TimedMotion, Way
 from nnhydro.simulation.motions.profiles import RampProfile, ramped
-from nnhydro.simulation.per_joint import PerJoint, one_each
+from nnhydro.simulation.recipe.per_joint import PerJoint, one_each
 
 
 @final

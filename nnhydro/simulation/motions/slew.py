@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from nnhydro.errors import require
 from nnhydro.simulation.motions.motion_kind import Array, Setting, TimedMotion, Way
 from nnhydro.simulation.motions.profiles import SlewProfile, peak_acceleration, slew_shape
-from nnhydro.simulation.per_joint import PerJoint, one_each
+from nnhydro.simulation.recipe.per_joint import PerJoint, one_each
 
 Seconds = Annotated[float, Field(gt=0, le=3600)]
 

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from nnhydro.errors import require
 from nnhydro.simulation.motions.motion_kind import MotionKind, State
-from nnhydro.simulation.per_joint import Number, PerJoint
+from nnhydro.simulation.recipe.per_joint import Number, PerJoint
 
 MAX_RUNS = 100_000
 

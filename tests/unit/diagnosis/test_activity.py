@@ -19,8 +19,8 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
-from nnhydro.recordings.preprocessing import Preparation, prepare
-from nnhydro.report.law import _acting
+from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
+from nnhydro.report.diagnosis.finding_law import _acting
 
 ARM = arm(2)
 

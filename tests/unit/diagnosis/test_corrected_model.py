@@ -17,12 +17,12 @@ from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.in_sector import InSector
-from nnhydro.identification.prior import Prior
-from nnhydro.models.amended import Amended
+from nnhydro.fitting.linear.prior import Prior
+from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 ARM = arm(2)
 BASE = baseline_of("constant", ARM, (), Preparation(None))
@@ -128,7 +128,7 @@ def test_the_baseline_is_refitted_beside_findings_and_where_it_stands_beside_ano
     mean, F, z = np.arange(1.0, 11.0), np.diag(np.arange(0.1, 1.1, 0.1)), np.linspace(-1, 1, 10)
     physics = StripTheory(ARM, Preparation(None), {}, "constant", planted(ARM))
     model = corrected_model(Given(physics, Prior(mean, F, -mean, mean), ours), 0 * z, z, [])
-    assert isinstance(model, Amended) != ours
+    assert isinstance(model, CorrectedSimulation) != ours
     after = model if ours else model.after
     told = torch.cat([term.linear_values() for term in after.loads.linear().values()]).numpy()
     np.testing.assert_allclose(told, mean + F @ z)

@@ -170,7 +170,7 @@ def test_a_finding_whose_every_interval_holds_nothing_at_all_is_none():
 @pytest.mark.slow
 @pytest.mark.parametrize("baseline", ["column", "file"])
 def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_file(baseline, tmp_path):
-    from nnhydro.identification.identify import identify
+    from nnhydro.fitting.identify import identify
     from nnhydro.models.storage import save_model
     from nnhydro.recordings.campaign import Campaign
 

@@ -14,8 +14,8 @@ from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 
 def design(of):

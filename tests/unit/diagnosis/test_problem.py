@@ -16,8 +16,8 @@ from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_ROWS, problem_of
 from nnhydro.errors import CampaignError, ConfigError, RecordingError
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.low_pass import LowPass
-from nnhydro.recordings.preprocessing import Preparation
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 ARM = arm(1)
 WHOLE = campaign(ARM, planted(ARM), count=4, noise=0.01)

@@ -12,7 +12,7 @@ from nnhydro.diagnosis.decision.proof import states
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.unexplained.unexplained import Dependence, Unexplained
 from nnhydro.diagnosis.unexplained.where import Location
-from nnhydro.recordings.preprocessing import Preparation, prepare
+from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 
 
 def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0.03, learned=()):

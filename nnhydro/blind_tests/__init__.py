@@ -1,0 +1,1 @@
+"""Campaigns with a hidden effect, sealed answers, and the score of a diagnosis."""

@@ -1,0 +1,56 @@
+"""Hidden causes with mass: the water's, a rotor's, a payload's.
+
+    added_mass     C_M, where the baseline has none
+    rotor_inertia  J ddq of the joint's own gear-side rotor
+    payload_mass   a point mass at the tip (plain) or a few centimetres beyond it (other)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from nnhydro.blind_tests.truth.flow import LinkFlow, cross, frames_of
+from nnhydro.blind_tests.truth.registry import draw_joint, hides
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+
+
+@hides("added_mass")
+def added_mass(rng: Generator, arm: TrueArm) -> Draft:
+    """Draw added mass for an arm whose C_M is zero otherwise."""
+    def make(a: float) -> Cause:
+        def water(flow: LinkFlow) -> LinkFlow:
+            return replace(flow, C_M=np.full_like(flow.C_M, a))
+        return Cause("added_mass", None, "plain", "the inertia of the water", {"cm": (a, "1")}, water, order=-1)
+    return Draft(make, 0.01, 1.2)
+
+
+@hides("rotor_inertia", no_belt=True)
+def rotor_inertia(rng: Generator, arm: TrueArm) -> Draft:
+    """Draw the joint whose motor is heavy."""
+    joint = draw_joint(rng, arm)
+    last = arm.links[joint - 1:]
+    moved = sum(k.inertia + k.mass * k.com**2 for k in last) + sum(arm.rho * np.pi * k.diameter**2 * k.length**3 / 12 for k in last)
+
+    def make(a: float) -> Cause:
+        def load(run: Run, tau: Array) -> Array:
+            return on_joint(a * run.qdd[:, joint - 1], joint, tau.shape[1])
+        return Cause("rotor_inertia", joint, "plain", "a motor's rotor turns with the joint", {"inertia": (a, "kg m2")}, load=load)
+    return Draft(make, 1e-3 * moved, 1.5 * moved)
+
+
+@hides("payload_mass")
+def payload_mass(rng: Generator, arm: TrueArm) -> Draft:
+    """Draw where the payload hangs."""
+    beyond = float(rng.uniform(0.02, 0.05)) if rng.random() < 0.4 else 0.0
+
+    def make(a: float) -> Cause:
+        def load(run: Run, tau: Array) -> Array:
+            F = frames_of(run, arm)
+            side, turn = F.nrm[:, -1], F.spin[:, -1, None]
+            place = F.P[:, -1] + beyond * F.e[:, -1]
+            force = a * (F.A[:, -1] + beyond * (F.dspin[:, -1, None] * side - turn**2 * F.e[:, -1]))
+            return np.column_stack([cross(place - F.P[:, j], force) for j in range(tau.shape[1])])
+        return Cause("payload_mass", None, "other" if beyond else "plain", "a mass at the tip", {"mass": (a, "kg")}, load=load)
+    return Draft(make, 1e-3, 0.8 * sum(k.mass for k in arm.links))

@@ -1,0 +1,122 @@
+"""The model of a run in air as what is known beforehand of the same arm in water.
+
+    tau = (what the dry fit found) + drag + added mass          theta_dry ~ N(value, sd of the dry fit),  C_D, C_M as `constant` has them
+
+Masses, frictions and rotor inertias that a campaign without water has settled keep their values within the uncertainty of that fit, so
+that the water is blamed for nothing that was there without it. Faults of instruments are not carried over: sensors are zeroed, geared and
+delayed anew in every set-up.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.errors import ModelError, require
+from nnhydro.fitting.absurdities import absurdities
+from nnhydro.fitting.identify import estimates, fit_units, started, versions, with_parameters
+from nnhydro.fitting.linear.prior import WIDE, Prior, prior
+from nnhydro.models.baselines import baseline
+from nnhydro.models.domain import DOMAIN, domain_of
+from nnhydro.models.seen import SEEN, seen_record
+from nnhydro.models.storage import load_model
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.threads import one_thread
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.splitting import Unit, units
+
+Array = NDArray[np.float64]
+Z95 = 1.959964  # standard deviations in half a 95 % interval
+LEAST = 1e-3  # relative: no dry run knows a friction or a mass in water better
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Known:
+    """A sum of terms before its fit and what is known of it."""
+
+    loads: Loads
+    before: Prior
+
+
+def dry_model(folder: Path) -> StripTheory:
+    """Return the physics model of a run in air in `folder`; raises ModelError where it is none."""
+    model = load_model(folder)
+    require(isinstance(model, StripTheory), f"{folder}: is a {model.kind}, no sum of load terms: give a model that nnhydro identify or "
+            "diagnose wrote from a campaign in air", ModelError)
+    assert isinstance(model, StripTheory)
+    return model
+
+
+def _spread(dry: StripTheory, term: str, names: Sequence[str], values: Array) -> Array:
+    """Standard deviation (p,) of each parameter of a dry term: from its interval, else a relative `LEAST`."""
+    found = dry.fit.get("parameters", {})
+    known = [found.get(f"{term}.{name}", {}).get("ci95") for name in names]
+    sd = np.array([np.nan if ci is None else (ci[1] - ci[0]) / (2 * Z95) for ci in known])
+    least: Array = np.maximum(LEAST * np.abs(values), np.where(np.isfinite(sd), sd, 0.1 * np.abs(values)))
+    return least
+
+
+def in_water(dry: StripTheory, arm: Arm, chosen: Sequence[Unit], name: str = "constant") -> Known:
+    """Return the baseline `name` for `arm` with every term of the model `dry` in it, and the prior that its fit leaves behind.
+
+    Raises ModelError where `dry` was made in water, is of another number of joints, or `arm` is dry itself.
+    """
+    require(dry.arm.dry, "the model was made in water: give one of a campaign with density_kg_m3: 0", ModelError)
+    require(not arm.dry, "the campaign is without water itself: its own model serves as it is", ModelError)
+    require(dry.arm.n_links == arm.n_links, f"the model is of {dry.arm.n_links} joint(s), the campaign's arm has {arm.n_links}", ModelError)
+    from scipy.linalg import block_diag
+
+    fresh = started(baseline(name), chosen, arm)
+    water = {key: term for key, term in fresh.terms.items() if key not in dry.loads.terms and not key.startswith("stated_")}
+    loads = Loads({**dry.loads.terms, **water})
+    means, parts, low, high = [], [], [], []
+    wide = prior(Loads(water), arm)
+    for key, term in Loads(dict(dry.loads.terms)).linear().items():
+        values = term.linear_values().numpy()
+        if key == "rigid_body":  # its parameters hang together: the directions of arm.yaml, none known worse than that
+            rigid = prior(Loads({key: term}), arm)
+            part, bounds = rigid.F, (rigid.lowest, rigid.highest)
+        else:
+            sd = _spread(dry, key, term.linear_names(), values)
+            edges = (np.array(term.linear_bounds()) - values[:, None]) / np.where(sd > 0, sd, WIDE)[:, None]
+            part, bounds = np.diag(sd)[:, sd > 0], (edges[sd > 0, 0], edges[sd > 0, 1])
+        means.append(values)
+        parts.append(part)
+        low.append(bounds[0])
+        high.append(bounds[1])
+    return Known(loads, Prior(np.concatenate([*means, wide.mean]), block_diag(*parts, wide.F), np.concatenate([*low, wide.lowest]),
+                              np.concatenate([*high, wide.highest])))
+
+
+def calibrated_in_water(dry: StripTheory, chosen: Sequence[Unit], arm: Arm, how: Preparation, name: str = "constant") -> StripTheory:
+    """Return the baseline `name` fitted to the units `chosen`, the terms of `dry` within what its own fit left open; see `in_water`."""
+    known = in_water(dry, arm, chosen, name)
+    theta = fit_units(known.loads, chosen, arm, known.before)[0].theta
+    return StripTheory(arm, how, {SEEN: seen_record(chosen, dry)}, f"{name} on {dry.name}", with_parameters(known.loads, theta))
+
+
+@one_thread()
+def identify_in_water(campaign: Campaign, dry: StripTheory, model: str = "constant", cutoff_hz: float | None = None,
+                      seed: int = 0) -> StripTheory:
+    """Return the baseline `model` of a wet campaign on the model `dry` of the same arm in air, with estimates and intervals."""
+    how = campaign.plan(cutoff_hz)
+    chosen = units(campaign, how, seed)
+    known = in_water(dry, campaign.arm, chosen, model)
+    solution, blocks, before = fit_units(known.loads, chosen, campaign.arm, known.before)
+    loads = with_parameters(known.loads, solution.theta)
+    record: dict[str, Any] = {"model": f"{model} on {dry.name}", "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
+                              SEEN: seen_record(chosen, dry), "rms_residual_Nm": solution.rms.tolist(), "recordings": len(blocks),
+                              "condition_number": solution.condition, "last_change": solution.last_change}
+    found = estimates(loads, solution, blocks, before, seed)
+    record["parameters"] = {one.name: replace(one, unit=campaign.arm.text(one.unit)).document() for one in found}
+    record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
+    domain = domain_of(chosen, campaign.arm)
+    record[DOMAIN] = None if domain is None else domain.document()
+    return StripTheory(campaign.arm, how, record, record["model"], loads)

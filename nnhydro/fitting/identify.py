@@ -1,0 +1,175 @@
+"""Fit a physics model's coefficients to the recordings of a campaign: the work behind `nnhydro identify`."""
+
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+import nnhydro
+from nnhydro.errors import CampaignError, require
+from nnhydro.fitting.absurdities import absurdities
+from nnhydro.fitting.linear.least_squares import Solution, bootstrap, correlation_time, fit
+from nnhydro.fitting.linear.prior import Prior, prior
+from nnhydro.fitting.linear.statistics import Statistics, columns_and_offset, of_segment, total
+from nnhydro.fitting.travel.travel_scale import has_travel_scale, with_best_travel_scale
+from nnhydro.models.baselines import Baseline, baseline
+from nnhydro.models.domain import DOMAIN, domain_of
+from nnhydro.models.seen import SEEN, seen_record
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.water_pressure import WaterPressure
+from nnhydro.physics.threads import one_thread
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.splitting import Unit, units
+
+Array = NDArray[np.float64]
+DRAWS = 500  # bootstrap draws: the 2.5 % quantile is then known to about 0.7 %
+
+
+@final
+@dataclass(frozen=True)
+class Estimate:
+    """One fitted parameter with its unit and 95 % interval; `note` says what a reader must know about it."""
+
+    name: str
+    value: float
+    unit: str
+    ci95: tuple[float, float]
+    note: str = ""
+
+    def document(self) -> dict[str, Any]:
+        """Return the estimate for result files."""
+        return {"value": self.value, "unit": self.unit, "ci95": list(self.ci95)} | ({"note": self.note} if self.note else {})
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that every result file carries."""
+    return {"nnhydro": nnhydro.__version__, "python": platform.python_version(), "numpy": np.__version__, "torch": torch.__version__}
+
+
+def with_parameters(loads: Loads, theta: Array) -> Loads:
+    """Return `loads` with the linear parameters `theta` (p,), in the order of their columns."""
+    terms, start = dict(loads.terms), 0
+    for name, term in loads.linear().items():
+        size = len(term.linear_values())
+        terms[name] = term.with_linear(torch.from_numpy(theta[start:start + size].copy()))
+        start += size
+    return Loads(terms)
+
+
+def correlation_times(loads: Loads, theta: Array, chosen: Sequence[Unit], arm: Arm) -> Array:
+    """Return the residual's correlation time (joints,) in samples: the median over recordings; steady runs count as independent."""
+    found = []
+    for unit in chosen:
+        for segment in () if unit.steady else unit.segments():
+            X, c0 = columns_and_offset(loads, segment, arm)
+            assert segment.tau is not None
+            residual = (segment.tau - c0 - X @ theta)[segment.keep]
+            found.append([correlation_time(residual[:, j]) for j in range(residual.shape[1])])
+    return np.median(found, axis=0) if found else np.ones(arm.n_links)
+
+
+def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm, before: Prior | None = None) -> tuple[Solution, list[Statistics], Prior]:
+    """Fit the linear parameters of `loads` to the units `chosen`; returns solution, statistics a unit, prior.
+
+    `before` is what is known of the parameters; by default what arm.yaml says.
+    """
+    blocks = [total([of_segment(loads, segment, arm) for segment in unit.segments()]) for unit in chosen if unit.segments()]
+    if not blocks:
+        raise CampaignError("no recording holds a stretch of finite rows long enough to fit: see nnhydro check")
+    before = prior(loads, arm) if before is None else before
+    summed = total(blocks)
+    first = fit(summed, before, np.ones(arm.n_links))
+    correlation = correlation_times(loads, first.theta, chosen, arm)
+    return fit(summed, before, correlation), blocks, before
+
+
+def with_measured_water(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads:
+    """Return `loads` and, where the motion of the water was recorded in one of the units, the pressure of its own acceleration."""
+    if arm.dry or "water_pressure" in loads.terms:
+        return loads
+    moving = any(segment.current is not None for unit in chosen for segment in unit.segments())
+    return loads.plus("water_pressure", WaterPressure()) if moving else loads
+
+
+def started(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
+    """Return the baseline's terms before the linear fit; a travel scale, where it has one, is chosen for the units `chosen`."""
+    loads = with_measured_water(chosen_baseline.start(arm), chosen, arm)
+    return with_best_travel_scale(loads, chosen, arm).loads if has_travel_scale(loads) else loads
+
+
+def calibrated(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
+    """Return the baseline as a model, fitted to the units `chosen` where its definition says so (no intervals)."""
+    loads = started(chosen_baseline, chosen, arm)
+    if chosen_baseline.calibrated:
+        loads = with_parameters(loads, fit_units(loads, chosen, arm)[0].theta)
+    return StripTheory(arm, how, {SEEN: seen_record(chosen if chosen_baseline.calibrated else ())}, chosen_baseline.name, loads)
+
+
+def _notes(loads: Loads, solution: Solution, before: Prior) -> list[str]:
+    """A sentence for each parameter that the reader must not take at face value."""
+    prior_sd = np.sqrt(np.maximum(np.diag(before.F @ before.F.T), 1e-300))
+    posterior_sd = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
+    notes = []
+    bounds = [bound for term in loads.linear().values() for bound in term.linear_bounds()]
+    for theta, sd, known, assumed, (low, high) in zip(solution.theta, posterior_sd, prior_sd, before.mean.tolist(), bounds, strict=True):
+        span = 1e-9 * max(1.0, abs(float(theta)))
+        if known <= 1e-150:
+            notes.append("known exactly beforehand")
+        elif theta <= low + span or theta >= high - span:
+            notes.append("ended on its bound: another cause may be hiding here")
+        elif sd > 0.7 * known:
+            moved = abs(float(theta) - assumed) > 0.5 * known
+            notes.append("these recordings tell it only together with others: it moved within what was known beforehand" if moved else
+                         "these recordings do not excite it: the value is what was assumed")
+        else:
+            notes.append("")
+    return notes
+
+
+def estimates(loads: Loads, solution: Solution, blocks: Sequence[Statistics], before: Prior, seed: int) -> tuple[Estimate, ...]:
+    """Return every linear parameter of the fitted sum with its bootstrap interval over recordings."""
+    if len(blocks) > 2:
+        draws = bootstrap(blocks, before, solution.weight, DRAWS, seed)
+        low, high = np.quantile(draws, [0.025, 0.975], axis=0)
+    else:  # too few recordings to resample: the Gaussian posterior, correlation time included
+        sd = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
+        low, high = solution.theta - 1.96 * sd, solution.theta + 1.96 * sd
+    names = [f"{name}.{p}" for name, term in loads.linear().items() for p in term.linear_names()]
+    unit = [u for term in loads.linear().values() for u in term.linear_units()]
+    return tuple(Estimate(n, float(v), u, (float(a), float(b)), note) for n, v, u, a, b, note in
+                 zip(names, solution.theta, unit, low, high, _notes(loads, solution, before), strict=True))
+
+
+@one_thread()
+def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | None = None, seed: int = 0) -> StripTheory:
+    """Return the baseline `model` fitted to all recordings and steady tables of `campaign`, its estimates in `fit["parameters"]`.
+
+    Raises ConfigError for an unknown name, CampaignError or RecordingError where the data cannot be used.
+    """
+    require(seed >= 0, f"seed {seed}: give 0 or a positive number")
+    chosen = baseline(model)
+    how = campaign.plan(cutoff_hz)
+    all_units = units(campaign, how, seed)
+    loads = started(chosen, all_units, campaign.arm)
+    record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
+                              SEEN: seen_record(all_units if chosen.calibrated else ())}
+    if chosen.calibrated:
+        solution, blocks, before = fit_units(loads, all_units, campaign.arm)
+        loads = with_parameters(loads, solution.theta)
+        found = estimates(loads, solution, blocks, before, seed)
+        record["parameters"] = {e.name: replace(e, unit=campaign.arm.text(e.unit)).document() for e in found}
+        record["rms_residual_Nm"] = solution.rms.tolist()
+        record["condition_number"] = solution.condition
+        record["last_change"] = solution.last_change  # of the residuals in the last round: a few per cent at the most
+        record["recordings"] = len(blocks)
+        record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
+        domain = domain_of(all_units, campaign.arm)
+        record[DOMAIN] = None if domain is None else domain.document()
+    return replace(StripTheory(campaign.arm, how, {}, model, loads), fit=record)

@@ -1,0 +1,1 @@
+"""Linear regression on sufficient statistics: priors, bounds, penalties, variable projection."""

@@ -1,0 +1,172 @@
+"""Fit an ensemble by AdamW with early stopping on recordings that are neither trained on nor tested on; can be stopped and resumed.
+
+    loss = mean over training rows of sum_j [ (S_j r_j y_j - left_j) / s_j ]^2,     left = target - S linear,   s_j = rms target_j
+
+The networks y learn what the linear part (linear_part.py) leaves of the targets, in units r of its own size, so that their steps fit a
+small remainder as well as a large one. The order of rows is drawn anew each epoch from (seed, epoch), so a resumed run takes the very same
+steps.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.errors import ModelError
+from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.network.rows import Rows
+from nnhydro.models.learned.network import Ensemble, mirrored
+from nnhydro.runtime.files import write_bytes
+
+Progress = Callable[[int, int, float], None]  # epoch, epochs, mean validation error
+
+
+@final
+@dataclass
+class TrainingState:
+    """Everything that a resumed training needs: weights, AdamW's moments, the best weights of each member and when they were found."""
+
+    weights: list[Tensor]
+    first: list[Tensor]
+    second: list[Tensor]
+    best: list[Tensor]
+    best_error: Tensor  # (members,)
+    best_epoch: Tensor  # (members,)
+    epoch: int = 0
+    steps: int = 0
+    history: list[float] = field(default_factory=list)
+
+    @staticmethod
+    def fresh(ensemble: Ensemble) -> "TrainingState":
+        """Return the state before the first epoch."""
+        weights = ensemble.tensors()
+        members = ensemble.members
+        return TrainingState([w.clone() for w in weights], [torch.zeros_like(w) for w in weights], [torch.zeros_like(w) for w in weights],
+                             [w.clone() for w in weights], torch.full((members,), float("inf")), torch.zeros(members))
+
+    def save(self, path: Path) -> None:
+        """Write the state to `path` (safetensors), whole or not at all."""
+        from safetensors.torch import save
+
+        groups = {"weights": self.weights, "first": self.first, "second": self.second, "best": self.best}
+        tensors = {f"{name}.{i}": t.detach().contiguous() for name, group in groups.items() for i, t in enumerate(group)}
+        tensors |= {"best_error": self.best_error, "best_epoch": self.best_epoch, "epoch": torch.tensor(self.epoch),
+                    "steps": torch.tensor(self.steps), "history": torch.tensor(self.history, dtype=torch.float64)}
+        write_bytes(path, save(tensors))
+
+    @staticmethod
+    def load(path: Path) -> "TrainingState":
+        """Return the state that `save` wrote; raises ModelError where the file is damaged."""
+        from safetensors import SafetensorError
+        from safetensors.torch import load_file
+
+        def group(tensors: dict[str, Tensor], name: str) -> list[Tensor]:
+            return [tensors[f"{name}.{i}"] for i in range(sum(key.startswith(f"{name}.") for key in tensors))]
+
+        try:
+            stored = load_file(path)
+            return TrainingState(group(stored, "weights"), group(stored, "first"), group(stored, "second"), group(stored, "best"),
+                                 stored["best_error"], stored["best_epoch"], int(stored["epoch"]), int(stored["steps"]),
+                                 stored["history"].tolist())
+        except (SafetensorError, OSError, KeyError, ValueError, RuntimeError) as cause:
+            raise ModelError(f"{path}: is damaged ({cause}): start anew without --resume") from cause
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """What is to be learned: what the linear part leaves of the targets (E or 1, n, joints) N m, its size r (E or 1, 1, joints), and s."""
+
+    rows: Rows
+    left: Tensor
+    r: Tensor
+    s: Tensor
+
+    @staticmethod
+    def of(rows: Rows) -> "_Task":
+        """Return the task of `rows`."""
+        left = rows.target[None] if rows.linear is None else rows.target - rows.scale * rows.linear.transpose(0, 1)
+        r = (left / rows.scale).pow(2).mean(dim=1, keepdim=True).sqrt() + 1e-9
+        return _Task(rows, left, r, rows.target.pow(2).mean(dim=0).sqrt() + 1e-9)
+
+    def errors(self, ensemble: Ensemble, index: Tensor | slice) -> Tensor:
+        """Squared scaled error (E, rows) of the rows `index`."""
+        y = self.r * mirrored(ensemble, self.rows.x[index], self.rows.parity)
+        return (((self.rows.scale[index] * y - self.left[:, index]) / self.s) ** 2).sum(dim=2)
+
+
+def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, decay: float) -> None:
+    """One step of AdamW (Loshchilov and Hutter 2019, algorithm 2) in place; its state is plain tensors that can be stored."""
+    beta1, beta2, tiny = 0.9, 0.99, 1e-8
+    state.steps += 1
+    root = (1 - beta2**state.steps) ** 0.5
+    for w, g, m, v in zip(state.weights, gradients, state.first, state.second, strict=True):
+        m.lerp_(g, 1 - beta1)
+        v.mul_(beta2).addcmul_(g, g, value=1 - beta2)
+        w.data.mul_(1 - rate * decay).addcdiv_(m, v.sqrt().div_(root).add_(tiny), value=-rate / (1 - beta1**state.steps))
+
+
+def _rate(config: TrainingConfig, progress: float) -> float:
+    """Learning rate at `progress` 0..1: a short rise, then half a cosine to 1 % of the peak."""
+    rise = 0.05
+    if progress < rise:
+        return config.learning_rate * (0.1 + 0.9 * progress / rise)
+    fall = (progress - rise) / (1 - rise)
+    return config.learning_rate * (0.01 + 0.99 * 0.5 * (1 + float(torch.cos(torch.tensor(torch.pi * fall)))))
+
+
+def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, config: TrainingConfig) -> None:
+    """Pass once over the rows; `train` (members, n) says which rows each member may use."""
+    generator = torch.Generator().manual_seed(config.seed * 1_000_003 + state.epoch)
+    order = torch.randperm(len(task.rows.x), generator=generator)
+    batches = torch.split(order, config.batch)
+    for number, index in enumerate(batches):
+        for w in state.weights:
+            w.requires_grad_(True)
+        errors = task.errors(layout.replaced(state.weights), index)
+        mask = train[:, index]
+        loss = ((errors * mask).sum(dim=1) / mask.sum(dim=1).clamp(min=1)).sum()
+        gradients = torch.autograd.grad(loss, state.weights)
+        for w in state.weights:
+            w.requires_grad_(False)
+        _adamw(state, gradients, _rate(config, (state.epoch + number / len(batches)) / config.epochs), config.weight_decay)
+    state.epoch += 1
+
+
+def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor) -> None:
+    """Note each member's error on the rows it watches (members, n) and keep its best weights."""
+    ensemble = layout.replaced(state.weights)
+    errors = torch.cat([task.errors(ensemble, slice(i, i + 65_536)) for i in range(0, len(task.rows.x), 65_536)], dim=1)
+    error = (errors * watch).sum(dim=1) / watch.sum(dim=1).clamp(min=1)
+    better = error < state.best_error
+    state.best_error = torch.where(better, error, state.best_error)
+    state.best_epoch = torch.where(better, torch.tensor(float(state.epoch)), state.best_epoch)
+    for best, w in zip(state.best, state.weights, strict=True):
+        own = better.repeat_interleave(len(w) // len(better))  # parallel layers: a stack for each output of a member
+        best[own] = w[own]
+    if state.epoch:
+        state.history.append(float(error.mean()))
+
+
+def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: TrainingConfig, state: TrainingState,
+                 checkpoint: Callable[[TrainingState], None] | None = None, progress: Progress | None = None) -> Ensemble:
+    """Return the ensemble at each member's best epoch; `watched` (members, units); continues from `state`.
+
+    `checkpoint` is called after every epoch; stopping (Ctrl-C) between two calls loses at most one epoch.
+    """
+    watch = watched[:, rows.unit]
+    seen = watch if bool(watch.any()) else ~watch
+    task = _Task.of(rows)
+    if not state.epoch:
+        _watch(state, layout, task, seen)  # the linear part alone is a candidate
+    while state.epoch < config.epochs and bool((state.epoch - state.best_epoch < config.patience).any()):
+        _epoch(state, layout, task, ~watch, config)
+        _watch(state, layout, task, seen)
+        if checkpoint is not None:
+            checkpoint(state)
+        if progress is not None:
+            progress(state.epoch, config.epochs, state.history[-1])
+    return layout.replaced([w.double() for w in state.best]).scaled(task.r.double().expand(layout.members, 1, -1))

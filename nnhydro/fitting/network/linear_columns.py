@@ -1,0 +1,97 @@
+"""The columns of the linear part of a learned model, row by row as the torque is seen: law of the strips, body, odd features,
+free functions.
+
+Columns are many: a stretch of a recording is worked on at a time, with what the filter needs of the rows around it. What the wake remembers
+is known from the whole.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.features.body_columns import body_columns
+from nnhydro.features.feature_set import Features, View
+from nnhydro.features.free_part import FreeRange, free_functions
+from nnhydro.features.strip_law import law_columns, tiers
+from nnhydro.features.strip_state import StripView, strip_states
+from nnhydro.fitting.network.filtered_rows import reach, seen_rows
+from nnhydro.models.learned.learned import swiftness
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import tensor
+from nnhydro.recordings.segment import Segment
+
+STRETCH = 1024  # rows at a time
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What the rows hold at most: variables of the strips, lowest and highest (k,), and the links' speed and acceleration (2 links,)."""
+
+    lowest: Tensor
+    highest: Tensor
+    swiftest: Tensor  # m/s, m/s^2
+
+    def and_of(self, other: "Seen") -> "Seen":
+        """Return what both hold at most."""
+        return Seen(torch.minimum(self.lowest, other.lowest), torch.maximum(self.highest, other.highest),
+                    torch.maximum(self.swiftest, other.swiftest))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """Columns (n, joints, p) N m of n rows, filtered as the torque is, and what the rows hold.
+
+    The first `law_size` columns are those of the strips' law, then come the body's, both shared by the joints; then scale times odd
+    features, and last the `free_size` functions of the free part.
+    """
+
+    columns: Tensor
+    law_size: int
+    shared: int
+    free_size: int
+    tiers: Tensor  # (law_size,), features/strip_law.py
+    seen: Seen
+
+    def and_of(self, other: "Linear") -> "Linear":
+        """Return the rows of both."""
+        return replace(self, columns=torch.cat([self.columns, other.columns]), seen=self.seen.and_of(other.seen))
+
+
+def _stretches(flow: Flow, segment: Segment, chosen: NDArray[np.int64]) -> Iterator[tuple[slice, Flow, NDArray[np.int64]]]:
+    """The rows of a stretch, the flow over them, and which of them are among the `chosen`."""
+    wake, m, halo = torch.stack(StripView(flow).wake), flow.motion, reach(segment)
+    for some in np.array_split(chosen, -(-len(chosen) // STRETCH)):
+        rows = slice(max(int(some[0]) - halo, 0), int(some[-1]) + halo + 1)
+        yield rows, Flow(flow.arm, replace(m, wake=wake).rows(rows)), some - rows.start
+
+
+def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segment, chosen: NDArray[np.int64],
+                   free: FreeRange | None = None) -> Linear:
+    """Return the linear part at the rows `chosen` (m,), ascending, of a segment; `names` are the sets of the strips' variables.
+
+    `free` is the range of the free functions, None where there are none.
+    """
+    parts = []
+    for rows, flow, some in _stretches(view.flow, segment, chosen):
+        strips = StripView(flow)
+        z, of_three = strip_states(strips, names)
+        body = body_columns(flow)
+        law = law_columns(strips, z, of_three) if names else body[..., :0]
+        angles = x.odd[rows, :0] if free is None else free_functions(flow, free)
+        odd = view.scale[rows, :, None] * x.odd[rows, None]
+        every = torch.cat([law, body, odd, angles[:, None].expand(-1, odd.shape[1], -1)], dim=2)
+        here = torch.from_numpy(some)
+        seen = Seen(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(flow)[here].amax(dim=0))
+        parts.append(Linear(tensor(seen_rows(segment, every.numpy(), some)).float(), law.shape[2], law.shape[2] + body.shape[2],
+                            angles.shape[1], tiers(z.shape[2], of_three, law.shape[2]), seen))
+    first, *others = parts
+    for other in others:
+        first = first.and_of(other)
+    return first

@@ -1,0 +1,187 @@
+"""The linear part of a learned model, solved before its networks are trained: penalised least squares, one solution a member.
+
+    minimise  sum over rows and joints of [ (A theta - target) / s_j ]^2  +  sum_p lambda_tier(p) h_p theta_p^2  +  kappa sum_b theta_b^2
+
+A holds the columns of the strips' law and of the body, whose coefficients all joints share, and for each joint the odd features times its
+scale and the free functions, all passed through the filter that the torque has passed. h_p is the sum of A_p^2 / s_j^2; what is stated of
+the masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers with a weight each: Morison's
+two; what the strips' water remembers; what their surroundings and the arm's state add; what the mirror need not repeat. A member solves
+on the rows that it trains on; the weights are those with which all members together do best on the recordings that they watch, every
+member's share counting alike, found tier by tier: a tier is opened only where that gains WORTH. One pass over the rows: memory is that of
+the normal matrices. Source: ridge regression, Hoerl & Kennard (1970); the tiers are ours.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import torch
+from torch import Tensor
+
+from nnhydro.features.strip_law import MEAN, REMEMBERED, SURROUNDED
+from nnhydro.fitting.network.linear_columns import Linear
+from nnhydro.fitting.network.rows import CHUNK, Rows
+
+PENALTIES = tuple(10.0**k for k in range(1, -6, -1))  # lambda of a tier
+CLOSED = 1e9  # lambda that leaves a tier out
+MEAN_PENALTY = 1e-4
+FREE = 3
+TIERS = (MEAN, REMEMBERED, SURROUNDED, FREE)  # features/strip_law.py, and the free functions
+UNWATCHED = (MEAN_PENALTY, 1e-2, 1e-1, CLOSED)  # where no recording can be watched
+WORTH = {REMEMBERED: 1.0, SURROUNDED: 0.98, FREE: 0.95}  # of the error left without the tier
+STATED = 1e-3  # kappa: the square of what the model leaves, 2 % of the torque, some three rows being worth one
+FLAT = 1e-12  # of the largest: columns that hardly move are left out
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LinearPart:
+    """Coefficients of law and body (E, p), of odd features (E, odd features, joints) and free functions (E, f, joints).
+
+    `open` says whether the free functions are used.
+    """
+
+    shared: Tensor
+    odd: Tensor
+    free: Tensor
+    open: bool
+
+    def of(self, columns: Tensor) -> Tensor:
+        """Return the torques (m, E, joints) N m of `columns` (m, joints, p + odd features)."""
+        count = self.shared.shape[1]
+        shared, own = columns[..., :count], columns[..., count:]
+        return torch.einsum("mjp,ep->mej", shared, self.shared) + torch.einsum("mjp,epj->mej", own, torch.cat([self.odd, self.free], dim=1))
+
+
+@final
+@dataclass
+class _Sums:
+    """Normal equations: H (q, q), g (q,), the squares c, and the number of rows."""
+
+    H: Tensor
+    g: Tensor
+    c: float = 0.0
+    n: int = 0
+
+    @staticmethod
+    def zero(q: int) -> "_Sums":
+        return _Sums(torch.zeros(q, q, dtype=torch.float64), torch.zeros(q, dtype=torch.float64))
+
+    def add(self, shared: Tensor, odd: Tensor, z: Tensor) -> None:
+        """Add rows of weighted columns, shared (m, joints, p) and odd (m, joints, k), with right-hand sides z (m, joints)."""
+        p, k = shared.shape[2], odd.shape[2]
+        for j in range(z.shape[1]):
+            place = torch.cat([torch.arange(p), torch.arange(p + j * k, p + (j + 1) * k)])
+            A = torch.cat([shared[:, j], odd[:, j]], dim=1)
+            self.H[place[:, None], place] += A.T @ A
+            self.g[place] += A.T @ z[:, j]
+        self.c += float((z**2).sum())
+        self.n += len(z)
+
+    def without(self, other: "_Sums") -> "_Sums":
+        """Return the sums over the rows that are not in `other`."""
+        return _Sums(self.H - other.H, self.g - other.g, self.c - other.c, self.n - other.n)
+
+    def error(self, theta: Tensor) -> float:
+        """Sum of squares that theta (q,) leaves over these rows."""
+        return float(self.c - 2 * self.g @ theta + theta @ self.H @ theta)
+
+
+def _sums(rows: Rows, columns: Tensor, shared: int, watch: Tensor) -> tuple[_Sums, list[_Sums]]:
+    """Sums over all rows, and over those that each member watches; `watch` (E, n) bool."""
+    s = rows.target.double().pow(2).mean(dim=0).sqrt() + 1e-9
+    q = shared + (columns.shape[2] - shared) * columns.shape[1]
+    everything, watched = _Sums.zero(q), [_Sums.zero(q) for _ in watch]
+    for start in range(0, len(columns), CHUNK):
+        part = slice(start, start + CHUNK)
+        A, z = columns[part].double() / s[:, None], rows.target[part].double() / s
+        everything.add(A[..., :shared], A[..., shared:], z)
+        for sums, mask in zip(watched, watch[:, part], strict=True):
+            sums.add(A[mask][..., :shared], A[mask][..., shared:], z[mask])
+    return everything, watched
+
+
+def _solved(A: Tensor, b: Tensor, shared: int, joints: int) -> Tensor:
+    """Return A^-1 b (q,); the odd features of two joints share no rows, so that each joint's block is eliminated for itself."""
+    top, right, blocks = A[:shared, :shared], b[:shared], []
+    for odd in torch.arange(shared, len(b)).chunk(joints) if len(b) > shared else ():
+        o = slice(int(odd[0]), int(odd[-1]) + 1)
+        root = torch.linalg.cholesky(A[o, o])
+        blocks.append(torch.cholesky_solve(torch.cat([A[o, :shared], b[o, None]], dim=1), root))
+        top, right = top - A[:shared, o] @ blocks[-1][:, :-1], right - A[:shared, o] @ blocks[-1][:, -1]
+    first = torch.linalg.solve(top, right)
+    return torch.cat([first, *(block[:, -1] - block[:, :-1] @ first for block in blocks)])
+
+
+Weights = tuple[float, ...]  # lambda of each tier
+Solution = Callable[[Weights], Tensor]  # theta (q,)
+
+
+def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: int, joints: int) -> Solution:
+    """Return theta (q,) of one member; `size` (q,) is h, `stated` the coefficients with a prior, `tier` (q,) that of each."""
+    there = torch.diagonal(sums.H) > FLAT * size.max()
+    unit = torch.where(there, 1 / size.clamp(min=1e-300).sqrt(), torch.zeros_like(size))
+    known = torch.zeros_like(size)
+    known[stated] = STATED * unit[stated] ** 2
+    usual = torch.ones_like(size)
+    usual[stated] = 0.0
+    A, b = unit[:, None] * sums.H * unit + torch.diag(known), unit * sums.g
+
+    def theta(weights: Weights) -> Tensor:
+        weight = torch.tensor(weights, dtype=torch.float64)[tier]
+        found: Tensor = unit * _solved(A + torch.diag(weight * usual + 1e-12), b, shared, joints)
+        return torch.where((weight < CLOSED) | (usual == 0), found, torch.zeros_like(found))
+
+    return theta
+
+
+def _part(theta: Tensor, linear: Linear, joints: int, opened: bool) -> LinearPart:
+    own = theta[:, linear.shared:].reshape(len(theta), joints, -1).transpose(1, 2)
+    odd = own.shape[1] - linear.free_size
+    return LinearPart(theta[:, :linear.shared], own[:, :odd], own[:, odd:], opened)
+
+
+def _chosen_weights(left: Callable[[Weights], float], tiers: Sequence[int]) -> Weights:
+    """The weights of the `tiers` that leave least on watched recordings, opened one after the other, each adjusted once more at the end."""
+    weights = [MEAN_PENALTY, CLOSED, CLOSED, CLOSED]
+
+    def at(tier: int, value: float) -> Weights:
+        return (*weights[:tier], value, *weights[tier + 1:])
+
+    for tier in tiers:
+        without = left(tuple(weights))
+        best = min(PENALTIES, key=lambda value: left(at(tier, value)))
+        if left(at(tier, best)) < WORTH[tier] * without:
+            weights[tier] = best
+    for tier in tiers:
+        if weights[tier] < CLOSED:
+            near = [weights[tier] * factor for factor in (0.316, 1.0, 3.16)]
+            weights[tier] = min(near, key=lambda value: left(at(tier, value)))
+    return tuple(weights)
+
+
+def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int) -> tuple[LinearPart, LinearPart]:
+    """Return the linear part of every member, twice: of the rows that it trains on alone, and moved so that the mean is that of all rows.
+
+    The first tells what a member makes of recordings that it has not seen, the second is for use; members differ alike in both. `watched`
+    (E, units) bool says which units a member leaves out; arm.yaml states the first `stated` coefficients of the body to be 0 +- 1.
+    """
+    shared, joints = linear.shared, rows.target.shape[1]
+    prior = slice(linear.law_size, linear.law_size + stated)
+    everything, seen = _sums(rows, linear.columns, shared, watched[:, rows.unit])
+    size = torch.diagonal(everything.H)
+    tier = torch.full_like(size, SURROUNDED).long()
+    tier[:linear.law_size] = linear.tiers
+    for own in torch.arange(shared, len(size)).chunk(joints) if linear.free_size else ():
+        tier[own[-linear.free_size:]] = FREE
+    members = [_solutions(everything.without(own), size, prior, tier, shared, joints) for own in seen]
+
+    def left(weights: Weights) -> float:
+        return sum(own.error(solution(weights)) / own.c for own, solution in zip(seen, members, strict=True) if own.c > 0)
+
+    used = [one for one in TIERS[1:] if bool((tier == one).any())]
+    chosen = _chosen_weights(left, used) if any(own.n for own in seen) else UNWATCHED
+    theta = torch.stack([solution(chosen) for solution in members])
+    shown = _solutions(everything, size, prior, tier, shared, joints)(chosen)
+    moved, opened = theta + (shown - theta.mean(dim=0)), chosen[FREE] < CLOSED
+    return _part(theta, linear, joints, opened), _part(moved, linear, joints, opened)

@@ -1,0 +1,1 @@
+"""Coefficient curves over the distance travelled, and their travel scale."""

@@ -1,0 +1,1 @@
+"""Learned models: networks, the law of the strips, the free part, hybrids."""

@@ -1,0 +1,178 @@
+"""The learned models: `network` (all of the torque) and `hybrid` (a calibrated baseline plus a bounded residual).
+
+What is learned is a linear part, solved in closed form, and the ensemble of networks for what it leaves:
+
+    tau = base + phi g S bounded( law / S + free / S + x_odd K + y(x) )
+
+`free` (free_part.py) is what the mirror image of the rig need not repeat; all else changes sign with it.
+"""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+import torch
+from torch import Tensor
+
+from nnhydro.features.feature_set import View, features
+from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_scale
+from nnhydro.features.wake import LASTING, TRAVEL
+from nnhydro.models.baselines import BASELINES
+from nnhydro.models.learned.free_part import FreePart
+from nnhydro.models.learned.network import Ensemble, bounded, mirrored
+from nnhydro.models.learned.strip_law import StripLaw
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.transmission import to_drives
+from nnhydro.recordings.arm import Arm
+
+WIDENING = 3.0  # a feature a third of its half range outside, or a link a third faster than ever, doubles the deviation
+FAR = 3.0  # half ranges outside: beyond them all that can be said is that it is far
+BANK = [list(TRAVEL), list(LASTING)]  # what the strips' water remembers: a model is of one bank
+BASELINE, LAW, FREE = "baseline.", "law.", "free."  # before the names of a baseline's tensors, a law's, and a free part's
+
+
+def reference_terms(arm: Arm, motion: Motion) -> dict[str, Tensor]:
+    """Return the textbook's torques at the drives, term by term, (n, joints) N m: inputs of the learner, nothing fitted."""
+    loads = BASELINES["rigid" if arm.dry else "textbook"].start(arm)
+    return {name: to_drives(tau, arm) for name, tau in loads.by_term(Flow(arm, motion)).items()}
+
+
+def view_of(arm: Arm, motion: Motion, floor: Tensor) -> View:
+    """Return what the features look at; `floor` (joints,) N m is the scale's."""
+    flow = Flow(arm, motion)
+    scale = morison_scale(flow, floor)
+    terms = torch.stack(list(reference_terms(arm, motion).values()), dim=2)
+    return View(flow, scale, terms / scale[..., None])
+
+
+def swiftness(flow: Flow) -> Tensor:
+    """Return the speed and the acceleration scale of every link (n, 2 links) m/s, m/s^2."""
+    return torch.cat([speed_scale(flow), acceleration_scale(flow)], dim=1)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LearnedTorque(TorqueModel):
+    """An ensemble on dimensionless features; with a `baseline`, a hybrid. Tensors are float64, single rows are cheap.
+
+    phi = 1 / (1 + h),   h = |support' x|^2
+
+    h measures how far the features x lie from those of training, 1 far beyond what recordings held out of it reach: there the residual of
+    a hybrid fades and the baseline remains; g (`trust`) is below 1 where recordings held out of it do not confirm it. For a network both
+    are 1. std^2 = [(k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2] (1 + 3 e)^2 with s the scatter of the members and `doubt` = (k, c, a, u),
+    calibrated on recordings that members did not train on; e, 3 at most, is the largest share of its half range by which a feature lies
+    outside the range of training, or by which a link is faster or more accelerated than there.
+    """
+
+    kind: ClassVar[str] = "learned"
+    feature_names: tuple[str, ...]
+    bound: float
+    floor: Tensor  # (joints,) N m
+    centre: Tensor  # (features,)
+    spread: Tensor  # (features,)
+    parity: Tensor  # (features,)
+    lowest: Tensor  # (features,) of the standardised inputs seen in training, mirror images included
+    highest: Tensor  # (features,)
+    swiftest: Tensor  # (2 links,) m/s, m/s^2: largest speed and acceleration scale of each link in training
+    skip: Tensor  # (E, features, joints): K, zero for even features
+    ensemble: Ensemble
+    baseline: TorqueModel | None
+    law: StripLaw | None = None
+    free: FreePart | None = None  # None: exactly odd under the mirror
+    support: Tensor | None = None  # (features, r); None: nothing is known of the distance, h = 0
+    trust: Tensor | None = None  # (joints,) of a hybrid's residual; None: all of it
+    doubt: Tensor | None = None  # (4, joints): k, c [-], a [N m], u [-]; None: std is the members' scatter
+
+    @property
+    def name(self) -> str:
+        """`hybrid` with a baseline, else `network`."""
+        return "network" if self.baseline is None else "hybrid"
+
+    def standardised(self, view: View) -> Tensor:
+        """Return the standardised features (n, k) as they are, also outside the range of training."""
+        return (features(view, self.feature_names).joined() - self.centre) / self.spread
+
+    def held(self, x: Tensor) -> Tensor:
+        """Return standardised features (n, k) held within the range of the training recordings."""
+        return torch.minimum(torch.maximum(x, self.lowest), self.highest)
+
+    def inputs(self, view: View) -> Tensor:
+        """Return the standardised features (n, k), held within the range of the training recordings."""
+        return self.held(self.standardised(view))
+
+    def familiarity(self, x: Tensor) -> Tensor:
+        """Return phi (n, 1), 1 among the training recordings to 0 far away, of standardised features x (n, k) as they are."""
+        if self.support is None:
+            return torch.ones_like(x[:, :1])
+        return 1 / (1 + (x @ self.support).pow(2).sum(dim=1, keepdim=True))
+
+    def excess(self, view: View, x: Tensor) -> Tensor:
+        """Return e (n, 1) of standardised features x (n, k) as they are: 0 within the range of training."""
+        half = ((self.highest - self.lowest) / 2).clamp(min=1.0)
+        beyond = ((x - self.held(x)).abs() / half).amax(dim=1, keepdim=True)
+        swifter = (swiftness(view.flow) / self.swiftest - 1).amax(dim=1, keepdim=True)
+        return torch.maximum(beyond, swifter).clamp(0.0, FAR)
+
+    def linear(self, view: View, x: Tensor) -> Tensor:
+        """Return the linear part (E, n, joints), in units of the scale, for x (n, k) from `standardised`."""
+        direct = self.held(x) @ self.skip
+        for part in (self.law, self.free):
+            direct = direct if part is None else direct + part.torque(view.flow) / view.scale
+        return direct
+
+    def correction(self, x: Tensor, scale: Tensor, linear: Tensor) -> Tensor:
+        """Return what each member adds to the baseline (E, n, joints) N m.
+
+        x (n, k) from `standardised`, the Morison scale (n, joints) N m, and the linear part (E, n, joints) in units of it.
+        """
+        learned = scale * bounded(linear + mirrored(self.ensemble, self.held(x), self.parity), self.bound)
+        if self.baseline is None:
+            return learned
+        return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)
+
+    def members(self, motion: Motion) -> Tensor:
+        """Return the sensor torques (E, n, joints) N m of each member of the ensemble."""
+        view = view_of(self.arm, motion, self.floor)
+        x = self.standardised(view)
+        correction = self.correction(x, view.scale, self.linear(view, x))
+        return correction if self.baseline is None else self.baseline.torque(motion) + correction
+
+    def torque(self, motion: Motion) -> Tensor:
+        """Return the mean of the members, (n, joints) N m."""
+        return self.members(motion).mean(dim=0)
+
+    def std(self, motion: Motion) -> Tensor | None:
+        """Return the standard deviation (n, joints) N m to be expected of measured minus predicted torque.
+
+        Where it was never calibrated it is the members' disagreement alone; None for a single network without calibration.
+        """
+        view = view_of(self.arm, motion, self.floor)
+        x = self.standardised(view)
+        members = self.correction(x, view.scale, self.linear(view, x))
+        scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
+        if self.doubt is None:
+            return scatter if len(members) > 1 else None
+        return (1 + WIDENING * self.excess(view, x)) * spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
+
+    def document(self) -> dict[str, Any]:
+        """Return names, bound, layout and the baseline."""
+        base = self.baseline
+        return {"features": list(self.feature_names), "bound": self.bound, "layers": len(self.ensemble.weights),
+                "law": None if self.law is None else list(self.law.names), "bank": BANK,
+                "baseline": None if base is None else {"kind": base.kind, "arm": base.arm.document(), "model": base.document()}}
+
+    def arrays(self) -> dict[str, Tensor]:
+        """Return scaling and weights, those of the baseline too."""
+        named = {f"ensemble.{i}": tensor for i, tensor in enumerate(self.ensemble.tensors())}
+        named |= {key: getattr(self, key) for key in ("floor", "centre", "spread", "parity", "lowest", "highest", "swiftest", "skip")}
+        named |= {} if self.law is None else {f"{LAW}{key}": tensor for key, tensor in self.law.arrays().items()}
+        named |= {} if self.free is None else {f"{FREE}{key}": tensor for key, tensor in self.free.arrays().items()}
+        named |= {key: tensor for key in ("support", "trust", "doubt") if (tensor := getattr(self, key)) is not None}
+        return named | ({} if self.baseline is None else {f"{BASELINE}{key}": value for key, value in self.baseline.arrays().items()})
+
+
+def spread_of(doubt: Tensor, scatter: Tensor, scale: Tensor, familiarity: Tensor) -> Tensor:
+    """Return sqrt((k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2) N m for scatter s and scale S (n, joints) N m and phi (n, 1)."""
+    k, c, a, u = doubt
+    return torch.sqrt((k * scatter) ** 2 + (c * scale) ** 2 + a**2 + (u * (1 - familiarity) * scale) ** 2)

@@ -1,0 +1,1 @@
+"""From channels to motions: cut-off, low-pass, derivatives, fused trajectories."""

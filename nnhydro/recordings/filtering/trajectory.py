@@ -1,0 +1,239 @@
+"""One smooth trajectory from all that was recorded of a motion: angles, rates and accelerations, each with its own noise.
+
+    minimise  sum (q - B c)^2 / s_q^2 + sum (qd - B' c)^2 / s_v^2 + sum (qdd - B'' c)^2 / s_a^2        B: quintic B-splines on even knots
+
+The knots lie so closely that the trajectory passes what lies below the band's upper edge and no more. Where a channel is missing its sum
+is absent. The band itself ends where the acceleration is no longer known:
+
+    N(f) = 1 / (1/N_q + 1/N_v + 1/N_a),   N_q = 2 dt s_q^2 (2 pi f)^4,  N_v = 2 dt s_v^2 (2 pi f)^2,  N_a = 2 dt s_a^2    [(rad/s^2)^2/Hz]
+    edge = the highest f at which some joint's acceleration has more than KNOWN^-2 times N(f)
+
+because regressors that are noise bias every coefficient towards 0 by the ratio of noise to motion.
+Source: regression splines, de Boor (1978); bias of errors in variables, Fuller (1987), section 1.1.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation, resampled, stretches, surroundings
+from nnhydro.recordings.recording import Recording
+
+Array = NDArray[np.float64]
+KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
+LOWEST_EDGE, HIGHEST_EDGE = 0.3, 8.0  # Hz: above, corners of a motion are sharper than any record of them
+KNOTS_PER_PERIOD = 4.0  # of the band's edge: the spline passes all below it
+SHARPER = 4.0  # times as many knots where accelerations are measured: they hold the corners of a motion
+ROWS_PER_PERIOD = 8.0  # of the band's edge: laws that bend (friction, drag) spread a motion to higher frequencies
+WIDEST = 50.0  # Hz: the spectrum is looked at up to here
+RISE = 2.0  # of the least level: a spectrum that rises again so much has met its noise; a band's mean hardly doubles by chance
+TINY = 1e-10  # of the largest level: a computed motion without noise holds nothing below
+BANDS_PER_OCTAVE = 4
+PASSED_OVER = 3  # bands: less than an octave without motion may lie between two lines of a periodic one
+DEGREE = 5
+THIRD = np.sqrt(20.0)  # white noise of unit variance has third differences of variance 20
+
+
+@final
+@dataclass(frozen=True)
+class Trajectory:
+    """Motion on an even grid: t (n,) s, q, qd, qdd (n, links), u0, du0 (n,); `around`: base, heading and water as a segment holds them."""
+
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    u0: Array
+    du0: Array
+    around: dict[str, Array]
+
+
+def white_level(x: Array | None) -> Array | None:
+    """Return the standard deviation (links,) of the white noise in `x` (n, links) from its third differences; None where there is none."""
+    if x is None:
+        return None
+    d = np.diff(x, n=3, axis=0)
+    centre = np.median(d, axis=0)
+    robust = 1.4826 * np.median(np.abs(d - centre), axis=0)
+    rms = np.sqrt(np.mean(d**2, axis=0))
+    level: Array = np.where(robust > 0, np.minimum(robust, rms), rms) / THIRD
+    return level
+
+
+def _acceleration_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint: int) -> Array:
+    """N(f) of one joint, (rad/s^2)^2/Hz, from the white levels of angle, rate and acceleration."""
+    w = 2 * np.pi * f
+    known = np.zeros_like(f)
+    for level, power in zip(levels, (4, 2, 0), strict=True):
+        if level is not None:
+            known += 1.0 / np.maximum(2 * dt * level[joint] ** 2 * w**power, 1e-300)
+    return 1.0 / np.maximum(known, 1e-300)
+
+
+def _own_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint: int, power: int) -> Array:
+    """N(f) of the channel that is differentiated power / 2 times alone: what it shows below this is its own noise."""
+    level = levels[len(levels) - 1 - power // 2]
+    return np.zeros_like(f) if level is None else 2 * dt * level[joint] ** 2 * (2 * np.pi * f) ** power
+
+
+def _acceleration_spectrum(x: Array, dt: float, power: int) -> tuple[Array, Array]:
+    """Frequencies (Hz) and one-sided density of the acceleration from a channel (n,) that is differentiated power / 2 times."""
+    n = len(x)
+    window = np.hanning(n)
+    straight = x - np.linspace(x[0], x[-1], n)
+    density = 2.0 * dt * np.abs(np.fft.rfft(straight * window)) ** 2 / (window**2).sum()
+    f = np.fft.rfftfreq(n, dt)
+    spectrum: Array = density * (2 * np.pi * f) ** power
+    return np.asarray(f[1:], np.float64), spectrum[1:]
+
+
+def _channels(part: Recording) -> list[tuple[str, Array, int, tuple[Array | None, ...], int]]:
+    """Every record of an acceleration: (name, values (n,), power of w, white levels of all records of it, column of these)."""
+    joints = tuple(white_level(x) for x in (part.q, part.qd, part.qdd))
+    found = [(f"{power} {joint}", x[:, joint], power, joints, joint)
+             for x, power in ((part.q, 4), (part.qd, 2), (part.qdd, 0)) if x is not None for joint in range(part.n_links)]
+    carriage = tuple(None if x is None else x[:, None] for x in (part.u0, part.du0))
+    for name, (speed, slope) in {"u": carriage, "base": (part.base, part.dbase), "water": (part.current, part.dcurrent)}.items():
+        levels = (None, white_level(speed), white_level(slope))
+        found += [(f"{power} {name} {column}", x[:, column], power, levels, column)
+                  for x, power in ((speed, 2), (slope, 0)) if x is not None for column in range(x.shape[1]) if x[:, column].any()]
+    return found
+
+
+def _plateau(motion: Array) -> float:
+    """Return the level at which the spectrum of an acceleration ends its fall, 0 where it falls to its end: motors move arms slowly."""
+    there = motion[motion > 0]
+    if len(there) < 3:
+        return 0.0
+    peak = int(np.argmax(there))
+    valley = peak + int(np.argmin(there[peak:]))
+    return float(there[valley]) if there[valley + 1:].size and there[valley + 1:].max() > RISE * there[valley] else 0.0
+
+
+def _end(edges: Array, motion: Array, good: NDArray[np.bool_]) -> float:
+    """Return where the good bands that hold the largest motion end, 0 without any; one bad band between two lines is passed over."""
+    if not good.any():
+        return 0.0
+    last = int(np.argmax(np.where(good, motion, 0.0)))
+    for band in range(last + 1, len(good)):
+        if good[band]:
+            last = band
+        elif band - last >= PASSED_OVER:
+            break
+    return float(edges[last + 1])
+
+
+def trusted_edge(recordings: Iterable[Recording]) -> float:
+    """Return the upper edge of the band, Hz, in which some acceleration of these recordings is known to `KNOWN`."""
+    edge, cap = known_edge(recordings)
+    return float(np.clip(edge or cap, LOWEST_EDGE, cap))
+
+
+def known_edge(recordings: Iterable[Recording]) -> tuple[float, float]:
+    """Return the highest frequency, Hz, at which some acceleration is known to `KNOWN`, 0 where none is, and the highest edge of a band."""
+    edges = LOWEST_EDGE * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * np.log2(WIDEST / LOWEST_EDGE)) + 1) / BANDS_PER_OCTAVE)
+    sums: dict[str, tuple[Array, Array, Array]] = {}
+    nyquist = np.inf
+    for r in recordings:
+        for start, stop in stretches(r, with_torque=False):
+            part = resampled(r.without_torque(), start, stop)
+            dt = float(part.t[1] - part.t[0])
+            nyquist = min(nyquist, 0.5 / dt)
+            for number, x, power, levels, column in _channels(part):
+                f, S = _acceleration_spectrum(x, dt, power)
+                N = np.maximum(_acceleration_noise(f, dt, levels, column), _own_noise(f, dt, levels, column, power))
+                at = np.digitize(f, edges) - 1
+                inside = (at >= 0) & (at < len(edges) - 1)
+                counted = [np.bincount(at[inside], w[inside] * part.duration, len(edges) - 1) for w in (S, N, np.ones_like(f))]
+                before = sums.get(number, tuple(np.zeros(len(edges) - 1) for _ in range(3)))
+                sums[number] = tuple(a + b for a, b in zip(before, counted, strict=True))  # type: ignore[assignment]
+    highest = 0.0
+    for S_sum, N_sum, count in sums.values():
+        motion, noise = (np.where(count > 0, x / np.maximum(count, 1e-300), 0.0) for x in (S_sum, N_sum))
+        good = (motion > np.maximum(noise, _plateau(motion)) / KNOWN**2) & (motion > TINY * motion.max())
+        highest = max(highest, _end(edges, motion, good))
+    return highest, float(max(LOWEST_EDGE, min(HIGHEST_EDGE, 0.9 * nyquist)))
+
+
+def _basis(t: Array, knots: Array, order: int) -> Any:
+    """The B-splines (n, m) on `knots`, differentiated `order` times, as a sparse matrix."""
+    from scipy.interpolate import BSpline
+    from scipy.sparse import diags
+
+    k, inner = DEGREE, knots
+    change: Any = None
+    for _ in range(order):
+        width = inner[k + 1:len(inner) - 1] - inner[1:len(inner) - k - 1]
+        m = len(inner) - k - 1
+        bands: Any = [-k / width, k / width]
+        D: Any = diags(bands, [0, 1], shape=(m - 1, m))
+        change = D if change is None else D @ change
+        inner, k = inner[1:-1], k - 1
+    B = BSpline.design_matrix(t, inner, k)
+    return B if change is None else B @ change
+
+
+def _fitted(t: Array, at: Array, edge: float, channels: list[tuple[int, Array, Array]]) -> tuple[Array, Array, Array]:
+    """Value, first and second derivative at the times `at` of the spline through `channels`: (derivative, values (n, c), weights (c,))."""
+    from scipy.interpolate import BSpline
+    from scipy.linalg import solveh_banded
+
+    span = float(t[-1] - t[0])
+    accelerations = any(order == 2 for order, *_ in channels)
+    wanted = np.ceil(span * KNOTS_PER_PERIOD * edge * (SHARPER if accelerations else 1.0))
+    pieces = int(min(max(wanted, 4), max(len(t) // 2, 4)))
+    knots = np.concatenate([np.full(DEGREE, t[0]), np.linspace(t[0], t[-1], pieces + 1), np.full(DEGREE, t[-1])])
+    m, columns = len(knots) - DEGREE - 1, channels[0][1].shape[1]
+    bases = {order: _basis(t, knots, order) for order, *_ in channels}
+    c = np.zeros((m, columns))
+    for column in range(columns):
+        H: Any = None
+        g = np.zeros(m)
+        for order, values, weights in channels:
+            B = bases[order]
+            H = weights[column] * (B.T @ B) if H is None else H + weights[column] * (B.T @ B)
+            g += weights[column] * (B.T @ values[:, column])
+        bands = np.zeros((DEGREE + 1, m))
+        for offset in range(DEGREE + 1):
+            bands[DEGREE - offset, offset:] = H.diagonal(offset)
+        bands[-1] += 1e-9 * np.median(bands[-1])
+        c[:, column] = solveh_banded(bands, g)
+    spline = BSpline(knots, c, DEGREE)
+    return spline(at), spline.derivative(1)(at), spline.derivative(2)(at)
+
+
+def _weights(level: Array | None, floor: Array) -> Array:
+    """1/level^2 (c,); a channel whose noise is not known counts as if it were `floor`."""
+    found: Array = 1.0 / np.maximum(floor if level is None else level, floor) ** 2
+    return found
+
+
+def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
+    """How the base of `r` moves and turns and the water flows at the times `at` (n,) s, low-passed as the angles of any recording are."""
+    from scipy.interpolate import make_interp_spline
+
+    if r.base is None and r.heading is None and r.current is None:
+        return {}
+    found: dict[str, Any] = surroundings(r, Preparation(LowPass(edge)))
+    return {name: np.asarray(make_interp_spline(r.t, x, k=3)(at)) for name, x in found.items()
+            if x is not None and name not in ("u0", "du0")}
+
+
+def trajectory(r: Recording, edge: float, at: Array) -> Trajectory:
+    """Return the motion of an evenly sampled stretch `r` at the times `at` (n,) s, from all its channels, band-limited above `edge` Hz."""
+    t = np.asarray(r.t)
+    spread = np.maximum(np.ptp(r.q, axis=0), 1e-9)
+    channels = [(order, x, _weights(white_level(x), 1e-7 * spread * (2 * np.pi * edge) ** order))
+                for order, x in ((0, r.q), (1, r.qd), (2, r.qdd)) if x is not None]
+    q, qd, qdd = _fitted(t, at, edge, channels)
+    around = _around(r, edge, at)
+    if r.u0 is None:
+        return Trajectory(at, q, qd, qdd, np.zeros(len(at)), np.zeros(len(at)), around)
+    carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
+                for order, x in ((0, r.u0), (1, r.du0)) if x is not None]
+    u0, du0, _ = _fitted(t, at, edge, carriage)
+    return Trajectory(at, q, qd, qdd, u0[:, 0], du0[:, 0], around)

@@ -1,0 +1,73 @@
+"""The page of a benchmark: the verdict first, then all models, recording by recording, the curves, where the residual lies, the doubt."""
+
+from typing import Any
+
+from markupsafe import Markup
+
+from nnhydro.conventions import with_units
+from nnhydro.evaluation.benchmark import Benchmark
+from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
+from nnhydro.models.baselines import BASELINES
+from nnhydro.report.benchmark.figures import shown_models
+from nnhydro.report.benchmark.tables import coverage_sheet, folds_sheet, models_sheet
+from nnhydro.report.widgets.charts import error_chart, over_count, reliability
+from nnhydro.report.widgets.history import histories
+from nnhydro.report.widgets.render import rendered
+from nnhydro.report.widgets.residual_map import largest, residual_maps
+from nnhydro.report.widgets.trace import MOST, benchmark_traces, spread, table_of, with_whole_tables
+
+DARKEST = 1.0  # error at which the table's colour ends, where errors are that large
+
+
+def _by_recording(result: Benchmark, models: dict[str, Any]) -> list[tuple[str, str, list[tuple[str, float | None, float]]]]:
+    """Every unit and its picture, the worst for the best model first, with each model's error and its place on the colour scale."""
+    names = result.ranking()
+    table = {name: models[name]["by_recording"] for name in names}
+    top = min(max((e for row in table.values() for e in row.values()), default=1.0), DARKEST) or 1.0
+    units = sorted(table[names[0]], key=table[names[0]].__getitem__, reverse=True)
+
+    def cell(name: str, unit: str) -> tuple[str, float | None, float]:
+        error = table[name].get(unit)
+        return name, error, min((error or 0.0) / top, 1.0)
+
+    return [(unit, table_of(unit), [cell(name, unit) for name in names]) for unit in units]
+
+
+def _mapped(result: Benchmark) -> list[str]:
+    """The models whose residual is mapped: the best, and the best physics where that is another."""
+    ranking = result.ranking()
+    return list(dict.fromkeys([ranking[0], *[name for name in ranking if name in BASELINES][:1]]))
+
+
+def _curve(result: Benchmark, styles: dict[str, int]) -> Markup | None:
+    """Errors over the number of fitted recordings; None where the protocol has one number only."""
+    if not result.split.curve:
+        return None
+    folds = range(len(result.split.folds))
+    errors = [result.fold_errors(k) for k in folds]
+    return over_count("Error on the same held-out recordings against the number of recordings fitted",
+                      [result.fitted_count(fold) for fold in result.split.folds],
+                      {name: [e.get(name) for e in errors] for name in styles}, styles)
+
+
+def benchmark_page(result: Benchmark) -> str:
+    """Return the page as HTML text."""
+    document, names = result.document(), result.ranking()
+    models, styles = document["models"], {name: number % 9 for number, name in enumerate(names)}
+    held_out = [unit for unit, _, _ in _by_recording(result, models)]
+    traces = benchmark_traces(result, spread(held_out, MOST))
+    maps = residual_maps(traces, _mapped(result))
+    drawn = histories(with_whole_tables(traces), styles, shown_models(result))
+    covered = {name: models[name]["coverage"] for name in names if "coverage" in models[name]}
+    protocol = f"{len(result.folds)} folds, every recording held out once." if result.protocol == DEFAULT else \
+        f"Protocol {result.protocol}: {protocol_called(result.protocol).meaning}."
+    rows = [(name, models[name]["error"], (models[name]["error_ci95"][0], models[name]["error_ci95"][1])) for name in names]
+    page = rendered(
+        "benchmark.html", arm=result.campaign.arm.name, verdict=result.verdict(), d=document, styles=styles, protocol=protocol,
+        errors=error_chart("Error of every model on held-out recordings, with 95 % interval", rows, styles, result.noise_floor),
+        models=models_sheet(result, document), folds=None if result.protocol == DEFAULT else folds_sheet(result),
+        curve=_curve(result, styles), by_recording=_by_recording(result, models), drawn={h.recording for h in drawn}, histories=drawn,
+        shown_first=shown_models(result), maps=maps, heat=largest(maps),
+        shown=len({t.recording for t in traces if not t.segment.steady}), of=sum(not unit.steady for unit in result.units),
+        reliability=reliability(covered, styles) if covered else None, coverage=coverage_sheet(result, document))
+    return with_units(page, result.campaign.arm.sliding)

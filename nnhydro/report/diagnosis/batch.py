@@ -1,0 +1,60 @@
+"""Many campaigns diagnosed, each to a folder of its own, by as many workers as there are."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+from nnhydro.diagnosis.diagnose import diagnose
+from nnhydro.diagnosis.experiment.rig_limits import Limits
+from nnhydro.effects.catalogue import load_plugin
+from nnhydro.errors import NnhydroError
+from nnhydro.recordings.campaign import verified
+from nnhydro.report.diagnosis.folder import write_diagnosis
+from nnhydro.runtime.workers import HERE, Workers, spread
+
+
+@final
+@dataclass(frozen=True)
+class Asked:
+    """One diagnosis: the folder of the campaign, where the result goes, and the choices of `nnhydro diagnose`."""
+
+    campaign: Path
+    out: Path
+    baseline: str | None = None
+    seed: int = 0
+    cutoff_hz: float | None = None
+    effects: Path | None = None
+    column_map: Path | None = None
+    rehearsals: int = 0
+    limits: Limits | None = None
+    without: tuple[str, ...] = ()
+
+
+@final
+@dataclass(frozen=True)
+class BatchOutcome:
+    """What became of it: diagnosis.json and the verdict, or why there is none."""
+
+    asked: Asked
+    document: dict[str, Any] | None
+    verdict: str
+
+
+def _diagnosed(asked: Asked) -> BatchOutcome:
+    """One campaign: read, diagnosed and written by the worker itself, so that a finished diagnosis is never lost."""
+    try:
+        if asked.effects is not None:
+            load_plugin(asked.effects)
+        campaign = verified(asked.campaign, asked.column_map)
+        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, asked.without, rehearsals=asked.rehearsals,
+                          limits=asked.limits)
+        write_diagnosis(result, campaign, asked.out)
+        return BatchOutcome(asked, result.document(), result.verdict())
+    except NnhydroError as cause:
+        return BatchOutcome(asked, None, str(cause))
+
+
+def diagnose_all(asked: Sequence[Asked], workers: Workers = HERE) -> Iterator[BatchOutcome]:
+    """Yield what became of each diagnosis, in order; one that fails by a user's error says so and stops no other."""
+    yield from spread(_diagnosed, [(one,) for one in asked], workers)

@@ -1,0 +1,107 @@
+"""The pictures of a diagnosis: torque against time, the residual map of baseline and corrected model, the laws that were found.
+
+Each is written as PNG and SVG with its data beside it, and can be told apart in grey and by colour-blind readers.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.report.diagnosis.finding_law import Law, law_of
+from nnhydro.report.figure_file import new_figure, save_figure
+from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
+from nnhydro.report.widgets.residual_map import ResidualMap, largest, residual_maps
+from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, spread
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST_RECORDINGS = 15  # that a law is drawn from
+DOTS = 2000  # single rows in a panel
+OVER = "angle and rate"
+
+
+def history_figure(trace: Trace, stem: Path) -> list[Path]:
+    """Draw measured, baseline and corrected torque of one recording, and what both models leave."""
+    segment, low_pass = trace.segment, trace.segment.low_pass
+    figure = new_figure(9.0, 2.6 * segment.n_links + 1.4)
+    draw_joint_panels(figure, segment, {f"{name} ({100 * trace.error(name):.1f} %)": tau for name, tau in trace.models.items()})
+    filtered = "" if low_pass is None else f"; all curves low-passed at {low_pass.cutoff_hz:.3g} Hz, shaded ends not compared"
+    figure.suptitle(f"{trace.recording}{filtered}", x=0.01, ha="left", fontsize=10)
+    return save_figure(figure, stem)
+
+
+def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
+    """Draw the residual maps over angle and rate: a row a joint, a column a model, one colour scale a joint."""
+    shown = [m for m in maps if m.over == OVER]
+    joints, models = sorted({m.joint for m in shown}), list(dict.fromkeys(m.model for m in shown))
+    heat = largest(shown)
+    figure = new_figure(4.4 * len(models) + 1.2, 3.4 * len(joints) + 0.3)
+    axes = figure.subplots(len(joints), len(models), squeeze=False, sharex="row", sharey="row")
+    for m in shown:
+        ax = axes[joints.index(m.joint), models.index(m.model)]
+        values = np.array([[np.nan if cell is None else cell.rms for cell in row] for row in m.cells])[::-1]
+        mesh = ax.pcolormesh(m.across_edges, m.down_edges, values, cmap="cividis", vmin=0.0, vmax=heat[m.joint] or 1.0, label=m.model)
+        ax.set(xlabel=m.across, ylabel=m.down, title=f"joint {m.joint}, {m.model}", facecolor="0.93")
+        if m.model == models[-1]:
+            figure.colorbar(mesh, ax=axes[joints.index(m.joint)], label="rms residual [N m]")
+    return save_figure(figure, stem)
+
+
+FOUND = ("measured less the rest of the model", "its mean over a bin", "law found")
+UNNAMED = ("what no finding explains, on left-out recordings", "its mean over a bin", "the mean, joined")
+
+
+def _law(ax: "Axes", law: Law, title: str, labels: tuple[str, str, str]) -> None:
+    """One law: single rows, their means, the law with its interval."""
+    dots = law.rows[np.unique(np.linspace(0, len(law.rows) - 1, DOTS).astype(int))]
+    ax.plot(*dots.T, ".", color="0.8", markersize=2, zorder=0, label=labels[0])
+    ax.plot(law.x, law.rest, "o", color=INK, fillstyle="none", markersize=5, label=labels[1])
+    ax.plot(law.x, law.law, **STYLES[0], label=labels[2])
+    for sign, label in ((-1, "95 % interval"), (1, None)):
+        ax.plot(law.x, law.law + sign * law.half, color=STYLES[0]["color"], linestyle=(0, (4, 2)), linewidth=0.8, label=label)
+    ax.fill_between(law.x, law.law - law.half, law.law + law.half, color=STYLES[0]["color"], alpha=0.2, linewidth=0)
+    low, high = np.quantile(np.concatenate([dots[:, 1], law.law, law.rest]), [0.005, 0.995])
+    ax.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
+    ax.set_xlim(law.x.min() - 0.03 * np.ptp(law.x), law.x.max() + 0.03 * np.ptp(law.x))
+    ax.set(xlabel=law.driver, ylabel=f"torque {law.joint} [N m]")
+    ax.set_title(title, fontsize=9, loc="left", wrap=True)
+    ax.grid(color="0.92")
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def law_figure(laws: Sequence[tuple[str, Law]], stem: Path, labels: tuple[str, str, str] = FOUND) -> list[Path]:
+    """Draw laws, each with its statement, one below the other; `labels` tell what rows, means and line are."""
+    figure = new_figure(8.0, 3.6 * len(laws) + 0.5)
+    axes = figure.subplots(len(laws), 1, squeeze=False)[:, 0]
+    for ax, (statement, law) in zip(axes, laws, strict=True):
+        _law(ax, law, statement, labels)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False, fontsize=8.5, markerscale=1.5)
+    return save_figure(figure, stem)
+
+
+def laws_of(result: Diagnosis, traces: Sequence[Trace]) -> list[Law | None]:
+    """Return the law of each finding; `traces` are the campaign's, of the models BASELINE and CORRECTED."""
+    names = spread(list(dict.fromkeys(t.recording for t in traces)), MOST_RECORDINGS)
+    some = [t for t in traces if t.recording in names]
+    return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
+
+
+def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[Law | None], out: Path,
+                      unnamed: Sequence[Law] = ()) -> list[Path]:
+    """Draw every picture of a diagnosis into the folder `out`, each as PNG and SVG with its data; returns their paths."""
+    paths = list[Path]()
+    for trace in by_change(traces):
+        stem = out / ("torque_steady" if trace.segment.steady else "torque_history")
+        if not stem.with_suffix(".png").exists():  # the first of its kind is where the correction helps most
+            paths += draw_steady(trace.segment, trace.models, stem) if trace.segment.steady else history_figure(trace, stem)
+    maps = residual_maps(traces, [BASELINE, CORRECTED] if result.findings else [BASELINE])
+    if maps:
+        paths += map_figure(maps, out / "residual_map")
+    drawn = [(finding.statement, law) for finding, law in zip(result.findings, laws, strict=True) if law is not None]
+    left = [(f"Joint {law.joint}: something without a name is left", law) for law in unnamed]
+    paths += law_figure(drawn, out / "laws") if drawn else []
+    return paths + (law_figure(left, out / "unexplained", UNNAMED) if left else [])

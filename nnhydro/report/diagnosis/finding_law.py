@@ -1,0 +1,157 @@
+"""The law of a finding as the recordings show it: its torque with 95 % interval, and what the rest of the model leaves for it.
+
+    law       x      = tau(model) - tau(model without the finding)                                       (n,) N m
+    rest      y      = measured - tau(model without the finding), the partial residual                   (n,) N m
+    interval  1.96 s,  s^2 = sum_k (x(v + sqrt(lambda_k) e_k) - x(v))^2,   lambda_k, e_k of the covariance of the values v
+
+Parameters that are not linear stay at their values; what the others lose by that is part of their covariance. All are means over bins of
+the state variable that the effect's card names first.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.effects.effect import InstrumentEffect, LoadEffect
+from nnhydro.effects.in_sector import InSector, ReadInSector
+from nnhydro.effects.quantity import Z95
+from nnhydro.evaluation.benchmark import modelled
+from nnhydro.models.corrected_simulation import CorrectedSimulation
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.load_term import LoadTerm
+from nnhydro.physics.motion import Motion
+from nnhydro.report.widgets.trace import Trace
+
+Array = NDArray[np.float64]
+BINS = 25
+FEWEST = 5  # rows in a bin that is shown
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Torque of a finding at one joint (from 1) over bins of what drives it."""
+
+    joint: int
+    driver: str
+    rows: Array  # (m, 2) driver and partial residual of single rows
+    x: Array  # (bins,) mean of the driver
+    rest: Array  # (bins,) N m, mean of the partial residual
+    law: Array  # (bins,) N m
+    half: Array  # (bins,) N m, half of the 95 % interval of `law`
+
+
+def _physics(corrected: TorqueModel) -> StripTheory | None:
+    """The part of a corrected model that holds the findings."""
+    inner = corrected.after if isinstance(corrected, CorrectedSimulation) else corrected
+    return inner if isinstance(inner, StripTheory) else None
+
+
+def _with(model: StripTheory, old: LoadEffect | InstrumentEffect, new: LoadEffect | InstrumentEffect | None) -> StripTheory:
+    """The model with `new`, or nothing, in the place of `old`."""
+    terms: dict[str, LoadTerm] = {}
+    for name, term in model.loads.terms.items():
+        if isinstance(term, InSector) and term.term is old:
+            terms |= {} if not isinstance(new, LoadEffect) else {name: replace(term, term=new)}
+        elif term is not old:
+            terms[name] = term
+        elif isinstance(new, LoadEffect):
+            terms[name] = new
+    instruments: list[InstrumentEffect] = []
+    for one in model.instruments:
+        if isinstance(one, ReadInSector) and one.effect is old:
+            instruments += [replace(one, effect=new)] if isinstance(new, InstrumentEffect) else []
+        elif one is not old:
+            instruments.append(one)
+        elif isinstance(new, InstrumentEffect):
+            instruments.append(new)
+    return replace(model, loads=Loads(terms), instruments=tuple(instruments))
+
+
+def _moved(effect: LoadEffect | InstrumentEffect, covariance: Array) -> Iterator[LoadEffect | InstrumentEffect]:
+    """The effect one standard deviation away, along each principal direction of the covariance of its linear values."""
+    size, direction = np.linalg.eigh(covariance)
+    for k in range(len(size)):
+        if size[k] > 0:
+            yield effect.with_linear(effect.linear_values() + torch.from_numpy(np.sqrt(size[k]) * direction[:, k]))
+
+
+def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[Trace], model: StripTheory) -> tuple[str, Array]:
+    """Return label and values of the first of `depends_on` that rows have: state, torque of the model, or the order of the rows."""
+    j, links = joint - 1, model.arm.n_links
+
+    def over(name: str, of: int) -> Array:
+        return np.concatenate([getattr(t.segment, name)[t.segment.keep, of] for t in traces])
+
+    for word in effect.signature.depends_on:
+        if word in ("q", "qd", "qdd"):
+            label = {"q": "angle of joint {} [rad]", "qd": "rate of joint {} [rad/s]", "qdd": "acceleration of joint {} [rad/s²]"}[word]
+            return label.format(joint), over(word, j)
+        if word in ("tau", "tau of the other joint") and (word == "tau" or links == 2):
+            of = j if word == "tau" else 1 - j
+            return f"measured torque of joint {of + 1} [N m]", np.concatenate([t.tau[t.segment.keep, of] for t in traces])
+        if word in ("w", "dw"):
+            flows = [Flow(model.arm, Motion.of(t.segment)) for t in traces]
+            speed = [(f.A * f.L / 2 + f.B if word == "w" else f.M * f.L / 2 + f.N).numpy()[t.segment.keep, j]
+                     for f, t in zip(flows, traces, strict=True)]
+            what, unit = ("speed", "m/s") if word == "w" else ("acceleration", "m/s²")
+            return f"normal {what} of link {joint} at its middle [{unit}]", np.concatenate(speed)
+    return "rows in the order of the recordings", np.arange(sum(int(t.segment.keep.sum()) for t in traces), dtype=float)
+
+
+def _acting(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
+    """Which compared rows lie wholly in the part of the campaign in which the finding acts."""
+    window, parts = finding.activity, []
+    for trace in traces:
+        rows = trace.segment.keep
+        parts.append(np.ones(int(rows.sum()), dtype=bool) if window is None else window.mask(trace.segment)[rows] > 0)
+    return np.concatenate(parts)
+
+
+def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], name: str) -> Law | None:
+    """Return the law of `finding` on the compared rows of `traces`, whose model `name` is `corrected`.
+
+    None where it is no law of the state: a phase of its own in every recording, or a drift with the time of day.
+    """
+    model, effect = _physics(corrected), finding.effect
+    if model is None or effect.own_in_every_recording or not traces:
+        return None
+
+    def torque(of: StripTheory) -> Array:
+        return np.concatenate([modelled(of, t.segment)[t.segment.keep] for t in traces])
+
+    rows = _acting(finding, traces)
+    full = torque(model)
+    law = full - torque(_with(model, effect, None))
+    if not law[rows].any():
+        return None
+    joint = effect.joint or 1 + int(np.argmax((law**2).sum(axis=0)))
+    moved = [torque(_with(model, effect, other))[:, joint - 1] - full[:, joint - 1] for other in _moved(effect, finding.covariance)]
+    rest = np.concatenate([t.residual(name)[t.segment.keep, joint - 1] for t in traces]) + law[:, joint - 1]
+    label, x = driver(effect, joint, traces, model)
+    found = _binned(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])
+    return found if len(found.x) else None  # nothing that drives it ever changed
+
+
+def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> Law:
+    """The law of a finding at one joint: means over bins of its driver, of what is left for it and of what it says."""
+    low, high = np.quantile(x, [0.002, 0.998])
+    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    order = np.argsort(x, kind="stable")
+    bounds = np.searchsorted(x[order], edges)
+    bins = [order[a:b] for a, b in pairwise(bounds) if b - a >= FEWEST]
+
+    def means(y: Array) -> Array:
+        return np.array([y[rows].mean() for rows in bins])
+
+    half = Z95 * np.sqrt(sum((means(change) ** 2 for change in moved), start=np.zeros(len(bins))))
+    return Law(joint, label, np.column_stack([x, rest]), means(x), means(rest), means(law), half)

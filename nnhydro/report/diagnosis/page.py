@@ -1,0 +1,64 @@
+"""The page of a diagnosis: the verdict first, then what, why this and not its rivals, where, the curves, what remains."""
+
+from collections.abc import Sequence
+from itertools import zip_longest
+from typing import Any
+
+from markupsafe import Markup
+
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.report.diagnosis.finding_law import Law
+from nnhydro.report.diagnosis.tables import errors_sheet, location_sheet, nearest_sheet, place, recalibrated_sheet, rivals_sheet
+from nnhydro.report.sheet import Sheet
+from nnhydro.report.widgets.charts import bars, intervals, law_chart
+from nnhydro.report.widgets.history import histories
+from nnhydro.report.widgets.render import rendered
+from nnhydro.report.widgets.residual_map import largest, residual_maps
+from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change
+
+Document = dict[str, Any]
+TELLING = 0.005  # weight of a rival that is drawn; the table has all
+
+
+def _finding(f: Document, law: Law | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
+    """The finding, the chart of its law, of its numbers, of its rivals, and the rivals as a sheet."""
+    numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
+    rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= TELLING]
+    own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
+    chart = intervals(f"Numbers of {f['effect']} with 95 % intervals", numbers) if numbers else None
+    rivals = bars(f"Weight of {f['effect']} and of its rivals", [(f["effect"], own), *rows]) if rows else None
+    return f, None if law is None else law_chart(law), chart, rivals, rivals_sheet(f)
+
+
+def _rest(document: Document) -> str:
+    """What is left, in words."""
+    left = document["unexplained"]
+    if not left["detected"]:
+        return "What remains shows no further structure that these recordings could tell from noise."
+    on = ", ".join(str(x) for x in left.get("depends_on") or [])
+    return "Something systematic remains that no effect of the catalogue explains" + (f"; it depends on {on}." if on else ".")
+
+
+def _next(experiment: Any) -> str:
+    return "" if experiment is None else f"{experiment['statement']} The motion lies in {experiment['file']}, ready to run."
+
+
+def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[Law | None] = (),
+                   unnamed: Sequence[Law] = ()) -> str:
+    """Return the page as HTML text; `document` is what diagnosis.json holds, `traces` are the campaign's, `laws` those of the findings and
+    `unnamed` those of what no finding explains."""
+    styles = {CORRECTED: 0, BASELINE: 1}
+    maps = residual_maps(traces, [BASELINE, CORRECTED])
+    errors = errors_sheet(document)
+    return rendered(
+        "diagnosis.html", arm=campaign.arm.name, verdict=verdict, d=document, styles=styles,
+        ladder=list(zip(errors.columns[0].values, errors.columns[1].values, strict=True)),
+        findings=[_finding(f, law) for f, law in zip_longest(document["findings"], laws)], location=location_sheet(document), maps=maps,
+        heat=largest(maps),
+        shown=len({t.recording for t in traces if not t.segment.steady}), of=len(campaign.names),
+        first=document["location"][0]["joint"] if document["location"] else 1,
+        histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
+        unnamed=[(law.joint, law.driver, law_chart(law, f"Residual of joint {law.joint} over {law.driver}")) for law in unnamed],
+        near=nearest_sheet(document), suggestions=[one["statement"] for one in document["unexplained"].get("suggestions", [])],
+        recalibrated=recalibrated_sheet(document),
+        next=_next(document.get("next_experiment")))

@@ -1,0 +1,1 @@
+"""Parameters and gains of models as tables and figures."""

@@ -1,0 +1,71 @@
+"""The picture of `nnhydro gains`: effective damping and inertia of each joint, a line a model.
+
+Lines differ in dash and width as well as in colour, so that they can be told apart in grey and by colour-blind readers.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.conventions import joint_text
+from nnhydro.models.gains.sweeps import Sweep
+from nnhydro.report.figure_file import new_figure, save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STYLES: dict[str, dict[str, Any]] = {
+    "model": {"color": "#111111", "linestyle": "-", "linewidth": 1.9, "zorder": 3},
+    "baseline": {"color": "#D55E00", "linestyle": (0, (5, 2)), "linewidth": 1.5},
+    "textbook": {"color": "#0072B2", "linestyle": (0, (1, 1.2)), "linewidth": 1.7},
+    "dry arm": {"color": "#777777", "linestyle": (0, (6, 1.5, 1, 1.5)), "linewidth": 1.2},
+}
+AXIS = {"speed_rad_s": "speed of joint {} [rad/s]", "angle_rad": "angle of joint {} [rad]"}
+PEAK = 1.6  # times the height outside the narrow peak that dry friction makes at rest: taller peaks are cut off
+
+
+def _panel(ax: "Axes", sweep: Sweep, quantity: str, name: str) -> None:
+    """One quantity, `damping` or `inertia`, of all models along a sweep."""
+    for label, style in STYLES.items():
+        if label in sweep.gains and not (label == "dry arm" and quantity == "damping"):
+            ax.plot(sweep.values, getattr(sweep, quantity)(label), label=name if label == "model" else label, **style)
+    unit = "N m s/rad" if quantity == "damping" else "kg m²"
+    ax.set_ylabel(f"effective {quantity} {sweep.joint + 1} [{unit}]")
+    moving = sweep.joint + 1 if sweep.over == "speed_rad_s" else sweep.states.q.shape[1]
+    ax.set_xlabel(AXIS[sweep.over].format(moving))
+    ax.margins(x=0)
+    ax.grid(color="0.92")
+    _limit(ax, [line.get_ydata() for line in ax.lines], quantity)
+
+
+def _limit(ax: "Axes", lines: Sequence[Any], quantity: str) -> None:
+    """Show zero, and cut off the peak of dry friction at rest where it dwarfs the rest."""
+    values: NDArray[np.float64] = np.sort(np.concatenate([np.asarray(line, dtype=float) for line in lines]))
+    top, usual = float(values[-1]), float(values[int(0.97 * (len(values) - 1))])
+    low = min(0.0, float(values[0]))
+    if quantity == "damping" and usual > 0 and top > PEAK * usual:
+        ax.annotate(f"peak {top:.2g} at rest\n(dry friction) cut off", (0.47, 0.97), xycoords="axes fraction", ha="right", va="top",
+                    fontsize=7)
+        top = PEAK * usual
+    ax.set_ylim(1.05 * low, 1.08 * top if top > low else 1.0)
+
+
+def gain_figure(made: Sequence[Sweep], name: str, stem: Path, sliding: bool = False) -> list[Path]:
+    """Draw the sweeps, a row a joint: damping and inertia over speed and, where there is an elbow, inertia over its angle.
+
+    Of a linear axis (`sliding`) in its own units.
+    """
+    joints = max(sweep.joint for sweep in made) + 1
+    panels = [[("speed_rad_s", "damping"), ("speed_rad_s", "inertia")] + [("angle_rad", "inertia")] * (joints > 1)] * joints
+    figure = new_figure(4.1 * len(panels[0]), 2.9 * joints + 0.7)
+    axes = figure.subplots(joints, len(panels[0]), squeeze=False)
+    for joint, row in enumerate(panels):
+        for ax, (over, quantity) in zip(axes[joint], row, strict=True):
+            _panel(ax, next(s for s in made if s.joint == joint and s.over == over), quantity, name)
+            ax.set(xlabel=joint_text(ax.get_xlabel(), sliding), ylabel=joint_text(ax.get_ylabel(), sliding))
+    handles, labels = axes[0, 1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=4, frameon=False)
+    return save_figure(figure, stem)

@@ -1,0 +1,1 @@
+"""The recipe of a campaign: its keys, its loads, its motions, checked whole."""

@@ -1,0 +1,87 @@
+"""The recipe of a simulated campaign: arm, terms of the truth, motions, controller, sensors, seed; checked whole before anything runs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from nnhydro.errors import ConfigError, require
+from nnhydro.physics.load_sum import Loads
+from nnhydro.recordings.arm import Arm, parse_arm, read_arm
+from nnhydro.recordings.readers.validation import validated
+from nnhydro.recordings.readers.yaml_file import read_yaml
+from nnhydro.simulation.motions.motion_kind import MotionKind, Reference, Setting, TimedMotion, motion_of
+from nnhydro.simulation.motions.steady import SteadyRuns
+from nnhydro.simulation.plant import require_steps
+from nnhydro.simulation.recipe.recipe_file import RecipeFile
+from nnhydro.simulation.recipe.true_loads import true_loads
+from nnhydro.simulation.run import grid, require_length
+from nnhydro.simulation.streams import stream
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """A recipe that can be carried out: every name resolved, every motion found possible."""
+
+    settings: RecipeFile
+    arm: Arm
+    loads: Loads
+    motions: tuple[MotionKind, ...]
+    references: Mapping[str, Reference]  # of the motions against time, by name, in order
+    document: Mapping[str, Any]  # as written
+    folder: Path  # that paths in it refer to
+
+    @property
+    def steady(self) -> tuple[SteadyRuns, ...]:
+        """The grids of steady runs."""
+        return tuple(m for m in self.motions if isinstance(m, SteadyRuns))
+
+
+def _references(settings: RecipeFile, motions: tuple[MotionKind, ...], arm: Arm, folder: Path) -> dict[str, Reference]:
+    """Every motion against time as a function, tried against the limits at the sampling instants."""
+    made: dict[str, Reference] = {}
+    for motion in motions:
+        if isinstance(motion, TimedMotion):
+            reference = motion.reference(Setting(arm, stream(settings.seed, motion.name, "motion"), folder))
+            require_length(reference, settings.sample_rate_hz, settings.fine_rate_hz, motion.name)
+            t = grid(reference, settings.sample_rate_hz)
+            settings.limits.require_within(reference.at(t), t, motion.name)
+            made[motion.name] = reference
+        elif isinstance(motion, SteadyRuns):
+            state = motion.states(arm.n_links)
+            settings.limits.require_within(state, np.arange(len(state.u0), dtype=float), motion.name)
+    return made
+
+
+def _require_names(settings: RecipeFile, motions: tuple[MotionKind, ...], where: str) -> None:
+    """Raise ConfigError where two motions have one name, or `unseen` names a motion that is not there."""
+    seen: set[str] = set()
+    for motion in motions:
+        # names become files, and some file systems do not tell upper from lower case
+        require(motion.name.casefold() not in seen, f"{where}: two motions are called {motion.name!r}: rename one")
+        seen.add(motion.name.casefold())
+    timed = [m.name for m in motions if isinstance(m, TimedMotion)]
+    for name in settings.unseen:
+        require(name in timed, f"{where}: unseen: {name!r} is not a motion against time of this recipe: {', '.join(timed[:5])}")
+
+
+def parse_recipe(document: Mapping[str, Any], where: str, folder: Path) -> Recipe:
+    """Return the recipe that `document` describes, paths in it relative to `folder`; raise NnhydroError naming `where` and the key."""
+    settings = validated(RecipeFile, dict(document), where, ConfigError)
+    arm = read_arm(folder / settings.arm) if isinstance(settings.arm, str) else parse_arm(settings.arm, f"{where}: arm")
+    loads = true_loads(settings.terms, arm, where)
+    motions = tuple(motion_of(m, f"{where}: motions[{i}]") for i, m in enumerate(settings.motions))
+    _require_names(settings, motions, where)
+    settings.sensors.require_fit(arm, settings.sample_rate_hz, settings.fine_rate_hz)
+    if settings.controller is not None:
+        settings.controller.torque_law(arm, settings.sample_rate_hz, folder)
+        require_steps(loads, arm)
+    return Recipe(settings, arm, loads, motions, _references(settings, motions, arm, folder), document, folder)
+
+
+def read_recipe(path: Path) -> Recipe:
+    """Return the recipe in the file `path`; raise NnhydroError with one line naming file and key."""
+    return parse_recipe(read_yaml(path, ConfigError), str(path), path.parent)
