@@ -32,7 +32,7 @@ DIGITS = {"rad": 7, "rad_s": 6, "rad_s2": 5, "Nm": 6, "m_s": 6, "m_s2": 6, "s": 
 
 @final
 @dataclass(frozen=True)
-class Made:
+class MadeSuite:
     """One campaign of the suite as the public may know it."""
 
     name: str
@@ -84,7 +84,7 @@ def _key(given: Path | None) -> bytes:
 
 
 def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = None, progress: Callable[[str], None] = lambda line: None,
-            ) -> tuple[Made, ...]:
+            ) -> tuple[MadeSuite, ...]:
     """Write one campaign a wish, in an order drawn by the seed, to `out` and return what was made; the same seed gives the same campaigns.
 
     `key_file` is read where it exists and written where it does not; without it the key is new and lies in `out`/key.txt. An existing `out`
@@ -110,7 +110,7 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
             sealed = seal(name, drawn.answer | {"campaign": name}, key)
             write_sealed(work / "answers" / f"{name}.sealed", sealed)
             recordings = sum(file.startswith("recordings/") for file in drawn.files)
-            made.append(Made(name, len(drawn.arm["links"]), recordings, drawn.baseline, sealed.commitment))
+            made.append(MadeSuite(name, len(drawn.arm["links"]), recordings, drawn.baseline, sealed.commitment))
             progress(f"{name}: {recordings} recordings")
         public = {m.name: {"baseline": m.baseline, "commitment": m.commitment} for m in made}
         write_json(work / MARKER, {"schema": SCHEMA, "campaigns": public})

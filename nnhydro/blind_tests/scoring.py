@@ -40,7 +40,7 @@ class Claim:
 
 @final
 @dataclass(frozen=True)
-class Parameter:
+class ScoredParameter:
     """One number said by a claim beside the true one: relative error, and whether the interval holds the truth (None: no interval)."""
 
     effect: str
@@ -70,7 +70,7 @@ class Verdict:
     claims: tuple[tuple[float, bool], ...]  # confidence, correct
     pairs: tuple[tuple[str, str], ...]  # hidden, named: rows of the confusion table
     alarm: bool  # something was said or noticed, right or wrong
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[ScoredParameter, ...] = ()
     rivals: tuple[dict[str, float], ...] = ()  # of every hidden effect: nearest other names, with the lambda that tells them apart
     limit: float | None = None  # the lambda from which on the campaign reveals something
     seconds: float | None = None
@@ -112,7 +112,7 @@ def matched(truth: Sequence[str], claims: Sequence[Claim]) -> list[int | None]:
     return result
 
 
-def _numbers(entry: dict[str, Any], claim: Claim) -> list[Parameter]:
+def _numbers(entry: dict[str, Any], claim: Claim) -> list[ScoredParameter]:
     """The claim's parameters beside the true ones: by name, else by a unit that occurs once on either side."""
     made = []
     for name, true in entry["parameters"].items():
@@ -132,7 +132,7 @@ def _numbers(entry: dict[str, Any], claim: Claim) -> list[Parameter]:
         ci = said.get("ci95")
         ends = [end for end in map(number, ci) if end is not None] if isinstance(ci, list) else []
         inside = bool(min(ends) <= value <= max(ends)) if len(ends) == 2 else None
-        made.append(Parameter(entry["effect"], name, None if angle or value == 0 else abs(off / value), inside))
+        made.append(ScoredParameter(entry["effect"], name, None if angle or value == 0 else abs(off / value), inside))
     return made
 
 

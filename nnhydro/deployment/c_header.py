@@ -24,7 +24,7 @@ from nnhydro.errors import require
 from nnhydro.models.compiled.source import Writer
 from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.onnx_file import Recorded
+from nnhydro.models.export.onnx_file import RecordedGraph
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.runtime.files import write_own
 from nnhydro.runtime.stamp import refuse_foreign
@@ -103,7 +103,7 @@ def _terms(program: Program, outputs: Sequence[Value]) -> int:
     return sum(len(getattr(x, "terms", {})) for k in program.needed(list(outputs)) for x in program.atoms[k].operands)
 
 
-def header(made: Recorded, name: str, precision: str, digest: str, remarks: Sequence[str] = ()) -> str:
+def header(made: RecordedGraph, name: str, precision: str, digest: str, remarks: Sequence[str] = ()) -> str:
     """Return the text of the header; `name` begins every name in it."""
     step: Any = made.step
     joints, outputs = step.model.arm.n_links, [x for values in made.outputs.values() for x in values.ravel()]

@@ -19,7 +19,7 @@ from torch import Tensor
 from nnhydro.dynamics.joint_model import MECHANICAL, mechanics, steppable
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
-from nnhydro.models.export.onnx_file import Recorded
+from nnhydro.models.export.onnx_file import RecordedGraph
 from nnhydro.models.export.tracing import traced
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -99,7 +99,7 @@ def whole_sums(model: TorqueModel) -> int:
     return 0 if isinstance(getattr(model, "model", model), StripTheory) else WHOLE
 
 
-def recorded(model: TorqueModel, whole: int = 0) -> Recorded:
+def recorded(model: TorqueModel, whole: int = 0) -> RecordedGraph:
     """Return `model` as scalars with its memory, sums of `whole` terms or more kept as such (expressions.py).
 
     Raises ModelError where steps cannot give what the model gives for a whole run.
@@ -118,7 +118,7 @@ def recorded(model: TorqueModel, whole: int = 0) -> Recorded:
     want = torch.stack([torch.cat([x.reshape(-1) for x in answer]) for _, answer in pairs])
     at_states = _far(torch.from_numpy(got), want)
     require(at_states < CLOSE, "this model decides or computes outside torch, so that no fixed program can stand for it", ModelError)
-    return Recorded(step, program, outputs, {"at_states": at_states, "along_runs": along})
+    return RecordedGraph(step, program, outputs, {"at_states": at_states, "along_runs": along})
 
 
 def without_instruments(model: TorqueModel) -> tuple[TorqueModel, tuple[str, ...]]:

@@ -23,8 +23,8 @@ from nnhydro.fitting.linear.prior import prior
 from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, residual_energy, total
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
@@ -45,7 +45,7 @@ CERTAIN = 1e6  # odds beyond it are not told apart
 
 @final
 @dataclass(frozen=True)
-class Way:
+class Assignment:
     """One way to read the columns: joint i takes the angle column `angles[i]` times its sign, and so the torque."""
 
     angles: tuple[int, ...]
@@ -61,19 +61,19 @@ class Way:
             self.torques[i] != i or self.torque_signs[i] < 0 for i in range(n))
 
 
-def ways(arm: Arm) -> Iterator[Way]:
+def ways(arm: Arm) -> Iterator[Assignment]:
     """Yield every way to read the columns of `arm`; behind a belt, and of many joints, the signs of the torques alone are open."""
     n = arm.n_links
     here, plus = tuple(range(n)), (1,) * n
     signs = list(product((1, -1), repeat=n))
     if arm.drive.kind == "remote" or n > MOST_JOINTS:
-        yield from (Way(here, plus, here, s) for s in signs)
+        yield from (Assignment(here, plus, here, s) for s in signs)
         return
     for angles, r, torques, s in product(permutations(range(n)), signs, permutations(range(n)), signs):
-        yield Way(angles, r, torques, s)
+        yield Assignment(angles, r, torques, s)
 
 
-def _turned(segment: Segment, way: Way) -> Segment:
+def _turned(segment: Segment, way: Assignment) -> Segment:
     """The motion of a segment read in another way."""
     index, sign = list(way.angles), np.array(way.angle_signs, dtype=float)
     return replace(segment, q=sign * segment.q[:, index], qd=sign * segment.qd[:, index], qdd=sign * segment.qdd[:, index])
@@ -83,7 +83,7 @@ def _loads(arm: Arm) -> Loads:
     known = baseline("rigid" if arm.dry else "constant").start(arm)
     bare = Loads({name: term for name, term in known.terms.items() if not name.startswith("stated_")})
     n = arm.n_links
-    return bare.plus("dry", CoulombFriction((0.0,) * n)).plus("oil", ViscousFriction((0.0,) * n))
+    return bare.plus("dry", CoulombTerm((0.0,) * n)).plus("oil", ViscousTerm((0.0,) * n))
 
 
 def _some(segment: Segment) -> Segment:
@@ -101,12 +101,12 @@ def _some(segment: Segment) -> Segment:
 class Judged:
     """How well one way to read the columns obeys the physics."""
 
-    way: Way
+    way: Assignment
     likelihood: float  # nats
     error: float  # rms of what is left over rms of the torque
 
 
-def judge(way: Way, motions: list[tuple[Array, Array]], torques: list[Array], loads: Loads, arm: Arm, correlation: Array) -> Judged:
+def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Array], loads: Loads, arm: Arm, correlation: Array) -> Judged:
     """The likelihood of one way, given the columns X, c_0 of its motion and the torques as recorded."""
     index, sign = list(way.torques), np.array(way.torque_signs, dtype=float)
     stats: Statistics = total([block(X, sign * tau[:, index] - c0) for (X, c0), tau in zip(motions, torques, strict=True)])
@@ -147,7 +147,7 @@ def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> M
     return Material(arm, segments, torques, correlation, _loads(arm))
 
 
-def columns_of(seen: Material, way: Way) -> list[tuple[Array, Array]]:
+def columns_of(seen: Material, way: Assignment) -> list[tuple[Array, Array]]:
     """Return the columns X (n, joints, p) and the fixed torque c_0 (n, joints) N m of every segment read in one way."""
     columns = [columns_and_offset(seen.loads, _turned(segment, way), seen.arm) for segment in seen.segments]
     return [(X[s.keep], c0[s.keep]) for (X, c0), s in zip(columns, seen.segments, strict=True)]
@@ -174,7 +174,7 @@ def _source(channel: str, joint: int, column: int, sign: int, arm: Arm) -> str:
     return f"{ours}: {theirs}" if sign > 0 else f"{ours}: {{from: {theirs}, sign: -1}}"
 
 
-def _lines(way: Way, arm: Arm, given: set[str]) -> list[str]:
+def _lines(way: Assignment, arm: Arm, given: set[str]) -> list[str]:
     lines = []
     for joint in range(arm.n_links):
         for channels, column, sign in ((("q", "qd", "qdd"), way.angles[joint], way.angle_signs[joint]),
@@ -184,7 +184,7 @@ def _lines(way: Way, arm: Arm, given: set[str]) -> list[str]:
     return lines
 
 
-def _said(way: Way, arm: Arm) -> str:
+def _said(way: Assignment, arm: Arm) -> str:
     """What would be wrong, in words."""
     parts = []
     for what, order, signs in (("torque", way.torques, way.torque_signs), ("angle", way.angles, way.angle_signs)):

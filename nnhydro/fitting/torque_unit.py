@@ -8,7 +8,7 @@ sum_j n_j / k_j log u. Only units far from 1 N m are asked, and only where the p
 
 import numpy as np
 
-from nnhydro.fitting.channel_order import SURE, Judged, Way, columns_of, judge, material
+from nnhydro.fitting.channel_order import SURE, Assignment, Judged, columns_of, judge, material
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
@@ -27,7 +27,7 @@ def judged_units(campaign: Campaign, how: Preparation) -> dict[str, Judged]:
     if seen is None:
         return {}
     n = campaign.arm.n_links
-    way = Way(tuple(range(n)), (1,) * n, tuple(range(n)), (1,) * n)
+    way = Assignment(tuple(range(n)), (1,) * n, tuple(range(n)), (1,) * n)
     columns, rows = columns_of(seen, way), sum(len(tau) for tau in seen.torques)
     known = UNITS[TARGETS[campaign.arm.column("tau", 1)]]
     found = {}

@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from nnhydro.physics.joints import DRY_WIDTH
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.drive_inertia import DriveInertia
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.arm import Arm
 
 Array = NDArray[np.float64]
 STATED: dict[str, Callable[[tuple[float, ...]], LoadTerm]] = {
-    "stated_coulomb_friction": lambda level: CoulombFriction(level, DRY_WIDTH),
-    "stated_viscous_friction": ViscousFriction,
+    "stated_coulomb_friction": lambda level: CoulombTerm(level, DRY_WIDTH),
+    "stated_viscous_friction": ViscousTerm,
     "stated_drive_inertia": DriveInertia}
 
 

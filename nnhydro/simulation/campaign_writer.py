@@ -33,7 +33,7 @@ MARKER = "recipe.json"  # a folder that holds it was made here and may be replac
 
 @final
 @dataclass(frozen=True)
-class Made:
+class WrittenRun:
     """One file of the campaign: what it holds, in words and numbers for people."""
 
     file: str
@@ -69,18 +69,18 @@ def _csv(path: Path, columns: dict[str, Array]) -> None:
     np.savetxt(path, np.column_stack(list(columns.values())) + 0.0, fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
 
 
-def _write(work: Path, seen: Recorded, kind: str, unseen: bool) -> Made:
+def _write(work: Path, seen: Recorded, kind: str, unseen: bool) -> WrittenRun:
     """Write one run to its folder and return what was made."""
     if kind == "steady":
         _csv(work / "steady" / f"{seen.name}.csv", seen.motion | seen.torque)
-        return Made(f"steady/{seen.name}.csv", kind, len(seen.clean), None)
+        return WrittenRun(f"steady/{seen.name}.csv", kind, len(seen.clean), None)
     t = seen.motion[TIME]
     folder = "unseen" if unseen else "recordings"
     _csv(work / folder / f"{seen.name}.csv", seen.motion if unseen else seen.motion | seen.torque)
     if unseen:
         clean = {name.replace("_Nm", "_clean_Nm"): x for name, x in zip(seen.torque, seen.clean.T, strict=True)}
         _csv(work / "answers" / f"{seen.name}.csv", {TIME: t} | seen.torque | clean)
-    return Made(f"{folder}/{seen.name}.csv", kind, len(t), float(t[-1] - t[0]))
+    return WrittenRun(f"{folder}/{seen.name}.csv", kind, len(t), float(t[-1] - t[0]))
 
 
 def _self_contained(recipe: Recipe, work: Path) -> dict[str, Any]:
@@ -104,7 +104,7 @@ def _versions() -> dict[str, str]:
     return {"nnhydro": nnhydro.__version__, "python": platform.python_version(), **{k: version(k) for k in ("numpy", "scipy", "torch")}}
 
 
-def write_campaign(recipe: Recipe, out: Path) -> tuple[Made, ...]:
+def write_campaign(recipe: Recipe, out: Path) -> tuple[WrittenRun, ...]:
     """Write the campaign of `recipe` to the folder `out` and return what was made.
 
     An existing `out` is replaced whole if it is empty or was made by a recipe, and refused otherwise (ConfigError).

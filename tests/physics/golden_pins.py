@@ -14,7 +14,7 @@ from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
 from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.bearing_friction import bearing_torque, petroff_torque
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.load_friction import load_torque
 from nnhydro.physics.loads.normal_drag import NormalDrag, signed_square_integrals
 from nnhydro.physics.loads.rigid_body import RigidBody
@@ -186,7 +186,7 @@ def full_chain() -> Iterator[Pinned]:
     parts = {"rigid": RigidBody.of_arm(flow.arm).torque(flow),
              "hydro": (NormalDrag((d["C_Dy1"], d["C_Dy2"])).torque(flow) + AxialDrag((d["C_Dx1"], d["C_Dx2"])).torque(flow)
                        + AddedMass((m["C_My1"], m["C_My2"])).torque(flow) + AxialAddedMass((m["C_Mx1"], m["C_Mx2"])).torque(flow)),
-             "friction": CoulombFriction((f["tau_f1_magnitude"], f["tau_f2_magnitude"]), v0_rad_s=HARD).torque(flow)}
+             "friction": CoulombTerm((f["tau_f1_magnitude"], f["tau_f2_magnitude"]), v0_rad_s=HARD).torque(flow)}
     parts["total"] = parts["rigid"] + parts["hydro"] + parts["friction"]
     belt = arm_of(d, p["rigid"], drive=BELT)
     for name, value in parts.items():
@@ -216,7 +216,7 @@ def friction() -> Iterator[Pinned]:
         level = float(bearing) + load + seal
         arm = Arm.model_validate({"fluid": {"density_kg_m3": 0.0}, "links": [
             {"length_m": 1.0, "diameter_m": 0.1, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0}]})
-        signed = CoulombFriction((level,), v0_rad_s=HARD).torque(Flow(arm, Motion.at([[0.0]], [[i["theta_dot"]]], [[0.0]])))
+        signed = CoulombTerm((level,), v0_rad_s=HARD).torque(Flow(arm, Motion.at([[0.0]], [[i["theta_dot"]]], [[0.0]])))
         yield "bearing", bearing, c["bearing_no_load_two_branch"]
         yield "bearing, power law", 1e-10 * petroff_torque(i["f0"], i["d_mm"], i["nu_cSt"], n), c["bearing_no_load_power_law_only"]
         yield "loaded bearing", load, c["bearing_load"]

@@ -9,13 +9,13 @@ from rigs import arm, assert_close
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.bearing_friction import BearingFriction, bearing_torque
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
-from nnhydro.physics.loads.load_friction import LoadFriction, load_torque
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.loads.load_friction import LoadFrictionTerm, load_torque
 from nnhydro.physics.loads.seal_friction import SealFriction, seal_torque
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion, tensor
 
-FRICTION = (BearingFriction, CoulombFriction, LoadFriction, SealFriction, ViscousFriction)
+FRICTION = (BearingFriction, CoulombTerm, LoadFrictionTerm, SealFriction, ViscousTerm)
 
 
 def friction_torque(term, qd, **motion):
@@ -36,14 +36,14 @@ def test_friction_knows_nothing_of_the_carriage_or_the_water(law):
 
 
 def test_coulomb_friction_is_constant_once_the_joint_turns():
-    term = CoulombFriction((0.3,), v0_rad_s=0.02)
+    term = CoulombTerm((0.3,), v0_rad_s=0.02)
     assert_close(friction_torque(term, [0.5]), tensor([[0.3]]))
     assert_close(friction_torque(term, [-3.0]), tensor([[-0.3]]))
     assert_close(friction_torque(term, [0.02 * atanh(0.5)]), tensor([[0.15]]))
 
 
 def test_viscous_friction_is_proportional_to_the_rate():
-    assert_close(friction_torque(ViscousFriction((0.3, 0.5)), [2.0, -4.0]), tensor([[0.6, -2.0]]))
+    assert_close(friction_torque(ViscousTerm((0.3, 0.5)), [2.0, -4.0]), tensor([[0.6, -2.0]]))
 
 
 def test_a_bearing_changes_branch_where_viscosity_times_speed_is_2000():
@@ -69,12 +69,12 @@ def test_a_bearings_slope_at_rest_is_finite():
 
 def test_the_terms_give_the_magnitudes_of_the_plain_formulas():
     assert_close(friction_torque(SealFriction((0.5,)), [1.0]), tensor([[seal_torque(0.5, 80.0, 0.01, 2)]]))
-    assert_close(friction_torque(LoadFriction((3e-4,)), [1.0]), tensor([[load_torque(3e-4, 0.4, 50.0, 2500.0, 0.03)]]))
+    assert_close(friction_torque(LoadFrictionTerm((3e-4,)), [1.0]), tensor([[load_torque(3e-4, 0.4, 50.0, 2500.0, 0.03)]]))
     assert 0.02 < seal_torque(0.5, 80.0, 0.01, 2) < 0.08
 
 
 @pytest.mark.parametrize(("law", "option", "value"), [
-    (CoulombFriction, "v0_rad_s", 0.0), (BearingFriction, "viscosity_m2_s", -1e-6), (LoadFriction, "capacity_N", float("nan")),
+    (CoulombTerm, "v0_rad_s", 0.0), (BearingFriction, "viscosity_m2_s", -1e-6), (LoadFrictionTerm, "capacity_N", float("nan")),
     (SealFriction, "lips", "two")])
 def test_an_option_that_makes_no_sense_is_refused_by_name(law, option, value):
     with pytest.raises(ModelError, match=f"{option} = .* must be a number above 0"):

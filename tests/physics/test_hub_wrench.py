@@ -20,7 +20,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
 from nnhydro.physics.loads.axial_drag import AxialDrag
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Base
@@ -105,7 +105,7 @@ def test_the_water_s_part_balances_the_momentum_of_the_water_that_is_carried(lin
 def test_drag_on_the_base_is_the_sum_over_many_strips():
     a = arm(2)
     m = moving(a, 50)
-    loads = Loads({"normal_drag": NormalDrag((1.1, 0.9)), "axial_drag": AxialDrag((0.03, 0.02)), "rub": CoulombFriction((0.5, 0.5))})
+    loads = Loads({"normal_drag": NormalDrag((1.1, 0.9)), "axial_drag": AxialDrag((0.03, 0.02)), "rub": CoulombTerm((0.5, 0.5))})
     current = (0.15, -0.1)
     wrench = hub_wrench(model(a, loads, [AmbientCurrent((current[0],), (current[1],))]), m).fluid.numpy()
     joints, speeds, e, n, rate, _ = geometry(a, m)
@@ -127,7 +127,7 @@ def test_the_moment_is_the_torque_of_joint_1_without_friction(make):
     a, m = arm(2), run(2)
     physics = model(a, make(a))
     np.testing.assert_allclose(hub_wrench(physics, m).total[:, 2], -physics.torque(m)[:, 0], atol=1e-12)
-    rubbing = model(a, make(a).plus("rub", CoulombFriction((0.5, 0.5))))
+    rubbing = model(a, make(a).plus("rub", CoulombTerm((0.5, 0.5))))
     np.testing.assert_allclose(hub_wrench(rubbing, m).total, hub_wrench(physics, m).total)
 
 

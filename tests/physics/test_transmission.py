@@ -8,7 +8,7 @@ from rigs import arm, assert_close, states
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.axial_drag import AxialDrag
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.transmission import drive_rates, gear_factor, joint_torque, sensed, sensed_columns, to_drives
@@ -52,7 +52,7 @@ def test_link_2s_own_moment_never_reaches_motor_1():
 
 def test_elbow_friction_reaches_motor_1_with_the_opposite_sign():
     motion = states(2, seed=33)
-    tau = CoulombFriction((0.0, 0.05)).torque(Flow(belt(), motion))
+    tau = CoulombTerm((0.0, 0.05)).torque(Flow(belt(), motion))
     drives = to_drives(tau, belt())
     assert_close(drives[:, 1], tau[:, 1])
     assert_close(drives[:, 0], -tau[:, 1])

@@ -18,7 +18,7 @@ from nnhydro.blind_tests.truth.memory import follow, since_reversal
 from nnhydro.blind_tests.truth.motions import Plan, carry_out
 from nnhydro.blind_tests.truth.tank import belted, brisk_torque, joint_torque, plain_torque, read
 from nnhydro.blind_tests.truth.visibility import FACTORS, bench
-from nnhydro.blind_tests.truth.world import Run, TrueArm, TrueLink
+from nnhydro.blind_tests.truth.world import TrueArm, TrueLink, TrueRun
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 STRIP_SUM = 2e-4  # 60 midpoint strips against the integral, relative to the larger of the torque and 1 N m; second order
@@ -27,7 +27,7 @@ ARM = TrueArm((TrueLink(0.5, 0.06, 2.0, 0.24, 0.05, 1.0, 0.9), TrueLink(0.4, 0.0
 
 def instant(state):
     q, qd, qdd = (np.array([[state[f"{d}theta1"], state[f"{d}theta2"]]]) for d in ("", "d", "dd"))
-    return Run("golden", np.zeros(1), q, qd, qdd, np.array([state["u0"]]), np.array([state["du0"]]))
+    return TrueRun("golden", np.zeros(1), q, qd, qdd, np.array([state["u0"]]), np.array([state["du0"]]))
 
 
 def motion(kind="fourier", speed=0.0, seed=4, folded=False, seconds=8.0, start=9 * 3600.0):
@@ -80,7 +80,7 @@ def test_steady_tows_give_the_golden_matrix():
     arm = TrueArm(tuple(TrueLink(par[f"L{i}"], par[f"D{i}"], 1.0, 0.1, 0.1, par[f"C_Dy{i}"], 0.0) for i in (1, 2)), par["rho"])
     rows = np.array([row for row in file["rows"] if row[1] in (0, 180, -180)])  # stretched: no axial load at joint 1
     still = np.zeros((len(rows), 2))
-    run = Run("tow", np.arange(float(len(rows))), np.radians(rows[:, :2]), still, still, rows[:, 2], 0 * rows[:, 2])
+    run = TrueRun("tow", np.arange(float(len(rows))), np.radians(rows[:, :2]), still, still, rows[:, 2], 0 * rows[:, 2])
     np.testing.assert_allclose(water_torque(run, arm), rows[:, 3:5], atol=STRIP_SUM * np.abs(rows[:, 3]).max())
 
 
@@ -290,7 +290,7 @@ def test_a_link_that_is_held_in_a_wave_takes_morison_s_load_at_the_places_it_is_
     link = TrueLink(0.6, 0.06, 2.0, 0.3, 0.05, C_D=1.2, C_M=0.9)
     arm, t, q = TrueArm((link,)), np.arange(300) * 0.01, 0.7
     still, tow = np.zeros((len(t), 1)), 0.2
-    run = Run("wave", t, still + q, still, still, np.full(len(t), tow), 0 * t, seed=5)
+    run = TrueRun("wave", t, still + q, still, still, np.full(len(t), tow), 0 * t, seed=5)
     cause = next(c for c in (registry.makers()["wave_orbital"](np.random.default_rng(k), arm).make(0.15) for k in range(60))
                  if c.shape == shape)
     (a, _), (f, _), (angle, _) = (cause.parameters[key] for key in ("speed", "frequency", "direction"))
@@ -325,7 +325,7 @@ def test_travel_counts_from_the_last_reversal():
 def test_a_young_wake_drags_less_and_an_old_one_as_before():
     t = np.arange(2000) * 0.01
     still = np.zeros((len(t), 2))
-    run = Run("tow", t, still, still, still, np.full(len(t), 0.5), 0 * t)
+    run = TrueRun("tow", t, still, still, still, np.full(len(t), 0.5), 0 * t)
     torque = water_torque(run, ARM, [draft("wake_development", shape="plain").make(0.6).water])
     steady = water_torque(run, replace(ARM, links=tuple(replace(k, C_M=0.0) for k in ARM.links)))
     assert torque[3, 0] < 0.6 * steady[3, 0]
@@ -339,16 +339,16 @@ def test_the_shielded_link_loses_drag_in_tow_only_where_the_other_is_ahead():
     cause = draft("link_interference", joint=2).make(0.8)
     tau = []
     for side in (1.0, -1.0):
-        run = Run("tow", t, folded * np.array([1.0, side]), still, still, np.full(n, 0.5), 0 * t)
+        run = TrueRun("tow", t, folded * np.array([1.0, side]), still, still, np.full(n, 0.5), 0 * t)
         tau.append(np.abs(water_torque(run, ARM, [cause.water])[0, 1] / water_torque(run, ARM)[0, 1]))
     assert min(tau) < 0.8
     assert max(tau) == pytest.approx(1.0, abs=0.02)
 
 
 def test_lambda_grows_with_the_size_and_a_change_of_c_d_has_none():
-    from nnhydro.blind_tests.truth.sensors import Sensors
+    from nnhydro.blind_tests.truth.sensors import TrueSensors
 
-    sensors = Sensors(100.0, "all", "white", 0.01, 0.0, 1e-5, False)
+    sensors = TrueSensors(100.0, "all", "white", 0.01, 0.0, 1e-5, False)
     runs = (motion("fourier", 0.3), motion("bang", 0.0, 5), motion("slow", 0.0, 6))
     measure = bench(runs, ARM, 0.02, sensors, np.array([0.02, 0.01]))
     made = draft("viscous_friction", shape="plain")

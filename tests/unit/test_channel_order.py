@@ -11,8 +11,8 @@ from rigs import arm
 from nnhydro.fitting.channel_order import channel_order, judged_ways, ways
 from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.campaign import Campaign, open_campaign
 
 
@@ -22,8 +22,8 @@ def rubbing(a):
     body = loads.terms["rigid_body"]
     heavier = replace(body, mass=tuple(1.15 * x for x in body.mass), first_moment=tuple(1.15 * x for x in body.first_moment),
                       second_moment=tuple(1.15 * x for x in body.second_moment))
-    return Loads({**loads.terms, "rigid_body": heavier, "c": CoulombFriction((0.2, 0.1)[:a.n_links]),
-                  "v": ViscousFriction((0.1, 0.05)[:a.n_links])})
+    return Loads({**loads.terms, "rigid_body": heavier, "c": CoulombTerm((0.2, 0.1)[:a.n_links]),
+                  "v": ViscousTerm((0.1, 0.05)[:a.n_links])})
 
 
 def whole(a, noise=0.05):

@@ -19,10 +19,10 @@ from nnhydro.exchange.written import arm_yaml
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_kinds
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel.state_model import added_mass_curve, drag_curve, state_loads
 
@@ -150,8 +150,8 @@ def test_a_wrong_call_of_the_importer_is_refused(tmp_path):
 def dry_machine():
     """An upright dry arm with everything at its joints that MuJoCo can hold."""
     a, known = arm(density=0.0, gravity_m_s2=9.81), catalogue()
-    loads = Loads({"rigid_body": RigidBody.of_arm(a), "viscous_friction": ViscousFriction((0.3, 0.1)),
-                   "coulomb_friction": CoulombFriction((0.5, 0.2)), "rotor": known["rotor_inertia"](inertia=(0.04,), joint=2),
+    loads = Loads({"rigid_body": RigidBody.of_arm(a), "viscous_friction": ViscousTerm((0.3, 0.1)),
+                   "coulomb_friction": CoulombTerm((0.5, 0.2)), "rotor": known["rotor_inertia"](inertia=(0.04,), joint=2),
                    "hose": known["umbilical_stiffness"](stiffness=(0.6,), preload=(-0.3,), quadratic=(), cubic=(), joint=1),
                    "load": known["payload_mass"](mass=(0.4,), beyond=(0.03,))})
     return StripTheory(a, GIVEN, {}, "machine", loads)

@@ -24,7 +24,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.axial_drag import AxialDrag
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
@@ -136,7 +136,7 @@ def test_a_physics_model_is_exported_exactly(links, keys, tmp_path):
     if links != 2 and "drive" in keys:
         pytest.skip("a belt drives two links")
     a = arm(links, **keys)
-    friction = CoulombFriction((0.05,) * links)
+    friction = CoulombTerm((0.05,) * links)
     model = theory(a, planted(a).plus("friction", friction).plus("axial", AxialDrag((0.03,) * links)))
     told = export_onnx(model, tmp_path / "m.onnx")
     motion = states(links, 30)

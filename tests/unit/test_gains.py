@@ -18,7 +18,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
 
@@ -32,7 +32,7 @@ def theory(a, loads=None):
 @pytest.fixture(scope="module")
 def hybrid():
     a = arm(2)
-    return train(campaign(a, planted(a).plus("friction", CoulombFriction((0.05, 0.05))), 4, seconds=2.0, rate=50.0), TINY)
+    return train(campaign(a, planted(a).plus("friction", CoulombTerm((0.05, 0.05))), 4, seconds=2.0, rate=50.0), TINY)
 
 
 def test_one_link_in_rotation_has_the_damping_of_the_integrated_drag():

@@ -16,7 +16,7 @@ from nnhydro.fitting.network.train import train
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.learned.learned import view_of
 from nnhydro.models.storage import load_model, save_model
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.splitting import units
@@ -84,7 +84,7 @@ def test_fading_keeps_the_mirror_symmetry_and_the_rest():
 def corrected(whole):
     """A simulation with friction added to it, as a diagnosis writes it."""
     before = identify(whole, "constant")
-    after = replace(before, loads=before.loads.plus("friction", ViscousFriction((0.4, 0.1))))
+    after = replace(before, loads=before.loads.plus("friction", ViscousTerm((0.4, 0.1))))
     return CorrectedSimulation(before.arm, before.preparation, before.fit, before, before, after)
 
 

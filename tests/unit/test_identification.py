@@ -16,7 +16,7 @@ from nnhydro.fitting.linear.statistics import columns_and_offset, of_segment, re
 from nnhydro.models.baselines import BASELINES
 from nnhydro.physics.load_term import LinearTerm, term_kinds
 from nnhydro.physics.loads.added_mass import AddedMass
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
@@ -161,7 +161,7 @@ def test_the_sums_over_segments_are_the_sums_over_all_rows():
 
 def test_columns_times_parameters_are_the_models_torque():
     a = arm(2, drive="remote", gear={"ratio": 20.0, "efficiency": 0.7, "torque_at": "motor"})
-    loads = planted(a).plus("friction", CoulombFriction((0.1, 0.2)))
+    loads = planted(a).plus("friction", CoulombTerm((0.1, 0.2)))
     (segment,) = campaign(a, loads, 1).segments("run0", GIVEN)
     X, offset = columns_and_offset(loads, segment, a)
     np.testing.assert_allclose(X @ values(loads) + offset, segment.tau, rtol=1e-9, atol=1e-12)
@@ -289,7 +289,7 @@ def test_ninety_five_per_cent_intervals_hold_the_truth_about_as_often():
 
 
 def test_with_parameters_replaces_linear_parameters_alone_and_in_order():
-    loads = start(arm(2)).plus("friction", CoulombFriction((0.1, 0.2), v0_rad_s=0.3))
+    loads = start(arm(2)).plus("friction", CoulombTerm((0.1, 0.2), v0_rad_s=0.3))
     changed = with_parameters(loads, values(loads) + 1.0)
     np.testing.assert_allclose(values(changed), values(loads) + 1.0)
     assert changed.terms["friction"].v0_rad_s == 0.3

@@ -19,10 +19,10 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Base, Motion, tensor
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.campaign import Campaign, open_campaign
@@ -85,7 +85,7 @@ def test_a_base_along_the_travel_moves_the_carriage_as_the_joint_does():
     carried = replace(at, q=0 * at.q, qd=0 * at.qd, qdd=0 * at.qdd, base=Base(at.qd[:, 0], at.qdd[:, 0], still, still, still))
     for term in (RigidBody.of_arm(arm), NormalDrag((1.1,)), AddedMass((0.9,))):
         assert_close(force(arm, term, carried), force(arm, term, at))
-    assert not bool(force(arm, CoulombFriction((5.0,)), carried).any())
+    assert not bool(force(arm, CoulombTerm((5.0,)), carried).any())
 
 
 def test_the_columns_of_a_linear_axis_end_in_metres_and_newtons():
@@ -104,8 +104,8 @@ def test_a_sentence_about_a_linear_axis_is_in_its_own_units(turning, straight):
 
 
 def loads_of(arm, mass=12.6, level=8.0, viscous=25.0):
-    return Loads({"rigid_body": RigidBody((mass,), (0.0,), (0.0,)), "dry": CoulombFriction((level,), 0.005),
-                  "oil": ViscousFriction((viscous,))})
+    return Loads({"rigid_body": RigidBody((mass,), (0.0,), (0.0,)), "dry": CoulombTerm((level,), 0.005),
+                  "oil": ViscousTerm((viscous,))})
 
 
 def recorded(arm, count=4, noise=0.2):

@@ -20,9 +20,9 @@ from nnhydro.models.seen import seen_by
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.drive_inertia import DriveInertia
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.campaign import Campaign, open_campaign
@@ -39,7 +39,7 @@ def stated(links=2, **keys):
 
 
 def rubbing(a, level=(0.33, 0.09), b=(0.17, 0.0)):
-    return planted(a).plus("c", CoulombFriction(level[:a.n_links], 0.005)).plus("v", ViscousFriction(b[:a.n_links]))
+    return planted(a).plus("c", CoulombTerm(level[:a.n_links], 0.005)).plus("v", ViscousTerm(b[:a.n_links]))
 
 
 @pytest.mark.parametrize("name", sorted(BASELINES))

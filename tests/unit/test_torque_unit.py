@@ -8,14 +8,14 @@ from rigs import arm
 
 from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.fitting.torque_unit import judged_units, torque_unit
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.recordings.campaign import Campaign
 
 A = arm(2)
 
 
 def whole(a=A, loads=None):
-    return campaign(a, (planted(a) if loads is None else loads).plus("c", CoulombFriction((0.2, 0.1)[:a.n_links])), 3, noise=0.05,
+    return campaign(a, (planted(a) if loads is None else loads).plus("c", CoulombTerm((0.2, 0.1)[:a.n_links])), 3, noise=0.05,
                     seconds=4.0, rate=50.0)
 
 

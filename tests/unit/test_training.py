@@ -20,7 +20,7 @@ from nnhydro.fitting.network.rows import torque_rms, training_rows, watched_unit
 from nnhydro.fitting.network.train import train, train_units
 from nnhydro.models.baselines import baseline
 from nnhydro.models.learned.network import Ensemble
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.preprocessing import plan
 from nnhydro.recordings.splitting import folds, units
@@ -156,7 +156,7 @@ def test_the_cutoff_does_not_depend_on_any_torque():
 @pytest.mark.parametrize("kind", ["network", "hybrid"])
 def test_a_law_that_no_baseline_has_is_learned(kind):
     a = arm(1)
-    clean = campaign(a, planted(a).plus("friction", ViscousFriction((0.3,))), 6, seconds=3.0, rate=50.0)
+    clean = campaign(a, planted(a).plus("friction", ViscousTerm((0.3,))), 6, seconds=3.0, rate=50.0)
     whole = with_torque(clean, lambda name, tau: tau + 0.5 * np.tanh(5 * clean.load(name).qd))
     how = whole.plan()
     all_units = units(whole, how)

@@ -19,7 +19,7 @@ from nnhydro.fitting.travel.travel_scale import COARSE, _energy, _statistics, _v
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.normal_drag import NormalDrag
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel.state_model import state_loads, with_tau_s
 from nnhydro.recordings.filtering.low_pass import LowPass
@@ -54,7 +54,7 @@ def test_the_sums_for_many_travel_scales_are_those_of_a_model_with_each(keys, ho
     keys = dict(keys)
     a = arm(keys.pop("links", 1), **keys)
     segment, loads = curved(5.0, a, how=how), state_loads(a, per_link=3)
-    loads = loads.plus("friction", ViscousFriction((0.1,) * a.n_links))
+    loads = loads.plus("friction", ViscousTerm((0.1,) * a.n_links))
     scales = np.array([3.0, 8.0])
     for scale, sums in zip(scales, _statistics(loads, segment, a, scales), strict=True):
         same(sums, of_segment(with_tau_s(loads, float(scale)), segment, a))

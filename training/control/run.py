@@ -20,7 +20,7 @@ from pictures import draw
 import nnhydro
 from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
 from nnhydro.blind_tests.truth.tank import joint_torque
-from nnhydro.blind_tests.truth.world import Run
+from nnhydro.blind_tests.truth.world import TrueRun
 from nnhydro.deployment.native import NativeArm
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.effect import Effect
@@ -85,7 +85,7 @@ class ConcealedArm:
         rows = np.atleast_2d(qdd)
         still = np.zeros(len(rows))
         motion = (np.broadcast_to(x, rows.shape) for x in (q, qd))
-        tau = joint_torque(Run("loop", np.arange(len(rows)) * 1e-3, *motion, rows, still + u0, still + du0), self.arm, self.causes)
+        tau = joint_torque(TrueRun("loop", np.arange(len(rows)) * 1e-3, *motion, rows, still + u0, still + du0), self.arm, self.causes)
         return tau.reshape(np.shape(qdd))
 
     def acceleration(self, q, qd, tau, u0=0.0, du0=0.0, dt=0.0, start=None):

@@ -7,9 +7,9 @@ import numpy as np
 
 from nnhydro.blind_tests.truth import registry
 from nnhydro.blind_tests.truth.arms import document
-from nnhydro.blind_tests.truth.sensors import FINE, Sensors, record
+from nnhydro.blind_tests.truth.sensors import FINE, TrueSensors, record
 from nnhydro.blind_tests.truth.tank import plain_torque, read
-from nnhydro.blind_tests.truth.world import Cause, Run, TrueArm, TrueLink
+from nnhydro.blind_tests.truth.world import Cause, TrueArm, TrueLink, TrueRun
 from nnhydro.conventions import column
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.recording import Recording
@@ -37,7 +37,7 @@ class Tank:
         links = (TrueLink(*_drawn(list(values), config["spread"], rng)) for values in zip(*config["arm"].values(), strict=True))
         self.links = TrueArm(tuple(links))
         self.arm = parse_arm(document(self.links, 0.01), "truth")
-        self.sensors = Sensors(config["rate_hz"], config["given"], "white", config["noise"], 0.0, 2 * np.pi / 2**16, clock=False)
+        self.sensors = TrueSensors(config["rate_hz"], config["given"], "white", config["noise"], 0.0, 2 * np.pi / 2**16, clock=False)
         self.motions = motions_of(rig, config["spread"], rng)
         self.rng, self.cause = rng, None
         runs = [self.run(motion, "quiet") for motion in self.motions]
@@ -45,7 +45,7 @@ class Tank:
         self.sigma = config["noise"] * np.sqrt((np.concatenate(plain) ** 2).mean(axis=0))  # the sensor's own, whatever it measures
         self.cause = self._of_strength(hidden, runs, plain, int(rng.integers(1000)))
 
-    def _of_strength(self, hidden: dict, runs: list[Run], plain: list[np.ndarray], first: int) -> Cause:
+    def _of_strength(self, hidden: dict, runs: list[TrueRun], plain: list[np.ndarray], first: int) -> Cause:
         """The effect whose torque stands so far above the noise in `runs`."""
         def made(level: float) -> Cause:
             causes = (registry.makers()[hidden["effect"]](np.random.default_rng(first + k), self.links).make(level) for k in range(MADE))
@@ -62,11 +62,11 @@ class Tank:
             low, high = (middle, high) if strength(middle) < hidden["strength"] else (low, middle)
         return made(high)
 
-    def run(self, motion: dict, name: str) -> Run:
+    def run(self, motion: dict, name: str) -> TrueRun:
         """Return what the links do in one motion of a recipe."""
         reference = motion_of({"name": name, **motion}, "study").reference(Setting(self.arm, np.random.default_rng(0), Path()))
         t = np.arange(round(reference.duration * self.sensors.rate * FINE)) / (self.sensors.rate * FINE)
-        return Run(name, t, *reference.at(t))
+        return TrueRun(name, t, *reference.at(t))
 
     def record(self, motion: dict, name: str) -> Recording:
         """Return what the sensors record of it."""

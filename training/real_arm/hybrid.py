@@ -18,9 +18,9 @@ from nnhydro.models.baselines import BASELINES, Baseline
 from nnhydro.models.storage import save_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.coulomb_friction import CoulombFriction
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.loads.viscous_friction import ViscousFriction
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -34,8 +34,8 @@ HERE = Path(__file__).parent
 def with_friction(arm: Arm) -> Loads:
     """Return the rigid arm with dry and viscous friction in every joint."""
     n = arm.n_links
-    return Loads({"rigid_body": RigidBody.of_arm(arm), "coulomb_friction": CoulombFriction((0.05,) * n),
-                  "viscous_friction": ViscousFriction((0.05,) * n)})
+    return Loads({"rigid_body": RigidBody.of_arm(arm), "coulomb_friction": CoulombTerm((0.05,) * n),
+                  "viscous_friction": ViscousTerm((0.05,) * n)})
 
 
 FRICTION = Baseline("rigid + friction", "the dry arm with dry and viscous friction", with_friction, calibrated=True)

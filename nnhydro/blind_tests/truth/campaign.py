@@ -21,10 +21,10 @@ from nnhydro.blind_tests.truth.arms import document, draw_arm
 from nnhydro.blind_tests.truth.localised import Part, draw_part
 from nnhydro.blind_tests.truth.motions import Plan, carry_out, plans
 from nnhydro.blind_tests.truth.rivals import RUNS, nearest
-from nnhydro.blind_tests.truth.sensors import FINE, Sensors, draw_sensors, record
+from nnhydro.blind_tests.truth.sensors import FINE, TrueSensors, draw_sensors, record
 from nnhydro.blind_tests.truth.tank import belted, plain_torque, read
 from nnhydro.blind_tests.truth.visibility import FACTORS, Yardstick, reference, sized
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun
 
 ATTEMPTS = 30
 PHASES = 8  # of a cause that acts by chance: an unseen motion's truth is the mean over them
@@ -60,7 +60,7 @@ class Unseen:
     No hidden cause moves the angles of `links`: who knows the truth knows what a compliant drive or a moved zero has done to them.
     """
 
-    run: Run
+    run: TrueRun
     arm: TrueArm
     causes: tuple[Cause, ...]
     links: dict[str, Array]
@@ -104,7 +104,7 @@ def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
     return (*first, *(str(name) for name in more))
 
 
-def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: Sensors, stem: str, start: float) -> tuple[Run, ...]:
+def _runs(rng: Generator, arm: TrueArm, todo: Sequence[Plan], sensors: TrueSensors, stem: str, start: float) -> tuple[TrueRun, ...]:
     """The runs of a plan, a few minutes apart on the clock."""
     result = []
     for number, plan in enumerate(todo, 1):
@@ -148,7 +148,7 @@ def _hide(rng: Generator, reference: Yardstick, names: Sequence[str], wish: Wish
     return found, part
 
 
-def _expected(run: Run, arm: TrueArm, causes: Sequence[Cause], phases: int = PHASES) -> Array:
+def _expected(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], phases: int = PHASES) -> Array:
     """Return what the torque sensors would read (n, L), the mean over chance."""
     often = phases if any(cause.chance for cause in causes) else 1
     readings = [read(replace(run, seed=run.seed + k), arm, causes).tau for k in range(often)]

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nnhydro.blind_tests.truth.world import Array, Run, TrueArm, TrueLink
+from nnhydro.blind_tests.truth.world import Array, TrueArm, TrueLink, TrueRun
 
 STRIPS = 60  # a link: the sum is within 1e-4 of the integral
 
@@ -37,7 +37,7 @@ class Frames:
 class LinkFlow:
     """The strips of link `i` (from 0). `v`, `a` (n, s, 2) are relative to the water; C_D, C_M (n, s); `extra` (n, s, 2) N/m."""
 
-    run: Run
+    run: TrueRun
     arm: TrueArm
     frames: Frames
     i: int
@@ -105,7 +105,7 @@ class LinkFlow:
 WaterChange = Callable[[LinkFlow], LinkFlow]
 
 
-def frames_of(run: Run, arm: TrueArm) -> Frames:
+def frames_of(run: TrueRun, arm: TrueArm) -> Frames:
     """Return joints and axes of `arm` during `run`."""
     n, L = run.q.shape
     phi, spin, dspin = (np.cumsum(x, axis=1) for x in (run.q, run.qd, run.qdd))
@@ -122,7 +122,7 @@ def frames_of(run: Run, arm: TrueArm) -> Frames:
     return Frames(P, V, A, e, nrm, spin, dspin)
 
 
-def strips_of(run: Run, arm: TrueArm, frames: Frames, i: int, strips: int = STRIPS) -> LinkFlow:
+def strips_of(run: TrueRun, arm: TrueArm, frames: Frames, i: int, strips: int = STRIPS) -> LinkFlow:
     """Return the strips of link `i` in still water with constant coefficients."""
     link = arm.links[i]
     x = (np.arange(strips) + 0.5) * link.length / strips
@@ -149,7 +149,7 @@ def moments(frames: Frames, i: int, pos: Array, force: Array) -> Array:
     return tau
 
 
-def water_torque(run: Run, arm: TrueArm, changes: Sequence[WaterChange] = (), strips: int = STRIPS) -> Array:
+def water_torque(run: TrueRun, arm: TrueArm, changes: Sequence[WaterChange] = (), strips: int = STRIPS) -> Array:
     """Return (n, L) N m that the joints supply against the water; `changes` are applied to each link's flow in turn."""
     frames, tau = frames_of(run, arm), np.zeros(run.q.shape)
     for i in range(len(arm.links)):
@@ -162,7 +162,7 @@ def water_torque(run: Run, arm: TrueArm, changes: Sequence[WaterChange] = (), st
     return tau
 
 
-def rigid_torque(run: Run, arm: TrueArm) -> Array:
+def rigid_torque(run: TrueRun, arm: TrueArm) -> Array:
     """Return (n, L) N m: inertia of the dry links and of the moving carriage."""
     frames, tau = frames_of(run, arm), np.zeros(run.q.shape)
     for i, link in enumerate(arm.links):

@@ -12,7 +12,7 @@ import numpy as np
 
 from nnhydro.blind_tests.truth.registry import draw_joint, hides
 from nnhydro.blind_tests.truth.tank import brisk_torque
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun, on_joint
 
 AT_REST = 1e-4  # rad/s
 
@@ -52,7 +52,7 @@ def coulomb_friction(rng: Generator, arm: TrueArm) -> Draft:
     joint, dahl, z0 = draw_joint(rng, arm), bool(rng.random() < 0.5), rng.uniform(0.005, 0.02)
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             v = run.qd[:, joint - 1]
             return on_joint(a * (bristle(v, run.dt, z0) if dahl else direction(v)), joint, tau.shape[1])
         return Cause("coulomb_friction", joint, "other" if dahl else "plain", "dry friction", {"level": (a, "N m")}, load=load)
@@ -65,7 +65,7 @@ def viscous_friction(rng: Generator, arm: TrueArm) -> Draft:
     joint, p = draw_joint(rng, arm), (0.85 if rng.random() < 0.4 else 1.0)
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             v = run.qd[:, joint - 1]
             return on_joint(a * np.sign(v) * np.abs(v) ** p, joint, tau.shape[1])
         return Cause("viscous_friction", joint, "plain" if p == 1 else "other", "friction that grows with speed",
@@ -79,7 +79,7 @@ def stribeck_friction(rng: Generator, arm: TrueArm) -> Draft:
     joint, aged, vs, more = draw_joint(rng, arm), bool(rng.random() < 0.4), rng.uniform(0.08, 0.25), rng.uniform(1.2, 2.5)
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             v = run.qd[:, joint - 1]
             if aged:
                 theta = state(v, run.dt, 0.1)
@@ -98,7 +98,7 @@ def load_friction(rng: Generator, arm: TrueArm) -> Draft:
     preload = 0.4 * tau0 * brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             carried = tau[:, joint - 1]
             level = np.sqrt(carried**2 + preload**2)
             return on_joint(a * level * np.tanh(run.qd[:, joint - 1] / 0.02), joint, tau.shape[1])

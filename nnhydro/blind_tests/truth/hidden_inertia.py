@@ -13,7 +13,7 @@ import numpy as np
 
 from nnhydro.blind_tests.truth.flow import LinkFlow, cross, frames_of
 from nnhydro.blind_tests.truth.registry import draw_joint, hides
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun, on_joint
 
 
 @hides("added_mass")
@@ -34,7 +34,7 @@ def rotor_inertia(rng: Generator, arm: TrueArm) -> Draft:
     moved = sum(k.inertia + k.mass * k.com**2 for k in last) + sum(arm.rho * np.pi * k.diameter**2 * k.length**3 / 12 for k in last)
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             return on_joint(a * run.qdd[:, joint - 1], joint, tau.shape[1])
         return Cause("rotor_inertia", joint, "plain", "a motor's rotor turns with the joint", {"inertia": (a, "kg m2")}, load=load)
     return Draft(make, 1e-3 * moved, 1.5 * moved)
@@ -46,7 +46,7 @@ def payload_mass(rng: Generator, arm: TrueArm) -> Draft:
     beyond = float(rng.uniform(0.02, 0.05)) if rng.random() < 0.4 else 0.0
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             F = frames_of(run, arm)
             side, turn = F.nrm[:, -1], F.spin[:, -1, None]
             place = F.P[:, -1] + beyond * F.e[:, -1]

@@ -10,7 +10,7 @@ import numpy as np
 
 from nnhydro.blind_tests.truth.flow import cross, frames_of
 from nnhydro.blind_tests.truth.registry import draw_joint, hides
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun, on_joint
 
 GRAVITY = 9.81  # m/s2
 
@@ -21,7 +21,7 @@ def buoyancy_tilt(rng: Generator, arm: TrueArm) -> Draft:
     angle = float(rng.uniform(-np.pi, np.pi))
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             F, result = frames_of(run, arm), np.zeros_like(tau)
             down = GRAVITY * np.sin(a) * np.array([np.cos(angle), np.sin(angle)])
             for i, link in enumerate(arm.links):
@@ -42,7 +42,7 @@ def umbilical_stiffness(rng: Generator, arm: TrueArm) -> Draft:
     joint, q0, bends = draw_joint(rng, arm), float(rng.uniform(-0.5, 0.5)), bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             d = run.q[:, joint - 1] - q0
             return on_joint(1.5 * a * np.tanh(d / 1.5) if bends else a * (d + 0.15 * d**3), joint, tau.shape[1])
         return Cause("umbilical_stiffness", joint, "other" if bends else "plain", "a hose pulls the joint back",

@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from nnhydro.blind_tests.truth.memory import follow, wander
 from nnhydro.blind_tests.truth.registry import draw_joint, hides
 from nnhydro.blind_tests.truth.tank import brisk_torque
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun, on_joint
 
 
 @hides("torque_bias")
@@ -25,7 +25,7 @@ def torque_bias(rng: Generator, arm: TrueArm) -> Draft:
     joint, side = draw_joint(rng, arm), float(rng.choice([-1.0, 1.0]))
 
     def make(a: float) -> Cause:
-        def sense(run: Run, tau: Array) -> Array:
+        def sense(run: TrueRun, tau: Array) -> Array:
             return tau + on_joint(np.full(len(tau), side * a), joint, tau.shape[1])
         return Cause("torque_bias", joint, "plain", "the torque sensor has an offset", {"bias": (side * a, "N m")}, sense=sense)
     return Draft(make, 1e-4, 2.0)
@@ -38,7 +38,7 @@ def torque_gain(rng: Generator, arm: TrueArm) -> Draft:
     brisk = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
-        def sense(run: Run, tau: Array) -> Array:
+        def sense(run: TrueRun, tau: Array) -> Array:
             read = tau[:, joint - 1]
             more = side * a * read * (1 + bent * np.abs(read) / brisk)
             return tau + on_joint(more, joint, tau.shape[1])
@@ -54,7 +54,7 @@ def torque_drift(rng: Generator, arm: TrueArm) -> Draft:
     T0, seed = rng.uniform(900.0, 2400.0), int(rng.integers(2**31))
 
     def make(a: float) -> Cause:
-        def sense(run: Run, tau: Array) -> Array:
+        def sense(run: TrueRun, tau: Array) -> Array:
             T = run.clock - 9 * 3600.0
             path = wander(np.random.default_rng(seed), T, 700.0) if walks else 1 - np.exp(-T / T0)
             return tau + on_joint(side * a * path, joint, tau.shape[1])
@@ -69,7 +69,7 @@ def torque_crosstalk(rng: Generator, arm: TrueArm) -> Draft:
     joint, side = draw_joint(rng, arm), float(rng.choice([-1.0, 1.0]))
 
     def make(a: float) -> Cause:
-        def sense(run: Run, tau: Array) -> Array:
+        def sense(run: TrueRun, tau: Array) -> Array:
             return tau + on_joint(side * a * tau[:, 2 - joint], joint, tau.shape[1])
         return Cause("torque_crosstalk", joint, "plain", "the other joint's torque leaks in", {"leak": (side * a, "1")}, sense=sense)
     return Draft(make, 2e-3, 0.6)
@@ -85,7 +85,7 @@ def torque_saturation(rng: Generator, arm: TrueArm) -> Draft:
     def make(a: float) -> Cause:
         level = scale * 0.6 / a
 
-        def sense(run: Run, tau: Array) -> Array:
+        def sense(run: TrueRun, tau: Array) -> Array:
             result = tau.copy()
             read = tau[:, joint - 1]
             result[:, joint - 1] = level * np.tanh(read / level) if soft else read.clip(-level, level)
@@ -101,7 +101,7 @@ def sensor_timing(rng: Generator, arm: TrueArm) -> Draft:
     lag = bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
-        def sense(run: Run, tau: Array) -> Array:
+        def sense(run: TrueRun, tau: Array) -> Array:
             if lag:
                 return follow(tau, run.dt, a)
             then = np.maximum(run.t - a, run.t[0])
@@ -118,7 +118,7 @@ def encoder_offset(rng: Generator, arm: TrueArm) -> Draft:
     joint, side, bent = draw_joint(rng, arm), float(rng.choice([-1.0, 1.0])), (0.1 if rng.random() < 0.4 else 0.0)
 
     def make(a: float) -> Cause:
-        def angle(run: Run, tau: Array) -> Array:
+        def angle(run: TrueRun, tau: Array) -> Array:
             return on_joint(side * a * (1 + bent * np.sin(run.q[:, joint - 1])), joint, tau.shape[1])
         return Cause("encoder_offset", joint, "other" if bent else "plain", "an angle is read with an error", {"offset": (side * a, "rad")},
                      angle=angle)

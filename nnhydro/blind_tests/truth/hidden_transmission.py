@@ -14,7 +14,7 @@ import numpy as np
 from nnhydro.blind_tests.truth.memory import follow
 from nnhydro.blind_tests.truth.registry import draw_joint, hides
 from nnhydro.blind_tests.truth.tank import brisk_torque
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun, on_joint
 
 
 def stiffened(delta: Array, d0: float) -> Array:
@@ -30,7 +30,7 @@ def joint_elasticity(rng: Generator, arm: TrueArm) -> Draft:
     brisk = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
-        def drive(run: Run, tau: Array) -> Array:
+        def drive(run: TrueRun, tau: Array) -> Array:
             delta = follow(tau[:, joint - 1], run.dt, T) * a
             if stiffens:
                 delta = stiffened(delta, 1.5 * a * brisk)
@@ -60,7 +60,7 @@ def backlash(rng: Generator, arm: TrueArm) -> Draft:
     size = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
-        def drive(run: Run, tau: Array) -> Array:
+        def drive(run: TrueRun, tau: Array) -> Array:
             carried = tau[:, joint - 1]
             fine = np.repeat(carried, 4)
             delta = play(fine, run.dt / 4, a, size / 0.002, c * size * 0.1 / a)[3::4]
@@ -77,7 +77,7 @@ def torque_ripple(rng: Generator, arm: TrueArm) -> Draft:
     usual = 0.4 * brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
-        def load(run: Run, tau: Array) -> Array:
+        def load(run: TrueRun, tau: Array) -> Array:
             q, carried = run.q[:, joint - 1], tau[:, joint - 1]
             wave = a * (np.cos(N * q + p) + 0.3 * np.cos(2 * N * q + p2))
             if loaded:

@@ -17,12 +17,12 @@ from scipy.signal import lfilter
 
 from nnhydro.blind_tests.truth.flow import LinkFlow
 from nnhydro.blind_tests.truth.registry import draw_joint, hides
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, Run, TrueArm, on_joint
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun, on_joint
 
 
-def _at_joint(name: str, joint: int, law: str, torque: Callable[[Run, Array], Array], chance: bool = False, near: tuple[str, ...] = (),
+def _at_joint(name: str, joint: int, law: str, torque: Callable[[TrueRun, Array], Array], chance: bool = False, near: tuple[str, ...] = (),
               size: float = 1.0) -> Cause:
-    def load(run: Run, tau: Array) -> Array:
+    def load(run: TrueRun, tau: Array) -> Array:
         return size * on_joint(torque(run, tau), joint, tau.shape[1])
     return Cause(f"unlisted:{name}", joint, "unlisted", law, {"size": (size, "N m")}, load=load, chance=chance, near=near)
 
@@ -32,7 +32,7 @@ def hum(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a tone."""
     joint, f = draw_joint(rng, arm), float(rng.uniform(2.0, 4.0))
 
-    def torque(run: Run, tau: Array) -> Array:
+    def torque(run: TrueRun, tau: Array) -> Array:
         return np.sin(2 * np.pi * f * run.t + np.random.default_rng([run.seed, 17]).uniform(0, 2 * np.pi))
     return Draft(lambda a: _at_joint("hum", joint, "a tone at fixed frequency", torque, True, size=a), 1e-4, 2.0)
 
@@ -42,7 +42,7 @@ def kick(rng: Generator, arm: TrueArm) -> Draft:
     """Draw blows."""
     joint = draw_joint(rng, arm)
 
-    def torque(run: Run, tau: Array) -> Array:
+    def torque(run: TrueRun, tau: Array) -> Array:
         chance = np.random.default_rng([run.seed, 19])
         sizes, moments = chance.normal(0, 1.5, 2), chance.uniform(0, run.t[-1], 2)
         blows = [s * np.exp(-(((run.t - at) / 0.12) ** 2)) for s, at in zip(sizes, moments, strict=True)]
@@ -55,7 +55,7 @@ def cable_slap(rng: Generator, arm: TrueArm) -> Draft:
     """Draw the angle at which a cable knocks."""
     joint, at = draw_joint(rng, arm), float(rng.uniform(-0.5, 0.5))
 
-    def torque(run: Run, tau: Array) -> Array:
+    def torque(run: TrueRun, tau: Array) -> Array:
         q = run.q[:, joint - 1]
         passed = np.zeros(len(q))
         passed[1:] = (q[1:] >= at) & (q[:-1] < at)
@@ -69,7 +69,7 @@ def warm_seal(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a seal that warms up in every run."""
     joint, way = draw_joint(rng, arm), float(rng.uniform(1.5, 4.0))
 
-    def torque(run: Run, tau: Array) -> Array:
+    def torque(run: TrueRun, tau: Array) -> Array:
         v = run.qd[:, joint - 1]
         return v * np.exp(-np.cumsum(np.abs(v)) * run.dt / way)
     return Draft(lambda a: _at_joint("warm_seal", joint, "viscous friction that fades as the seal warms", torque,
@@ -81,7 +81,7 @@ def slosh(rng: Generator, arm: TrueArm) -> Draft:
     """Draw a resonator."""
     joint, omega, zeta = draw_joint(rng, arm), 2 * np.pi * float(rng.uniform(0.7, 1.6)), 0.04
 
-    def torque(run: Run, tau: Array) -> Array:
+    def torque(run: TrueRun, tau: Array) -> Array:
         p = np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * omega * run.dt)
         y: Array = lfilter([0.0, omega**2 * run.dt**2], [1.0, -2 * p.real, abs(p) ** 2], run.qdd[:, joint - 1])
         return y

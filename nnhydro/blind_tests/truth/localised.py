@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from nnhydro.blind_tests.truth.world import Array, Generator, Run
+from nnhydro.blind_tests.truth.world import Array, Generator, TrueRun
 
 PARTS = ("since", "until", "some", "onset", "region")
 KINDS = ("always", *PARTS)
@@ -34,7 +34,7 @@ class Part:
     moment: tuple[str, float] | None = None  # recording and s
     sector: tuple[int, float, float] | None = None
 
-    def share(self, run: Run) -> Array:
+    def share(self, run: TrueRun) -> Array:
         """Return w (n,)."""
         if self.sector is not None:
             joint, low, high = self.sector
@@ -52,7 +52,7 @@ class Part:
                 "moment_in": None if self.moment is None else self.moment[0], "region": sector}
 
 
-def draw_part(rng: Generator, kind: str, runs: Sequence[Run], joint: int | None) -> Part | None:
+def draw_part(rng: Generator, kind: str, runs: Sequence[TrueRun], joint: int | None) -> Part | None:
     """Draw where a cause of `joint` acts; None for always."""
     names = [run.name for run in runs]
     first = int(rng.integers(FEWEST_WITHOUT, len(names) - FEWEST_WITH + 1))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nnhydro.blind_tests.truth.world import Array, Generator, Run
+from nnhydro.blind_tests.truth.world import Array, Generator, TrueRun
 
 RAMP = 0.06  # s, from one constant acceleration to the next
 FASTEST = 2.6  # rad/s
@@ -99,7 +99,7 @@ def ranges(links: int, folded: bool, side: float) -> list[tuple[float, float]]:
     return [(-1.4, 1.4), *[(low, high)] * (links - 1)]
 
 
-def carry_out(plan: Plan, links: int, rate: float, name: str, start: float, seed: int) -> Run:
+def carry_out(plan: Plan, links: int, rate: float, name: str, start: float, seed: int) -> TrueRun:
     """Return the run that `plan` commands, on a grid of `rate` Hz."""
     rng = np.random.default_rng([7001, plan.seed])
     t = np.arange(round(plan.seconds * rate)) / rate
@@ -110,7 +110,7 @@ def carry_out(plan: Plan, links: int, rate: float, name: str, start: float, seed
         else:
             columns.append(_fourier(t, rng, low, high, plan.kind == "slow"))
     q, qd, qdd = (np.column_stack([column[k] for column in columns]) for k in range(3))
-    return Run(name, t, q, qd, qdd, *_carriage(t, plan, rng), start, seed)
+    return TrueRun(name, t, q, qd, qdd, *_carriage(t, plan, rng), start, seed)
 
 
 def plans(rng: Generator, links: int, count: int, seconds: tuple[float, float]) -> list[Plan]:

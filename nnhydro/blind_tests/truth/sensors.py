@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from nnhydro.blind_tests.truth.tank import Reading
-from nnhydro.blind_tests.truth.world import Array, Generator, Run, TrueArm
+from nnhydro.blind_tests.truth.tank import TrueReading
+from nnhydro.blind_tests.truth.world import Array, Generator, TrueArm, TrueRun
 
 FINE = 2  # steps of the tank a recorded sample
 
 
 @dataclass(frozen=True)
-class Sensors:
+class TrueSensors:
     """How a campaign is recorded: rate in Hz, what is given besides angles (none, rates, all), noise relative to the torque's rms."""
 
     rate: float
@@ -33,15 +33,15 @@ class Sensors:
         return float(np.sqrt((1 + self.correlation) / (1 - self.correlation)))
 
 
-def draw_sensors(rng: Generator, rates: tuple[float, ...], clock: bool) -> Sensors:
+def draw_sensors(rng: Generator, rates: tuple[float, ...], clock: bool) -> TrueSensors:
     """Return a random recorder."""
     noise = str(rng.choice(["white", "ar1", "heavy"], p=[0.5, 0.3, 0.2]))
-    return Sensors(float(rng.choice(rates)), str(rng.choice(["none", "rates", "all"], p=[0.4, 0.2, 0.4])), noise,
+    return TrueSensors(float(rng.choice(rates)), str(rng.choice(["none", "rates", "all"], p=[0.4, 0.2, 0.4])), noise,
                    float(np.exp(rng.uniform(np.log(0.005), np.log(0.03)))), float(rng.uniform(0.3, 0.8)) if noise == "ar1" else 0.0,
                    2 * np.pi / 2 ** int(rng.integers(15, 19)), clock or bool(rng.random() < 0.6))
 
 
-def noise_of(kind: Sensors, sigma: Array, n: int, rng: Generator) -> Array:
+def noise_of(kind: TrueSensors, sigma: Array, n: int, rng: Generator) -> Array:
     """Return torque noise (n, L) with deviations `sigma` (L,) N m."""
     shape = (n, len(sigma))
     if kind.noise == "heavy":
@@ -54,7 +54,8 @@ def noise_of(kind: Sensors, sigma: Array, n: int, rng: Generator) -> Array:
     return sigma * e
 
 
-def record(run: Run, seen: Reading, arm: TrueArm, kind: Sensors, sigma: Array, rng: Generator, torque: bool) -> dict[str, Array]:
+def record(run: TrueRun, seen: TrueReading, arm: TrueArm, kind: TrueSensors, sigma: Array, rng: Generator,
+           torque: bool) -> dict[str, Array]:
     """Return the columns of a recording, with noise; `torque` False leaves the torques out."""
     L, keep = len(arm.links), slice(None, None, FINE)
 

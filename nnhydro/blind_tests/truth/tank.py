@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from nnhydro.blind_tests.truth.flow import STRIPS, rigid_torque, water_torque
-from nnhydro.blind_tests.truth.world import Array, Cause, Run, TrueArm
+from nnhydro.blind_tests.truth.world import Array, Cause, TrueArm, TrueRun
 
 
 @dataclass(frozen=True)
-class Reading:
+class TrueReading:
     """Channels at the drives, without noise: angles (as relative joint angles), rates, accelerations, torques, each (n, L)."""
 
     q: Array
@@ -34,7 +34,7 @@ def belted(tau: Array, arm: TrueArm) -> Array:
     return np.column_stack([tau[:, 0] - tau[:, 1], tau[:, 1]])
 
 
-def plain_torque(run: Run, arm: TrueArm, strips: int = STRIPS) -> Array:
+def plain_torque(run: TrueRun, arm: TrueArm, strips: int = STRIPS) -> Array:
     """Return joint torques (n, L) of the healthy arm: rigid body and water with constant coefficients."""
     return rigid_torque(run, arm) + water_torque(run, arm, strips=strips)
 
@@ -45,11 +45,11 @@ def brisk_torque(arm: TrueArm, joint: int) -> float:
     It is the drive's own measure: what a stiffness or a grease is drawn against may not differ from run to run.
     """
     still, ones = np.zeros(2), np.ones((2, len(arm.links)))
-    run = Run("brisk", np.array([0.0, 0.01]), 0 * ones, 1.5 * ones, 3.0 * ones, still, still)
+    run = TrueRun("brisk", np.array([0.0, 0.01]), 0 * ones, 1.5 * ones, 3.0 * ones, still, still)
     return max(float(np.abs(plain_torque(run, arm)[0, joint - 1])), 1e-9)
 
 
-def joint_torque(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array | None = None) -> Array:
+def joint_torque(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Array | None = None) -> Array:
     """Return joint torques (n, L) with what the causes add there; `plain` spares the water's sum where no cause changes it."""
     changes = [c.water for c in sorted(causes, key=lambda c: c.order) if c.water is not None]
     if changes or plain is None:
@@ -61,17 +61,17 @@ def joint_torque(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array |
     return tau
 
 
-def read(run: Run, arm: TrueArm, causes: Sequence[Cause] = (), plain: Array | None = None) -> Reading:
+def read(run: TrueRun, arm: TrueArm, causes: Sequence[Cause] = (), plain: Array | None = None) -> TrueReading:
     """Return what the sensors read of `run`; what acts in a part of it only, as much as it acts there (one such cause at most)."""
     everything, local = _read(run, arm, causes, plain), next((c for c in causes if c.share is not None), None)
     if local is None or local.share is None:
         return everything
     w, rest = local.share(run)[:, None], _read(run, arm, [c for c in causes if c is not local], plain)
-    return Reading(*(w * a + (1 - w) * b for a, b in ((everything.q, rest.q), (everything.qd, rest.qd), (everything.qdd, rest.qdd),
+    return TrueReading(*(w * a + (1 - w) * b for a, b in ((everything.q, rest.q), (everything.qd, rest.qd), (everything.qdd, rest.qdd),
                                                       (everything.tau, rest.tau))))
 
 
-def _read(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array | None) -> Reading:
+def _read(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Array | None) -> TrueReading:
     """What the sensors read of a run without noise, cause by cause."""
     tau = joint_torque(run, arm, causes, plain)
     q, qd, qdd = run.q, run.qd, run.qdd
@@ -86,4 +86,4 @@ def _read(run: Run, arm: TrueArm, causes: Sequence[Cause], plain: Array | None) 
     for cause in causes:
         if cause.sense is not None:
             sensed = cause.sense(run, sensed)
-    return Reading(q, qd, qdd, sensed)
+    return TrueReading(q, qd, qdd, sensed)

@@ -20,9 +20,9 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from nnhydro.blind_tests.truth.flow import rigid_torque, water_torque
-from nnhydro.blind_tests.truth.sensors import FINE, Sensors
+from nnhydro.blind_tests.truth.sensors import FINE, TrueSensors
 from nnhydro.blind_tests.truth.tank import belted, plain_torque, read
-from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Run, TrueArm
+from nnhydro.blind_tests.truth.world import Array, Cause, Draft, TrueArm, TrueRun
 
 LOWEST, SHARE = 8.0, 0.01
 BAND = 8.0  # Hz
@@ -30,7 +30,7 @@ FACTORS = {"weak": (1.6, 3.0), "strong": (8.0, 25.0)}
 COARSE = 30  # strips a link of the baseline's columns
 
 
-def base_columns(run: Run, arm: TrueArm, known_to: float, added_mass: bool) -> tuple[Array, Array]:
+def base_columns(run: TrueRun, arm: TrueArm, known_to: float, added_mass: bool) -> tuple[Array, Array]:
     """Return the columns (n, L, p) of the baseline's parameters, each for one unit of what is known of it, and the priors (p,)."""
     columns, prior = [], []
     for i in range(len(arm.links)):
@@ -50,9 +50,9 @@ def base_columns(run: Run, arm: TrueArm, known_to: float, added_mass: bool) -> t
 class Yardstick:
     """A campaign against which sizes are measured; `healthy` are its runs' joint torques, `basis` spans what a refit can absorb."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[TrueRun, ...]
     arm: TrueArm
-    sensors: Sensors
+    sensors: TrueSensors
     healthy: tuple[Array, ...]
     noise: Array  # (L,) N m, at low frequency
     basis: Array  # orthonormal columns, rows as `weighted` stacks them and then the priors
@@ -110,7 +110,8 @@ def _orthonormal(columns: Sequence[Array]) -> list[Array]:
     return list(np.linalg.qr(np.column_stack(columns))[0].T)
 
 
-def reference(runs: tuple[Run, ...], arm: TrueArm, known_to: float, sensors: Sensors, sigma: Array, added_mass: bool = True) -> Yardstick:
+def reference(runs: tuple[TrueRun, ...], arm: TrueArm, known_to: float, sensors: TrueSensors, sigma: Array,
+              added_mass: bool = True) -> Yardstick:
     """Return the reference of a campaign whose torque noise has deviations `sigma` (L,) N m."""
     made = Yardstick(runs, arm, sensors, tuple(plain_torque(run, arm) for run in runs), sigma * sensors.inflation(), np.zeros((0, 0)), 0)
     parts = [base_columns(run, arm, known_to, added_mass) for run in runs]

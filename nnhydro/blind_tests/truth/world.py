@@ -64,7 +64,7 @@ class TrueArm:
 
 
 @dataclass(frozen=True)
-class Run:
+class TrueRun:
     """What the links really did, on an even grid; `start` is the time of day in s, `seed` what chance causes draw from."""
 
     name: str
@@ -88,7 +88,7 @@ class Run:
         return self.start + self.t
 
 
-JointLaw = Callable[[Run, Array], Array]  # run, torque (n, L) so far -> (n, L)
+JointLaw = Callable[[TrueRun, Array], Array]  # run, torque (n, L) so far -> (n, L)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Cause:
     chance: bool = False  # it differs from run to run by chance, so that no model can predict it
     order: int = 0  # water stages act in this order: the water's motion first, forces that lag last
     near: tuple[str, ...] = ()  # for what is on no list: names that would not be wrong
-    share: Callable[[Run], Array] | None = None  # how much of it acts (n,), in a part of the campaign only; all of it where None
+    share: Callable[[TrueRun], Array] | None = None  # how much of it acts (n,), in a part of the campaign only; all of it where None
 
     @property
     def family(self) -> str | None:

@@ -50,7 +50,7 @@ NOT_IN_TEXT: Final = (
 
 @final
 @dataclass(frozen=True, eq=False)
-class Slew:
+class PaperSlew:
     """One validation slew: time (n,), measured torque and the models' (n,) N m, LOAD."""
 
     degrees: float
@@ -68,7 +68,7 @@ class Reproduction:
     curves: dict[str, Array]  # at TRAVELS: identified
     bands: dict[str, tuple[Array, Array]]
     groups: tuple[StateFit, ...]  # three groups of four slews
-    slews: tuple[Slew, ...]
+    slews: tuple[PaperSlew, ...]
     constants: Constants
     errors: dict[str, float]  # the state-dependent curves are the truth
     errors_measured: dict[str, float]  # with the implied deviation
@@ -137,7 +137,7 @@ def reproduce(seed: int = 0, draws: int = 200) -> Reproduction:
     models: dict[str, Any] = {**comparison_models(), "fitted constants": constants, "state-dependent": truth()}
     seen: dict[str, Any] = {**models, "fitted constants": fitted_constants(list(zip(flows, measured, strict=True)))}
     seen["state-dependent"] = fit.loads
-    slews = tuple(Slew(motion[0], flow.motion.t.numpy(), tau.numpy(), {n: m.torque(flow).reshape(-1).numpy() for n, m in seen.items()})
+    slews = tuple(PaperSlew(motion[0], flow.motion.t.numpy(), tau.numpy(), {n: m.torque(flow).reshape(-1).numpy() for n, m in seen.items()})
                   for motion, flow, tau in zip(VALIDATION, flows, measured, strict=True))
     anchor = effective_drag(LENGTH / DIAMETER, ("aspect_ratio",)) / effective_drag(LENGTH / DIAMETER)
     slender = {x: (effective_drag(x), effective_drag(x, ("aspect_ratio",)) / anchor) for x in SLENDERNESS}

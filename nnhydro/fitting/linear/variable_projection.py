@@ -56,7 +56,7 @@ def _householder(rows: Array) -> Array:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Linear:
+class LinearFit:
     """Solution of the linear problem at one nu."""
 
     theta: Array  # (p,)
@@ -64,7 +64,7 @@ class Linear:
     condition: float  # of X with its columns scaled to 1
 
 
-def solve(blocks: Array, prior: Array | None = None) -> Linear:
+def solve(blocks: Array, prior: Array | None = None) -> LinearFit:
     """Return the solution over stacked `blocks` (blocks, p + 1, p + 1) and rows [Z | z] of a `prior` (r, p + 1)."""
     size = blocks.shape[-1]
     rows = blocks.reshape(-1, size)
@@ -74,7 +74,7 @@ def solve(blocks: Array, prior: Array | None = None) -> Linear:
     keep = s > 1e-12 * s[0]
     theta = Vt.T[:, keep] @ ((U.T @ R[:-1, -1])[keep] / s[keep]) / scale
     residual = R[:, -1] - R[:, :-1] @ theta
-    return Linear(theta, float(residual @ residual), float(s[0] / max(s[-1], 1e-300)))
+    return LinearFit(theta, float(residual @ residual), float(s[0] / max(s[-1], 1e-300)))
 
 
 @final
@@ -149,9 +149,9 @@ def _polish(energy: Energy, grid: Sequence[Array], index: tuple[int, ...], toler
 
 def separable(at: Reduced, grid: Sequence[Array], prior: Array | None = None, polished: int = POLISHED) -> SeparableFit:
     """Return the best nu and theta; `grid` tabulates each component of nu, ends included, at least three values each."""
-    seen: dict[tuple[float, ...], Linear] = {}
+    seen: dict[tuple[float, ...], LinearFit] = {}
 
-    def linear(nu: tuple[float, ...]) -> Linear:
+    def linear(nu: tuple[float, ...]) -> LinearFit:
         if nu not in seen:
             seen[nu] = solve(at(nu), prior)
         return seen[nu]

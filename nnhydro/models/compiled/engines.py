@@ -36,7 +36,7 @@ def engine_called(name: str | None) -> str:
 
 @final
 @dataclass(frozen=True)
-class Columns:
+class EngineColumns:
     """`count` numbers a row in the one-dimensional array `name`: row by row, or column by column, each column `stride` long."""
 
     name: str
@@ -77,7 +77,7 @@ def numba_step(program: Program, outputs: Sequence[Value]) -> Function:
     return compiled
 
 
-def numba_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Columns], out: Columns) -> Function:
+def numba_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[EngineColumns], out: EngineColumns) -> Function:
     """Return kernel(n, *inputs, out) that computes n rows; all arrays are one-dimensional and contiguous."""
     import numba
 
@@ -92,7 +92,7 @@ def numba_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Colu
     return compiled
 
 
-def numpy_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Columns], out: Columns) -> Function:
+def numpy_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[EngineColumns], out: EngineColumns) -> Function:
     """Return what `numba_rows` returns, computed with numpy; only for arrays that hold their rows one after the other."""
     names = [f"x{k}" for k in range(program.n_inputs)]
     lines, results = Writer(program, ARRAYS, names).statements(outputs)

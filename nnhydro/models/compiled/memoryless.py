@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.models.compiled.engines import Columns, numba_rows, numba_step, numpy_rows, step
+from nnhydro.models.compiled.engines import EngineColumns, numba_rows, numba_step, numpy_rows, step
 from nnhydro.models.export.expressions import Program, Value
 from nnhydro.models.export.tracing import traced
 from nnhydro.models.strip_theory import StripTheory
@@ -31,9 +31,10 @@ def example(links: int, *more: int) -> list[Tensor]:
     return [torch.randn(size, dtype=torch.float64, generator=random) for size in (links, links, links, 1, 1, *more)]
 
 
-def fields(links: int) -> list[Columns]:
+def fields(links: int) -> list[EngineColumns]:
     """Return how the arrays of `flat` are read."""
-    return [Columns("q", links), Columns("qd", links), Columns("qdd", links), Columns("u0", 1), Columns("du0", 1)]
+    return [EngineColumns("q", links), EngineColumns("qd", links), EngineColumns("qdd", links), EngineColumns("u0", 1),
+            EngineColumns("du0", 1)]
 
 
 def flat(motion: Motion) -> list[Array]:
@@ -60,7 +61,7 @@ class Memoryless:
     def _rows(self) -> Callable[..., None]:
         links = self.model.arm.n_links
         make = numba_rows if self.engine == "numba" else numpy_rows
-        return make(*self.program, fields(links), Columns("tau", links))
+        return make(*self.program, fields(links), EngineColumns("tau", links))
 
     def torque(self, motion: Motion) -> Array:
         """Return the sensor torques (n, joints) N m."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor, stack
 
-from nnhydro.models.compiled.engines import Columns, Function, numba_rows
+from nnhydro.models.compiled.engines import EngineColumns, Function, numba_rows
 from nnhydro.models.compiled.memoryless import example, fields, flat, one_row
 from nnhydro.models.compiled.travel_loads import TravelLoads
 from nnhydro.models.export.tracing import traced
@@ -83,7 +83,7 @@ class Travelling:
             return (stack([f.A[0], f.B[0], f.M[0], f.N[0], f.phi[0]], dim=1),)
 
         program, (made,) = traced(flow, example(links))
-        return numba_rows(program, list(made.ravel()), fields(links), Columns("made", made.size, BLOCK + 1))
+        return numba_rows(program, list(made.ravel()), fields(links), EngineColumns("made", made.size, BLOCK + 1))
 
     @cached_property
     def _rest(self) -> Function:
@@ -97,8 +97,8 @@ class Travelling:
             return (sensed(rest.torque(flow) + flow.normal_columns(force, moment).sum(-1), qd[None], arm)[0],)
 
         program, (tau,) = traced(torque, example(arm.n_links, 2 * arm.n_links))
-        return numba_rows(program, list(tau), [*fields(arm.n_links), Columns("strips", 2 * arm.n_links, BLOCK + 1)],
-                          Columns("tau", arm.n_links))
+        return numba_rows(program, list(tau), [*fields(arm.n_links), EngineColumns("strips", 2 * arm.n_links, BLOCK + 1)],
+                          EngineColumns("tau", arm.n_links))
 
     def _memory(self, motion: Motion) -> Array:
         """What the strips remember in the first row (links, s, 7); their greatest speeds are looked up only where one moves in it."""

@@ -48,7 +48,7 @@ BEGIN = ("dt = -1 in the first step: what stands still then starts in water at r
 
 @final
 @dataclass(frozen=True, eq=False)
-class Recorded:
+class RecordedGraph:
     """A model as scalars: the program of one step, its outputs by name, and how far it is from the model."""
 
     step: Any  # Step, or deployment/step.py's
@@ -129,7 +129,7 @@ def _without(model: TorqueModel, causes: list[str]) -> str:
     return "export a network, a hybrid or a baseline without it"
 
 
-def record(model: TorqueModel) -> Recorded:
+def record(model: TorqueModel) -> RecordedGraph:
     """Return `model` as scalars; raises ModelError where one step cannot give what the model gives for a whole run."""
     with_std = model.std(_runs(model.arm.n_links)[0]) is not None
     step = Step(model, with_std)
@@ -152,7 +152,7 @@ def record(model: TorqueModel) -> Recorded:
     drives = program.needed([x for name in names[:-1] for x in outputs[name].ravel()])
     if not any(k >= memory for k in drives & set(range(program.n_inputs))):
         outputs.pop("wake_next")
-    return Recorded(step, program, outputs, {"at_states": at_states, "along_runs": along})
+    return RecordedGraph(step, program, outputs, {"at_states": at_states, "along_runs": along})
 
 
 def _starts(step: Step) -> list[int]:
@@ -160,7 +160,7 @@ def _starts(step: Step) -> list[int]:
     return [int(x) for x in np.cumsum([0, *(int(np.prod(shape)) for shape in step.shapes().values())])[:-1]]
 
 
-def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str) -> dict[str, Any]:
+def sidecar(recorded: RecordedGraph, declared: list[str], precision: str, digest: str) -> dict[str, Any]:
     """Return FILE.onnx.json: names, shapes, units, conventions, how to begin, and which model it is."""
     import onnx
 
@@ -183,7 +183,7 @@ def sidecar(recorded: Recorded, declared: list[str], precision: str, digest: str
 
 
 def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "",
-                made: Callable[[], Recorded] | None = None) -> dict[str, Any]:
+                made: Callable[[], RecordedGraph] | None = None) -> dict[str, Any]:
     """Write `model` (as scalars where `made` makes these) to `out` and what it needs to be told to `out`.json; returns the latter.
 
     Raises MissingExtraError without the library onnx, ConfigError for an unknown precision, ModelError where the model cannot be exported.

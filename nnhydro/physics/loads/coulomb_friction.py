@@ -22,7 +22,7 @@ from nnhydro.physics.load_term import LinearTerm, Values, parameter
 
 @final
 @dataclass(frozen=True)
-class CoulombFriction(LinearTerm):
+class CoulombTerm(LinearTerm):
     """Constant friction with one level a joint."""
 
     kind: ClassVar[str] = "coulomb_friction"

@@ -27,7 +27,7 @@ def load_torque(f_1: float, c: float, W: float, C_0: float, d: float) -> float:
 
 @final
 @dataclass(frozen=True)
-class LoadFriction(LinearTerm):
+class LoadFrictionTerm(LinearTerm):
     """Friction of bearings under a constant load, alike at all joints but for their factor f_1."""
 
     kind: ClassVar[str] = "load_friction"

@@ -21,7 +21,7 @@ from nnhydro.physics.load_term import LinearTerm, Values, parameter
 
 @final
 @dataclass(frozen=True)
-class ViscousFriction(LinearTerm):
+class ViscousTerm(LinearTerm):
     """Friction proportional to speed with one coefficient a joint."""
 
     kind: ClassVar[str] = "viscous_friction"

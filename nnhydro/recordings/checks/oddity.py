@@ -38,7 +38,7 @@ class Oddity:
                 "remedy": self.remedy}
 
 
-class Check(ABC):
+class OddityCheck(ABC):
     """What every check says about itself: `id`, what it looks for, and the remedy."""
 
     id: ClassVar[str]
@@ -46,7 +46,7 @@ class Check(ABC):
     remedy: ClassVar[str]
 
 
-class RecordingCheck(Check):
+class RecordingCheck(OddityCheck):
     """A check of one recording at a time."""
 
     @abstractmethod
@@ -54,7 +54,7 @@ class RecordingCheck(Check):
         """Yield what is odd about one recording."""
 
 
-class ArmCheck(Check):
+class ArmCheck(OddityCheck):
     """A check of the arm as arm.yaml states it."""
 
     @abstractmethod
@@ -62,7 +62,7 @@ class ArmCheck(Check):
         """Yield what is odd about the arm."""
 
 
-class TableCheck(Check):
+class TableCheck(OddityCheck):
     """A check of one steady table."""
 
     @abstractmethod
@@ -70,7 +70,7 @@ class TableCheck(Check):
         """Yield what is odd about the table."""
 
 
-class CampaignCheck(Check):
+class CampaignCheck(OddityCheck):
     """A check across recordings; runs only where every recording is usable."""
 
     @abstractmethod
@@ -78,8 +78,8 @@ class CampaignCheck(Check):
         """Yield what is odd about the campaign."""
 
 
-C = TypeVar("C", bound=type[Check])
-CHECKS: dict[str, Check] = {}
+C = TypeVar("C", bound=type[OddityCheck])
+CHECKS: dict[str, OddityCheck] = {}
 
 
 def check(kind: C) -> C:

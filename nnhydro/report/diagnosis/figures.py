@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nnhydro.diagnosis.result import Diagnosis
-from nnhydro.report.diagnosis.finding_law import Law, law_of
+from nnhydro.report.diagnosis.finding_law import DrawnLaw, law_of
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
 from nnhydro.report.widgets.residual_map import ResidualMap, largest, residual_maps
@@ -55,7 +55,7 @@ FOUND = ("measured less the rest of the model", "its mean over a bin", "law foun
 UNNAMED = ("what no finding explains, on left-out recordings", "its mean over a bin", "the mean, joined")
 
 
-def _law(ax: "Axes", law: Law, title: str, labels: tuple[str, str, str]) -> None:
+def _law(ax: "Axes", law: DrawnLaw, title: str, labels: tuple[str, str, str]) -> None:
     """One law: single rows, their means, the law with its interval."""
     dots = law.rows[np.unique(np.linspace(0, len(law.rows) - 1, DOTS).astype(int))]
     ax.plot(*dots.T, ".", color="0.8", markersize=2, zorder=0, label=labels[0])
@@ -73,7 +73,7 @@ def _law(ax: "Axes", law: Law, title: str, labels: tuple[str, str, str]) -> None
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def law_figure(laws: Sequence[tuple[str, Law]], stem: Path, labels: tuple[str, str, str] = FOUND) -> list[Path]:
+def law_figure(laws: Sequence[tuple[str, DrawnLaw]], stem: Path, labels: tuple[str, str, str] = FOUND) -> list[Path]:
     """Draw laws, each with its statement, one below the other; `labels` tell what rows, means and line are."""
     figure = new_figure(8.0, 3.6 * len(laws) + 0.5)
     axes = figure.subplots(len(laws), 1, squeeze=False)[:, 0]
@@ -83,15 +83,15 @@ def law_figure(laws: Sequence[tuple[str, Law]], stem: Path, labels: tuple[str, s
     return save_figure(figure, stem)
 
 
-def laws_of(result: Diagnosis, traces: Sequence[Trace]) -> list[Law | None]:
+def laws_of(result: Diagnosis, traces: Sequence[Trace]) -> list[DrawnLaw | None]:
     """Return the law of each finding; `traces` are the campaign's, of the models BASELINE and CORRECTED."""
     names = spread(list(dict.fromkeys(t.recording for t in traces)), MOST_RECORDINGS)
     some = [t for t in traces if t.recording in names]
     return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
 
 
-def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[Law | None], out: Path,
-                      unnamed: Sequence[Law] = ()) -> list[Path]:
+def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None], out: Path,
+                      unnamed: Sequence[DrawnLaw] = ()) -> list[Path]:
     """Draw every picture of a diagnosis into the folder `out`, each as PNG and SVG with its data; returns their paths."""
     paths = list[Path]()
     for trace in by_change(traces):

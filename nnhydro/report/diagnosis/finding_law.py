@@ -38,7 +38,7 @@ FEWEST = 5  # rows in a bin that is shown
 
 @final
 @dataclass(frozen=True, eq=False)
-class Law:
+class DrawnLaw:
     """Torque of a finding at one joint (from 1) over bins of what drives it."""
 
     joint: int
@@ -117,7 +117,7 @@ def _acting(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
     return np.concatenate(parts)
 
 
-def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], name: str) -> Law | None:
+def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], name: str) -> DrawnLaw | None:
     """Return the law of `finding` on the compared rows of `traces`, whose model `name` is `corrected`.
 
     None where it is no law of the state: a phase of its own in every recording, or a drift with the time of day.
@@ -142,7 +142,7 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
     return found if len(found.x) else None  # nothing that drives it ever changed
 
 
-def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> Law:
+def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> DrawnLaw:
     """The law of a finding at one joint: means over bins of its driver, of what is left for it and of what it says."""
     low, high = np.quantile(x, [0.002, 0.998])
     edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
@@ -154,4 +154,4 @@ def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Se
         return np.array([y[rows].mean() for rows in bins])
 
     half = Z95 * np.sqrt(sum((means(change) ** 2 for change in moved), start=np.zeros(len(bins))))
-    return Law(joint, label, np.column_stack([x, rest]), means(x), means(rest), means(law), half)
+    return DrawnLaw(joint, label, np.column_stack([x, rest]), means(x), means(rest), means(law), half)

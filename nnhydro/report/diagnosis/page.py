@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.diagnosis.finding_law import Law
+from nnhydro.report.diagnosis.finding_law import DrawnLaw
 from nnhydro.report.diagnosis.tables import errors_sheet, location_sheet, nearest_sheet, place, recalibrated_sheet, rivals_sheet
 from nnhydro.report.sheet import Sheet
 from nnhydro.report.widgets.charts import bars, intervals, law_chart
@@ -20,7 +20,7 @@ Document = dict[str, Any]
 TELLING = 0.005  # weight of a rival that is drawn; the table has all
 
 
-def _finding(f: Document, law: Law | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
+def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
     """The finding, the chart of its law, of its numbers, of its rivals, and the rivals as a sheet."""
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
     rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= TELLING]
@@ -43,8 +43,8 @@ def _next(experiment: Any) -> str:
     return "" if experiment is None else f"{experiment['statement']} The motion lies in {experiment['file']}, ready to run."
 
 
-def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[Law | None] = (),
-                   unnamed: Sequence[Law] = ()) -> str:
+def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None] = (),
+                   unnamed: Sequence[DrawnLaw] = ()) -> str:
     """Return the page as HTML text; `document` is what diagnosis.json holds, `traces` are the campaign's, `laws` those of the findings and
     `unnamed` those of what no finding explains."""
     styles = {CORRECTED: 0, BASELINE: 1}

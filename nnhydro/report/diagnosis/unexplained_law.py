@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.unexplained.where import Residual
-from nnhydro.report.diagnosis.finding_law import Law
+from nnhydro.report.diagnosis.finding_law import DrawnLaw
 
 Array = NDArray[np.float64]
 BINS = 20
@@ -34,7 +34,7 @@ def _mean(r: Array, which: NDArray[np.int64]) -> tuple[float, float] | None:
     return m, float(stdtrit(recordings - 1, 0.975)) * float(s)
 
 
-def _law(parts: Sequence[Residual], joint: int, name: str) -> Law | None:
+def _law(parts: Sequence[Residual], joint: int, name: str) -> DrawnLaw | None:
     """The residual of a joint over one variable, in bins; None where fewer than two bins hold enough recordings."""
     if any(name not in part.state for part in parts):
         return None
@@ -52,10 +52,10 @@ def _law(parts: Sequence[Residual], joint: int, name: str) -> Law | None:
     if len(rows) < 2:
         return None
     at, mean, half = np.array(rows).T
-    return Law(joint, name, np.column_stack([x, r]), at, mean, mean, half)
+    return DrawnLaw(joint, name, np.column_stack([x, r]), at, mean, mean, half)
 
 
-def unknown_laws(result: Diagnosis) -> list[Law]:
+def unknown_laws(result: Diagnosis) -> list[DrawnLaw]:
     """Return for every joint where something without a name is left the residual's mean over the input that tells most of it."""
     parts = [part for part in result.proof.remains if part.dt > 0 and len(part.r) >= 2]
     if not result.remainder.detected or not parts:

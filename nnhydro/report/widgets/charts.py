@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from nnhydro.report.diagnosis.finding_law import Law
+from nnhydro.report.diagnosis.finding_law import DrawnLaw
 from nnhydro.report.widgets.svg import Scale, drawing, rule, tag, upright, words, x_axis, y_axis
 
 WIDTH, LEFT, RIGHT, ROW = 760.0, 150.0, 70.0, 30.0
@@ -62,7 +62,7 @@ def intervals(title: str, rows: Sequence[tuple[str, float, Ends, str]]) -> Marku
     return drawing(WIDTH, 30 * len(rows) + 8, title, parts, "intervals")
 
 
-def law_chart(law: Law, title: str | None = None) -> Markup:
+def law_chart(law: DrawnLaw, title: str | None = None) -> Markup:
     """Return the law of a finding against what drives it, with its 95 % interval, and what the rest of the model leaves for it.
 
     `title` is what a screen reader says where it is the law of something without a name.

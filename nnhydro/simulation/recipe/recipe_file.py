@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 FINE_HZ = 1000.0  # the fine grid is at least as fine unless `substeps` says otherwise
 
 
-class Limits(Settings):
+class MotionLimits(Settings):
     """What the rig allows; a motion that leaves it is refused. `q_rad`: [lowest, highest] a joint."""
 
     q_rad: tuple[tuple[float, float], ...] | None = None
@@ -55,7 +55,7 @@ class RecipeFile(Settings):
     motions: tuple[Any, ...] = Field(min_length=1, max_length=1000)
     controller: Controller | None = None
     sensors: Sensors = Sensors()
-    limits: Limits = Limits()
+    limits: MotionLimits = MotionLimits()
     seed: int = Field(default=0, ge=0, lt=2**63)
     sample_rate_hz: float = Field(default=100.0, ge=1, le=1e4)
     substeps: int | None = Field(default=None, ge=1, le=1000)
