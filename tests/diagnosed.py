@@ -112,6 +112,21 @@ def since(first):
     return Campaign.of(ARM, [replace(r, clock=1e4 + 3600.0 * k + r.t) for k, r in enumerate(runs)])
 
 
+def held_in_a_wave(height=0.12, frequency=0.965):
+    """An arm held at another angle in each recording, in water that sways along +Y: Morison's load of a cylinder at rest, by hand."""
+    link, found = ARM.links[0], []
+    L, D, w = link.length_m, link.diameter_m, 2 * np.pi * frequency
+    for k in range(6):
+        rng = np.random.default_rng(k + 80)
+        t = np.arange(1000) / 50.0
+        q, phase = rng.uniform(-1.2, 1.2), rng.uniform(0, 6)
+        speed, slope = (height * np.cos(q) * x for x in (np.cos(w * t + phase), -w * np.sin(w * t + phase)))
+        tau = -L**2 / 2 * (500.0 * 1.1 * D * np.abs(speed) * speed + 1000.0 * np.pi / 2 * D**2 * slope)
+        angle = q + 1e-4 * rng.standard_normal((len(t), 1))
+        found.append(Recording(f"held{k}", t, angle, (tau + max(0.03 * tau.std(), 0.01) * rng.standard_normal(len(t)))[:, None]))
+    return Campaign.of(ARM, found)
+
+
 def simulated(column):
     """A campaign of `rubbing` whose recordings hold somebody's simulation of the healthy arm."""
     runs = []
@@ -145,6 +160,8 @@ CAMPAIGNS = {
     "two frictions": lambda: Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.3) + 0.4 * r.qd)),
     "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=8, more=lambda r, k: dry(r, 2, 0.2))),
     "rubbing since the fourth": lambda: since(3),
+    "held in a wave": held_in_a_wave,
+    "held in still water": lambda: held_in_a_wave(height=1e-6),
     "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=8)),
     "free pendulum": pendulum,
     "soft drive": springy,

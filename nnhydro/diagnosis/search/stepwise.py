@@ -138,9 +138,14 @@ class Search:
         return sorted(best)
 
     def admits(self, now: Scored, then: Scored) -> bool:
-        """Return whether `then` takes from the unknown what a law that is one would, or explains more beside it, and is more probable."""
+        """Return whether `then` is more probable than `now` and takes from the unknown what a law that is one would.
+
+        What has a phase of its own in every recording is no function of the state, and takes nothing from the unknown: it must gain more.
+        """
         gain = then.score - now.score
-        return gain > 1e-6 and (then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS) or gain > now.unknown_nats)
+        phased = any(self.view.library.hypotheses[k].per_recording for k in set(then.chosen) - set(now.chosen))
+        takes = then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS)
+        return gain > 1e-6 and (takes or (phased and gain > now.unknown_nats))
 
     def _better(self, now: Scored, sets: Sequence[Sequence[int]], base: Scored | None = None) -> Scored:
         base = now if base is None else base

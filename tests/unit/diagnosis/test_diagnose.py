@@ -162,6 +162,21 @@ def test_friction_that_begins_in_mid_campaign_is_told_with_the_recording_it_begi
 
 
 @pytest.mark.slow
+def test_a_wave_on_an_arm_that_is_held_is_named_with_its_frequency():
+    told = diagnosed("held in a wave")
+    assert named(told) == {("wave_orbital", 0)}
+    _, low, high = value("held in a wave", "wave_orbital", "frequency")
+    assert low <= 0.965 <= high
+    assert high - low < 0.05
+    assert told.proof.after < 0.5 * told.proof.before
+
+
+@pytest.mark.slow
+def test_noise_alone_on_an_arm_that_is_held_is_no_finding():
+    assert named(diagnosed("held in still water")) == set()
+
+
+@pytest.mark.slow
 def test_a_finding_whose_every_interval_holds_nothing_at_all_is_none():
     for finding in diagnosed("drift").findings:
         assert any(low > 0 or high < 0 for low, high in (p["ci95"] for p in finding.parameters.values()))
