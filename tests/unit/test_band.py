@@ -7,7 +7,7 @@ import pytest
 from campaigns import planted, recording
 from rigs import arm
 
-from nnhydro.recordings.band import PAST, Band, band_of, highest_line
+from nnhydro.recordings.filtering.band import PAST, Band, band_of, highest_line
 from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trusted_edge
 
 ARM = arm(1)

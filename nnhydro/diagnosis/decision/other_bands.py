@@ -21,8 +21,8 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.recordings.band import Band
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.band import Band
 
 FACTORS = (0.7, 1.4)  # times the band's upper edge
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.band import Band, band_of
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.band import Band, band_of
 from nnhydro.recordings.filtering.preprocessing import resampled, stretches
 from nnhydro.recordings.filtering.trajectory import ROWS_PER_PERIOD, trajectory
 from nnhydro.recordings.recording import Recording

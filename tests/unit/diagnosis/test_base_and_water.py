@@ -17,8 +17,8 @@ from nnhydro.models.seen import seen_by
 from nnhydro.physics.loads.water_pressure import WaterPressure
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
-from nnhydro.recordings.band import Band
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.band import Band
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 

@@ -7,8 +7,8 @@ from diagnosed import ARM, FRICTION, campaign, diagnosed, dry, made
 from nnhydro.diagnosis.decision.other_bands import FACTORS, claims_at
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.errors import NnhydroError
-from nnhydro.recordings.band import Band
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.band import Band
 
 
 def coulomb():
