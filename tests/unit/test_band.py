@@ -47,6 +47,13 @@ def test_a_line_of_one_recording_alone_is_no_wave():
     assert highest_line(runs(line=1.6 * edge, size=0.5, shown=(1,)), edge) == 0.0
 
 
+def test_a_line_that_the_arm_moves_at_is_its_own():
+    edge = trusted_edge(runs())
+    line = 1.6 * edge
+    swung = [replace(r, q=r.q + 0.02 * np.sin(2 * np.pi * line * r.t)[:, None]) for r in runs(line=line, size=0.5)]
+    assert highest_line(swung, edge) == 0.0
+
+
 def test_an_arm_that_is_held_is_compared_over_all_of_its_torque_and_smoothed_most():
     assert band_of(runs(still=True)) == Band(HIGHEST_EDGE, LOWEST_EDGE)
 

@@ -4,7 +4,9 @@ Both end alike where the motion ends. But a wave or a hum loads an arm that hard
 in the torque above the motion's band, the comparison goes on to there; and where no motion is known at all, over all of the torque. The
 motion is smoothed in its own band: what its sensors add above it is not the arm's.
 
-    line:  P(f) / median of P around f >= LINE  in a third of the recordings,   P a band's largest ordinate of the periodogram
+    line:  P(f) / median of P around f >= LINE  in the torque and not in the acceleration, in a third of the recordings
+
+P is the largest ordinate of the periodogram in a band of frequencies.
 """
 
 from collections.abc import Iterable
@@ -40,8 +42,8 @@ class Band:
         return Band(factor * self.torque, factor * self.motion)
 
 
-def _has_line(x: Array, dt: float, edges: Array) -> NDArray[np.bool_]:
-    """Which bands between `edges` hold a line of the torque x (n,)."""
+def _has_line(x: Array, dt: float, edges: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which bands between `edges` hold a line of the record x (n,), and which of these a large one."""
     window = np.hanning(len(x))
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
     f = np.fft.rfftfreq(len(x), dt)
@@ -49,7 +51,17 @@ def _has_line(x: Array, dt: float, edges: Array) -> NDArray[np.bool_]:
     largest = np.array([power[at == k].max(initial=0.0) for k in range(len(edges) - 1)])
     padded = np.pad(largest, AROUND, mode="reflect")
     around = np.array([np.median(np.delete(padded[k:k + 2 * AROUND + 1], AROUND)) for k in range(len(largest))])
-    made: NDArray[np.bool_] = (largest > LINE * around) & (largest > LARGE * power.sum() / 3)  # a line is three ordinates wide
+    line = largest > LINE * around
+    return line, line & (largest > LARGE * power.sum() / 3)  # a line is three ordinates wide
+
+
+def _own_lines(part: Recording, edges: Array) -> NDArray[np.bool_]:
+    """Which bands hold a large line of some torque and none of any angle: what the arm does itself is no wave."""
+    dt = float(part.t[1] - part.t[0])
+    assert part.tau is not None
+    torque = np.any([_has_line(x, dt, edges)[1] for x in part.tau.T], axis=0)
+    moved = np.any([_has_line(x, dt, edges)[0] for x in np.diff(part.q, n=2, axis=0).T], axis=0)
+    made: NDArray[np.bool_] = torque & ~(moved | np.roll(moved, 1) | np.roll(moved, -1))
     return made
 
 
@@ -65,8 +77,7 @@ def highest_line(recordings: Iterable[Recording], above: float) -> float:
         for start, stop in stretches(r):
             part = resampled(r, start, stop)
             if part.tau is not None and len(part) >= 8:
-                for x in part.tau.T:
-                    found |= _has_line(x, float(part.t[1] - part.t[0]), np.asarray(edges, np.float64))
+                found |= _own_lines(part, np.asarray(edges, np.float64))
         beside = found | np.roll(found, 1) | np.roll(found, -1)
         shown, of = shown + beside, of + 1
     there = np.flatnonzero(shown >= max(OFTEN * of, 2))
