@@ -7,7 +7,7 @@ from typing import Any, final
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
+from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, table
 
 
 @final
@@ -33,13 +33,13 @@ def _mclain(seed: int) -> Study:
                  study.NOT_IN_TEXT, result.document(), lambda folder: write_figures(result, folder))
 
 
-def _rivera(seed: int, campaign: Path | None, epochs: int, quiet: bool) -> Study:
+def _rivera(seed: int, campaign: Path | None, column_map: Path | None, epochs: int, quiet: bool) -> Study:
     from nnhydro.demo import CAMPAIGN
     from nnhydro.evaluation import reproduce_rivera as study
     from nnhydro.recordings.campaign import open_campaign
     from nnhydro.report.rivera_figures import write_figures
 
-    result = study.reproduce(open_campaign(campaign or CAMPAIGN), seed, epochs, (lambda text: None) if quiet else say)
+    result = study.reproduce(open_campaign(campaign or CAMPAIGN, column_map), seed, epochs, (lambda text: None) if quiet else say)
     return Study("Rivera's identifier (1995), a study of our own", ("what", "common layers", "parallel layers"), study.table(result),
                  "lines of a study of our own", study.NOT_IN_TEXT, result.document(), lambda folder: write_figures(result, folder))
 
@@ -49,6 +49,7 @@ def reproduce(
     out: Path | None = typer.Option(None, "--out", help="Folder for figures and reproduction.json; default nnhydro_out/reproduce_NAME."),
     seed: int = typer.Option(0, "--seed", help="Seed of the deviations, of the intervals, of the networks."),
     campaign: Path | None = typer.Option(None, "--campaign", help="rivera: campaign of an arm in water; default the demo's."),
+    column_map: Path | None = MAP,
     epochs: int = typer.Option(150, "--epochs", min=1, max=10_000, help="rivera: passes of each training over its rows."),
     quiet: bool = QUIET,
     json: bool = JSON,
@@ -61,7 +62,7 @@ def reproduce(
     require(campaign is None or name == "rivera", "--campaign: mclain needs none: leave it out, or reproduce rivera")
     out = out or Path("nnhydro_out") / f"reproduce_{name}"
     check_folder(out, "reproduction.json")
-    study = _mclain(seed) if name == "mclain" else _rivera(seed, campaign, epochs, quiet or json)
+    study = _mclain(seed) if name == "mclain" else _rivera(seed, campaign, column_map, epochs, quiet or json)
     with whole_folder(out, "reproduction.json") as folder:
         write_json(folder / "reproduction.json", study.document)
         figures = [path.name for path in study.draw(folder)]

@@ -45,7 +45,8 @@ def test_a_page_of_the_guide_runs_as_it_stands(page, session, monkeypatch):
 def test_every_page_with_code_is_among_those_that_run():
     pages = {str(path.relative_to(DOCS).with_suffix("")) for path in DOCS.rglob("*.md")
              if not {"effects", "_build", "contributing", "decisions"} & set(path.relative_to(DOCS).parts)}
-    without_code = {"index", "physics", "networks", "diagnosis", "glossary", "architecture", "common_issues", "guide/real_machine"}
+    without_code = {"index", "physics", "networks", "diagnosis", "glossary", "architecture", "common_issues", "decisions",
+                    "guide/real_machine"}
     assert pages - without_code == set(PAGES)
 
 

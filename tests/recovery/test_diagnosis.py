@@ -85,8 +85,8 @@ def test_what_the_unknown_held_is_gone_with_the_finding():
     assert told["unknown_nats"]["after"] < 0.1 * told["unknown_nats"]["before"]
 
 
-def test_beside_curves_over_the_travel_the_cylinder_of_a_flow_solver_still_differs_and_nothing_but_its_wake_may_be_named():
+def test_beside_curves_over_the_travel_the_cylinder_of_a_flow_solver_still_differs_and_nothing_but_its_wake_or_drag_may_be_named():
     found = diagnose(open_campaign(SUITE.parent / "cfd_cylinder"), "state")
     assert found.detected  # the wake that is met again after stops and reversals is no law of the travel
-    assert all(f.effect.family == "wake" for f in found.findings)
+    assert {f.effect.family for f in found.findings} <= {"wake", "drag_law"}  # at such Reynolds numbers viscous drag is part of it
     assert found.findings or found.remainder.detected

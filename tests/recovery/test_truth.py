@@ -17,7 +17,7 @@ from nnhydro.blind_tests.truth.hidden_transmission import play, stiffened
 from nnhydro.blind_tests.truth.memory import follow, since_reversal
 from nnhydro.blind_tests.truth.motions import Plan, carry_out
 from nnhydro.blind_tests.truth.tank import belted, brisk_torque, joint_torque, plain_torque, read
-from nnhydro.blind_tests.truth.visibility import FACTORS, bench
+from nnhydro.blind_tests.truth.visibility import FACTORS, reference
 from nnhydro.blind_tests.truth.world import TrueArm, TrueLink, TrueRun
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -350,7 +350,7 @@ def test_lambda_grows_with_the_size_and_a_change_of_c_d_has_none():
 
     sensors = TrueSensors(100.0, "all", "white", 0.01, 0.0, 1e-5, False)
     runs = (motion("fourier", 0.3), motion("bang", 0.0, 5), motion("slow", 0.0, 6))
-    measure = bench(runs, ARM, 0.02, sensors, np.array([0.02, 0.01]))
+    measure = reference(runs, ARM, 0.02, sensors, np.array([0.02, 0.01]))
     made = draft("viscous_friction", shape="plain")
     small, large = (measure.size([made.make(a)]) for a in (0.05, 0.1))
     assert large == pytest.approx(2 * small, rel=1e-6)
