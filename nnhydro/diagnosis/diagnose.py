@@ -174,7 +174,7 @@ def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | Non
     claimed = [found.search.view.library.hypotheses[k] for k in found.decided.claimed.chosen]
     made = []
     for factor in FACTORS:
-        with suppress(NnhydroError, np.linalg.LinAlgError):
+        with suppress(NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError):
             made.append(claims_at(campaign, names, found.design.problem.band.scaled(factor), baseline, claimed))
     return tuple(made)
 

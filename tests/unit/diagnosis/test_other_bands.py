@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from diagnosed import ARM, FRICTION, campaign, diagnosed, dry, made
 
+from nnhydro.diagnosis import diagnose as whole
 from nnhydro.diagnosis.decision.other_bands import FACTORS, claims_at
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.errors import NnhydroError
@@ -33,6 +34,17 @@ def test_what_shows_only_above_an_edge_is_lost_below_it():
     hum = Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.02 * FRICTION)))
     low = claims_at(hum, hum.names, Band(0.4, 0.4), None, coulomb())
     assert low.lost == (("coulomb_friction", 1),)
+
+
+def test_a_band_that_cannot_be_judged_costs_nothing_but_itself(monkeypatch):
+    def broken(*given):
+        raise ValueError("cannot reshape")
+
+    monkeypatch.setattr(whole, "claims_at", broken)
+    of = campaign("steady, offset")
+    told = whole.diagnose(of)
+    assert [f.effect.id for f in told.findings] == ["torque_bias"]
+    assert told.other_bands == ()
 
 
 def test_an_edge_that_is_none_is_refused():
