@@ -1,10 +1,10 @@
 """Campaigns with known answers and what is diagnosed of them, each diagnosed once a session."""
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
-from campaigns import angles_only, planted, recording, sensor_torque, steady_table
+from campaigns import angles_only, planted, recording, sensor_torque, steady_table, with_links
 from rigs import arm
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
@@ -15,7 +15,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.recording import Recording
+from nnhydro.recordings.recording import Recording, SteadyTable
 
 ARM, TWO = arm(1), arm(2)
 FRICTION = 0.5  # N m
@@ -143,6 +143,15 @@ def table(bias=0.0):
     return Campaign.of(ARM, [], (replace(whole, tau=tau),))
 
 
+def shaft(rows):
+    """A shaft that turns at steady speeds against the same friction of 0.9 N m."""
+    qd = np.linspace(0.4, 8.0, rows)[:, None]
+    tau = 0.9 + 0.01 * np.random.default_rng(rows).standard_normal(qd.shape)
+    light = {"mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0}
+    bare = with_links(ARM, **light).model_copy(update={"fluid": ARM.fluid.model_copy(update={"density_kg_m3": 0.0})})
+    return Campaign.of(bare, [], (SteadyTable("shaft", tuple(map(str, range(rows))), np.zeros_like(qd), qd, np.zeros(rows), tau),))
+
+
 CAMPAIGNS = {
     "healthy": lambda: Campaign.of(ARM, made()),
     "healthy, two links": lambda: Campaign.of(TWO, made(TWO, count=8)),
@@ -169,6 +178,7 @@ CAMPAIGNS = {
     "column": lambda: simulated(True),
     "steady": table,
     "steady, offset": lambda: table(0.4),
+    **{f"shaft, {rows} speeds": partial(shaft, rows) for rows in (8, 12, 30)},
     "under a second": lambda: Campaign.of(ARM, made(count=8, seconds=0.9, more=lambda r, k: dry(r))),
 }
 

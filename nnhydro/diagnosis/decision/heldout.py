@@ -2,7 +2,12 @@
 
     log p(y_out | y_in, S) = log p(y | S) - log p(y_in | S)
 
-by the chain rule of the marginal likelihood, at the sizes and the noise of the whole campaign. Units are recordings, or blocks where these
+by the chain rule of the marginal likelihood, at the sizes and the noise of the whole campaign. As in the score of a set, what its laws cost
+for their form is no evidence for the unknown: of the densities with (on) and without it (off) each counts by its share,
+
+    (1 - FORM^2) log p_on + FORM^2 log p_off
+
+Units are recordings, or blocks where these
 are fewer than `FEWEST`; values of a recording's own are integrated out.
 """
 
@@ -11,7 +16,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
+from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.search.library import View
 from nnhydro.diagnosis.search.stepwise import Scored
 
@@ -40,6 +47,7 @@ def fold_of_rows(view: View, seed: int, chosen: Sequence[int] = ()) -> Index:
 def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
     """Return log p(left-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
+    off = none(whole).vector(whole)
     fold = fold_of_rows(view, seed)
     made = []
     for number in range(int(fold.max()) + 1):
@@ -49,8 +57,9 @@ def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
         for one in sets:
             columns = view.joined(one.chosen)
             kept = None if columns is None else rows_of(part, columns, rows)
-            t = one.sizes.vector(whole)
-            scores.append(posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence)
+            on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
+                           for t in (one.sizes.vector(whole), off))
+            scores.append((1 - FORM**2) * on + FORM**2 * without)
         made.append(scores)
     return np.array(made)
 

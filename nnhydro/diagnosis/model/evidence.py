@@ -57,6 +57,14 @@ class Whitened:
             self.G[:p, at] = self.G[at, :p].T
         self.yy, self.log_v = float((self.y**2).sum()), float(np.log(self.v[rows]).sum())
 
+    @property
+    def unknown_of_unit_share(self) -> Array:
+        """The prior standard deviations (joints m,) of an unknown whose groups together make each joint's torque, all as much."""
+        u, design = self.unknown, self.design
+        energy = np.bincount(u.group, (u.s[:, None] * u.Phi.T**2 * u.s[:, None]).sum(axis=1), len(u.names)) / design.time
+        sizes = 1.0 / np.sqrt(np.maximum(len(u.names) * energy, 1e-300))
+        return np.concatenate([sizes[u.group] * u.s * scale for scale in design.scale])
+
     def cross(self, X: Array, at: Index | None = None) -> Array:
         """Return A'W X (P, K) of the columns X (n, joints, K), given on all rows; `at`: of these counted rows alone."""
         chosen = slice(None) if at is None else at

@@ -5,7 +5,8 @@
 c: state variables (angles, rates, accelerations, carriage speed, slowed rates, travel since the last reversal, model torques and their
 rates) and pairs of them; xi in [0, 1] is the mean of a variable's place in its range and of its rank, so that cosines vary where the data
 are. A cosine basis with falling weights is a Gaussian process in a box; one size tau for every variable and joint, one a joint for all
-pairs, so that it is a friction only where it says so. It has no constant: an offset belongs to the noise of the lowest band.
+pairs, so that it is a friction only where it says so. It has a constant in tables of steady runs alone: the offset of a recording
+belongs to the noise of the lowest band.
 Source: Solin & Sarkka (2020), Stat. Comput. 30; competing with named laws: Kennedy & O'Hagan (2001), J. R. Stat. Soc. B 63.
 """
 
@@ -105,6 +106,7 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
             box = np.clip((x[name] - low) / (high - low), 0, 1)
             made[name] = (box + np.searchsorted(order, x[name]) / len(order)) / 2
     pairs = [pair for pair in _pairs(problem.arm.n_links) if pair[0] in alive and pair[1] in alive]
+    tabled = int(any(stretch.segment.steady for stretch in problem.stretches))
     m = np.arange(1, COSINES + 1)
     a, b = (x.ravel() for x in np.meshgrid(np.arange(1, PAIRED + 1), np.arange(1, PAIRED + 1)))
 
@@ -112,9 +114,10 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
         xi = place[problem.stretches.index(stretch)]
         parts = [np.cos(np.pi * m * xi[name][:, None]) for name in alive]
         parts += [np.cos(np.pi * a * xi[one][:, None]) * np.cos(np.pi * b * xi[other][:, None]) for one, other in pairs]
+        parts += [np.full((len(stretch.segment), 1), float(stretch.segment.steady))] * tabled
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(stretch.segment), 0))
 
-    weights = np.concatenate([*[1.0 / m for _ in alive], *[1.0 / (a * b) for _ in pairs]]) if alive else np.zeros(0)
+    weights = np.concatenate([*[1.0 / m for _ in alive], *[1.0 / (a * b) for _ in pairs], np.ones(tabled)])
     group = np.concatenate([*[np.full(COSINES, g) for g in range(len(alive))],
-                            *[np.full(len(a), len(alive)) for _ in pairs]]) if alive else np.zeros(0, dtype=int)
-    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*alive, "pairs"))
+                            *[np.full(len(a), len(alive)) for _ in pairs], np.full(tabled, len(alive) + 1)])
+    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*alive, "pairs", *["a constant"] * tabled))

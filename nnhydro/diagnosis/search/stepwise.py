@@ -1,7 +1,10 @@
 """Search for the set of effects with the highest posterior: add, drop and swap from the best single and pair.
 
-    score(S) = max_tau log p(y | S, tau) + sum_k log [posterior mass within bounds / prior mass within bounds] + sum_k log prior(k)
+    score(S) = max_tau log p(y | S, tau) + sum_k log [posterior mass within bounds / prior mass within bounds]
+               + sum_k log prior(k) - FORM^2 u(S),      u(S): nats that the unknown gains beside S
 
+Named laws are known to FORM in form: what that costs them is no evidence for the unknown, which may be needed for other reasons, too.
+Sets are grown beside the unknown and, since laws that explain the torque together take little from it one by one, also without it.
 Screening scores every law beside the current set at three scales of the unknown by Schur complements; only the best are fitted exactly.
 """
 
@@ -12,7 +15,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import FEW_NATS, LEAVES, MOST_EFFECTS
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS
 from nnhydro.diagnosis.model.evidence import Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.problem.hypothesis import Key
@@ -75,8 +78,8 @@ class Search:
             off = posterior(self.whitened, columns, none(self.whitened).vector(self.whitened))
             if off.log_evidence > fit.log_evidence:
                 fit, sizes = off, none(self.whitened)
-            self._scored[key] = Scored(key, fit.log_evidence + self._bonus(key, fit), fit, sizes,
-                                       max(fit.log_evidence - off.log_evidence, 0.0))
+            unknown = max(fit.log_evidence - off.log_evidence, 0.0)
+            self._scored[key] = Scored(key, fit.log_evidence - FORM**2 * unknown + self._bonus(key, fit), fit, sizes, unknown)
         return self._scored[key]
 
     def _bonus(self, chosen: tuple[int, ...], fit: Posterior) -> float:
@@ -159,7 +162,21 @@ class Search:
         best = self._better(empty, [s.chosen for s in singles])
         for first in singles[:4]:
             best = self._better(best, [(*first.chosen, k) for k in self.screen(first.chosen)], empty)
-        return self.climb(best)
+        return self.climb(self._better(best, self._grown(), empty))
+
+    def _grown(self) -> list[tuple[int, ...]]:
+        """Return the sets that grow by the law that gains most while the unknown is switched off."""
+        library, off = self.view.library, none(self.whitened).vector(self.whitened)
+        prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
+        sets: list[tuple[int, ...]] = [()]
+        while len(sets) <= MOST_EFFECTS:
+            columns, taken = self.view.joined(sorted(sets[-1])), self.taken(sets[-1])
+            total = self.view.gains(columns, posterior(self.whitened, columns, off)) + prior
+            following = next((k for k in np.argsort(-total).tolist() if self.place(k) not in taken), None)
+            if following is None or total[following] <= LEAST_GAIN:
+                break
+            sets.append((*sets[-1], following))
+        return sets[1:]
 
     def climb(self, best: Scored) -> Scored:
         """Return the best set reached from `best` by adding, dropping and swapping."""

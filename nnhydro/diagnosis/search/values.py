@@ -6,6 +6,10 @@ something left over):
 
     C_i -> C_i max(1, [H^-1 (sum_g s_g s_g') H^-1]_ii G / (G - 1) / C_ii),   s_g = D_g' r_g,  g the recordings, blocks where they are few
 
+and by what a smooth error of the models' form would move them, the same in every recording and so without scatter:
+
+    C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown that makes BASELINE_FORM of the torque
+
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112; Liang & Zeger (1986), Biometrika 73.
 """
 
@@ -15,6 +19,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.diagnosis.constants import BASELINE_FORM
 from nnhydro.diagnosis.model.evidence import Posterior, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.search.stepwise import Scored, Search
@@ -51,6 +56,19 @@ def _scatter(search: Search, found: Scored, fit: Posterior, index: NDArray[np.in
     return variances[np.searchsorted(own, index)]
 
 
+def _form(search: Search, found: Scored, fit: Posterior, index: NDArray[np.int64]) -> Array:
+    """Return the covariance (k, k) of the coefficients `index` that a smooth error of the models' form gives."""
+    view = search.view
+    whitened, columns = view.whitened, view.joined(found.chosen)
+    assert columns is not None
+    own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
+    t = BASELINE_FORM * whitened.unknown_of_unit_share
+    between = np.concatenate([whitened.G[: whitened.p, whitened.p:], columns.cross[whitened.p:].T]) * t
+    moved = fit.covariance(own)[np.searchsorted(own, index)] @ between
+    covariance: Array = moved @ moved.T
+    return covariance
+
+
 def values_of(search: Search, found: Scored, k: int) -> Values:
     """Return the values of member `k`: without the unknown, the spread widened to that of the recordings."""
     view, library = search.view, search.view.library
@@ -60,7 +78,7 @@ def values_of(search: Search, found: Scored, k: int) -> Values:
     index = np.arange(at.start, at.stop)
     covariance = fit.covariance(index)
     widening = np.sqrt(np.maximum(_scatter(search, found, fit, index) / np.maximum(np.diag(covariance), 1e-300), 1.0))
-    covariance = covariance * widening[:, None] * widening
+    covariance = covariance * widening[:, None] * widening + _form(search, found, fit, index)
     mean = fit.mean[at]
     if h.per_recording:
         mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)

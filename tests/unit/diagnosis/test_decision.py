@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import design, law, search
+from problems import design, law, search, unknown
 
 from nnhydro.diagnosis.calibration.null_draws import null_gains, null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.decide import decide, torque_shares
 from nnhydro.diagnosis.search.library import bound_bonus, log_mass
 
@@ -41,6 +41,20 @@ def test_a_planted_law_is_claimed_and_nothing_else():
 def test_two_planted_laws_are_claimed_whatever_their_order():
     one = with_planted([0.5, -0.4])
     assert decide(one, one.run(), 0).claimed.chosen == (0, 1)
+
+
+def test_laws_that_take_little_from_the_unknown_one_by_one_are_found_together_beside_what_is_in_no_card():
+    for seed in range(3):
+        rng = np.random.default_rng(100 + seed)
+        of = design(seed, groups=8, rows=60, noise=0.02)
+        smooth = unknown(of).Phi
+        X = np.einsum("nm,mjk->njk", smooth, rng.standard_normal((smooth.shape[1], 2, len(LAWS))))
+        X /= np.sqrt((X**2).mean(axis=(0, 1)))
+        of.y = of.y + X[..., :5] @ np.array([0.5, -0.5, 0.5, -0.5, 0.5]) + 0.1 * smooth[:, :2]
+        one = search(of, LAWS, X, level=0.02**2)
+        alone = [one.score((k,)).unknown_nats / one.score(()).unknown_nats for k in range(5)]
+        assert np.median(alone) > LEAVES, "hardly a law is plain alone"
+        assert decide(one, one.run(), 0).claimed.chosen == (0, 1, 2, 3, 4)
 
 
 def test_a_law_whose_values_make_no_sense_together_is_not_claimed():

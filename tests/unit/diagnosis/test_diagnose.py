@@ -109,6 +109,20 @@ def test_steady_tables_alone_are_diagnosed(name, found):
         assert value(name, "torque_bias", "offset")[0] == pytest.approx(0.4, abs=0.02)
 
 
+def test_of_eight_speeds_a_friction_that_is_all_there_is_is_an_alarm_at_least():
+    told = diagnosed("shaft, 8 speeds", "rigid")
+    assert told.detected
+    assert told.noise_floor < 0.33
+
+
+@pytest.mark.parametrize("rows", [12, 30])
+def test_a_friction_that_is_all_there_is_is_no_noise_however_few_the_speeds(rows):
+    told = diagnosed(f"shaft, {rows} speeds", "rigid")
+    assert named(told) and named(told) <= {("torque_bias", 1), ("coulomb_friction", 1)}
+    assert told.noise_floor < 0.33
+    assert told.proof.after < 0.05
+
+
 @pytest.mark.slow
 def test_an_unlisted_law_is_detected_told_by_what_it_depends_on_and_not_named():
     told = diagnosed("an unlisted law")

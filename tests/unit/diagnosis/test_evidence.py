@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from problems import dense, design, law, library, search, whitened
 
-from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.constants import FORM, RHO
 from nnhydro.diagnosis.decision.heldout import fold_of_rows, log_densities, rows_of
 from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fitted, none
@@ -93,8 +93,10 @@ def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
         for i, scored in enumerate(sets):
-            X, t = by_hand(one.view, scored.chosen), scored.sizes.vector(one.whitened)
-            assert got[number, i] == pytest.approx(dense(one.whitened, X, t) - dense(one.whitened, X, t, rows), rel=1e-5, abs=1e-5)
+            X = by_hand(one.view, scored.chosen)
+            on, off = (dense(one.whitened, X, t) - dense(one.whitened, X, t, rows)
+                       for t in (scored.sizes.vector(one.whitened), none(one.whitened).vector(one.whitened)))
+            assert got[number, i] == pytest.approx((1 - FORM**2) * on + FORM**2 * off, rel=1e-5, abs=1e-5)
 
 
 def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_steady_tables():
