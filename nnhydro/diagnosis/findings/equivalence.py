@@ -31,9 +31,14 @@ def parameter_count(search: Search, k: int) -> int:
     return h.width + sum(1 for name in h.spans if any(getattr(h.effect, name)))
 
 
+def _signals(search: Search, k: int) -> int:
+    return len(search.view.library.hypotheses[k].effect.signature.depends_on)
+
+
 def plain(search: Search, found: Scored) -> Scored:
     """Return `found` with special laws replaced by plainer ones of their family where they take no more from the unknown.
 
+    Of plainer laws that of the fewest signals: a friction that falls with speed contains the dry one, not that of the load.
     Raises nothing. A special law is admitted beside the plain one as any further effect is beside a set.
     """
     library = search.view.library
@@ -45,7 +50,9 @@ def plain(search: Search, found: Scored) -> Scored:
         if not plainer:
             continue
         base = search.score(rest)
-        best = max((search.score((*rest, i)) for i in search.most_gaining(base, plainer)), key=lambda s: s.score)
+        fewest = min(_signals(search, i) for i in plainer)
+        plainest = [i for i in plainer if _signals(search, i) == fewest]
+        best = max((search.score((*rest, i)) for i in search.most_gaining(base, plainest)), key=lambda s: s.score)
         if search.admits(base, best) and not (found.score > best.score + NEAR and search.admits(best, found)):
             found = best
     return found
