@@ -41,7 +41,8 @@ class Law:
 
 def law(name, width=1, joint=0, family=None, **keys):
     """The law `name`, of a family of its own."""
-    return Law(SimpleNamespace(id=name, joint=joint, family=family or name, signature=SimpleNamespace(mistaken_for=(), depends_on=("qd",))), width, **keys)
+    signature = SimpleNamespace(mistaken_for=(), depends_on=("qd",))
+    return Law(SimpleNamespace(id=name, joint=joint, family=family or name, signature=signature), width, **keys)
 
 
 def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):

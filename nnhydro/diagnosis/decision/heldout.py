@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import View
 from nnhydro.diagnosis.search.stepwise import Scored
 
@@ -28,13 +29,21 @@ FEWEST = 6  # recordings that may be units of their own
 FOLDS = 8
 
 
+def in_one_block(problem: Problem) -> bool:
+    """Return whether no recording has more than one block."""
+    return len(np.unique(problem.block_of)) == len(np.unique(problem.group_of))
+
+
 def fold_of_rows(view: View, seed: int, chosen: Sequence[int] = ()) -> Index:
     """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, single rows of steady tables.
 
-    Where a member of `chosen` has a phase of its own in every recording, blocks too: the phase is known from the others of its recording.
+    Where a member of `chosen` has a phase of its own in every recording, blocks too: the phase is known from the others of its recording;
+    where a block is all that a recording has, every FOLDS-th of its frequencies.
     """
     problem = view.library.design.problem
     phased = any(view.library.hypotheses[k].per_recording for k in chosen)
+    if phased and in_one_block(problem):
+        return (np.arange(len(problem.block_of)) % FOLDS).astype(np.int64)
     unit = problem.group_of if problem.groups >= FEWEST and not phased else problem.block_of
     steady = problem.frequency < 0
     made = np.where(steady, np.arange(len(unit)) + int(unit.max()) + 1, unit)

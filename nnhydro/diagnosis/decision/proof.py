@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows, rows_of
+from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows, in_one_block, rows_of
 from nnhydro.diagnosis.model.evidence import Whitened, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
@@ -130,6 +130,8 @@ def _held_out(search: Search, found: Scored) -> str:
     if all(block.steady for block in problem.blocks):
         return "rows of the steady tables"
     phased = any(search.view.library.hypotheses[k].per_recording for k in found.chosen)
+    if phased and in_one_block(problem):
+        return "frequencies of recordings"
     return "recordings" if problem.groups >= FEWEST and not phased else "stretches of recordings"
 
 

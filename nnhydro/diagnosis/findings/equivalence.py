@@ -59,12 +59,15 @@ def plain(search: Search, found: Scored) -> Scored:
 
 
 def simplest(search: Search, found: Scored) -> Scored:
-    """Return `found` with each member replaced by the equivalent effect of the fewest parameters, never by the general form of a family."""
+    """Return `found` with each member replaced by the equivalent effect of the fewest parameters, on no more signals.
+
+    Never by the general form of a family.
+    """
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
         _, others = alternatives(search, found, k)
         near = [a.number for a in others if a.equivalent and a.deficit < NEAR
-                and parameter_count(search, a.number) < parameter_count(search, k)
+                and parameter_count(search, a.number) < parameter_count(search, k) and _signals(search, a.number) <= _signals(search, k)
                 and not search.view.library.hypotheses[a.number].effect.general]
         if near:
             least = min(parameter_count(search, n) for n in near)

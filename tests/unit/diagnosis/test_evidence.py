@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from problems import dense, design, law, library, search, whitened
 
 from nnhydro.diagnosis.constants import FORM, RHO
-from nnhydro.diagnosis.decision.heldout import fold_of_rows, log_densities, rows_of
+from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities, rows_of
 from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fitted, none
 
@@ -110,6 +110,17 @@ def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_st
     few.problem.frequency[few.problem.group_of == 2] = -1.0
     fold = fold_of_rows(search(few, LAWS).view, 0)
     assert len(set(fold[few.problem.group_of == 2])) > 3
+
+
+def test_a_phase_of_a_recording_s_own_is_foretold_from_other_frequencies_where_a_block_is_all_that_it_has():
+    of = design(11, groups=7, rows=24)
+    one, phased, plain = search(of, LAWS), 2, 0
+    blocks = fold_of_rows(one.view, 0, [phased])
+    assert all(len(set(blocks[of.problem.block_of == b])) == 1 for b in range(14))
+    of.problem.block_of = of.problem.group_of
+    rows = fold_of_rows(one.view, 0, [phased])
+    assert all(len(set(rows[of.problem.group_of == g])) == FOLDS for g in range(7)), "every fold sees every recording"
+    assert all(len(set(fold_of_rows(one.view, 0, [plain])[of.problem.group_of == g])) == 1 for g in range(7))
 
 
 def test_columns_on_some_rows_are_those_of_a_problem_of_these_rows_alone():
