@@ -94,10 +94,12 @@ def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Ca
     search = Search(View(whitened, library), sizes, progress)
     parts = in_parts(search, search.run(), model)
     search, best, library = parts.search, parts.best, parts.search.view.library
+    del parts  # with the columns of the search before
     for _ in range(NOISE_ROUNDS - 1):
         noise = reestimated(design, noise, search.whitened, search.view.joined(best.chosen), best.sizes.vector(search.whitened))
         whitened = Whitened(design, unknown, noise.v)
         _, sizes = fitted(whitened, None, sizes)
+        del search
         search = Search(View(whitened, library), sizes, progress)
         best = search.score(best.chosen)
     best = search.climb(best)

@@ -37,11 +37,11 @@ class Library:
 
     @staticmethod
     def scaled(design: Design, hypotheses: Sequence[Hypothesis], X: Array) -> "Library":
-        """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects."""
-        rms = np.sqrt((X**2).sum(axis=0) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
+        """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects; `X` is used up."""
+        rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
         largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
         scale = np.where(largest > 0, 1.0 / np.maximum(largest, 1e-300), 0.0)
-        return Library(design, tuple(hypotheses), X * scale, scale)
+        return Library(design, tuple(hypotheses), np.multiply(X, scale, out=X), scale)
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
@@ -130,6 +130,7 @@ class View:
         at = np.concatenate(places) if shared else np.zeros(0, int)
         self.place = at.astype(int)
         self._multiply()
+        self.before = None  # its columns are held here, too
         widths = [self.library.hypotheses[k].width for k in self.shared]
         self.starts = np.concatenate([[0], np.cumsum(widths)]).astype(int)
         self.widths = np.array(widths, dtype=int)
