@@ -19,7 +19,7 @@ from nnhydro.diagnosis.unexplained.where import Residual
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
-WELL_INSIDE = 0.7  # of the band's edge: beyond, the background of a line is cut off
+WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
 P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
 TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
@@ -49,11 +49,13 @@ class Line:
         return f"a hum of {self.amplitude:.2g} N m at {self.frequency_hz:.2f} Hz in the torque of joint {self.joint}, whatever the motion"
 
 
-def _ratios(x: Array, dt: float) -> tuple[Array, Array, Array]:
-    """Frequencies (k,) Hz, ordinates over their background, and amplitudes N m of lines that would make them."""
+def _ratios(x: Array, dt: float, highest: float) -> tuple[Array, Array, Array]:
+    """Frequencies (k,) Hz up to `highest`, ordinates over their background, and amplitudes N m of lines that would make them."""
     window = np.hanning(len(x) + 2)[1:-1]
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
     f = np.fft.rfftfreq(len(x), dt)
+    inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
+    f, power = f[:inside], power[:inside]
     offsets = [k for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH]
     padded = np.pad(power, AROUND, mode="reflect")
     around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in offsets])
@@ -72,10 +74,10 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf) -> Li
     used = [p for p in parts if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
     if len(used) < FEWEST:
         return None
-    spectra = [_ratios(p.r[:, joint], p.dt) for p in used]
-    highest = min(min(float(f[-1]) for f, _, _ in spectra) * 0.95, WELL_INSIDE * edge)
+    highest = WELL_INSIDE * min(edge, *(0.5 / p.dt for p in used))
     if highest <= LOWEST:
         return None
+    spectra = [_ratios(p.r[:, joint], p.dt, highest) for p in used]
     longest = max(len(p.r) * p.dt for p in used)
     grid = np.arange(LOWEST, highest, 1 / longest)
     at = [np.interp(grid, f, ratio) for f, ratio, _ in spectra]

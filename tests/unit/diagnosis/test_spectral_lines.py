@@ -1,7 +1,10 @@
 """A hum is told from noise: one line at one frequency in every recording, and nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.fft import dct, idct
 from scipy.signal import lfilter
 
 from nnhydro.diagnosis.unexplained.spectral_lines import strongest
@@ -40,6 +43,19 @@ def test_a_hum_is_found_at_its_frequency_with_its_size_in_the_channel_that_has_i
     assert "joint 2" in line.sentence()
     assert line.material
     assert strongest(parts, 0).p_value > 0.01
+
+
+def test_a_hum_is_found_up_to_the_edge_of_the_band_behind_which_nothing_is_left():
+    def cut(part, edge=8.0):
+        spectrum = dct(part.r, axis=0, norm="ortho")
+        spectrum[np.arange(len(spectrum)) / (2 * len(spectrum) * part.dt) > edge] = 0.0
+        return replace(part, r=idct(spectrum, axis=0, norm="ortho"))
+
+    humming = [cut(part) for part in recordings(3, hum=lambda k, t: 0.6 * np.sin(2 * np.pi * 7.3 * t + k))]
+    assert strongest(humming, 1, 8.0).frequency_hz == pytest.approx(7.3, abs=0.1)
+    assert strongest(humming, 1, 8.0).p_value < 1e-6
+    quiet = [strongest([cut(part) for part in recordings(seed)], 0, 8.0).p_value for seed in range(60)]
+    assert sum(x < 0.0025 for x in quiet) <= 1
 
 
 def test_motions_at_frequencies_of_their_own_are_no_hum():
