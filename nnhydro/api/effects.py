@@ -38,10 +38,10 @@ class Catalogue(Shown):
         """Return one row an effect."""
         every = list(self.effects.values())
         return (Sheet("", (
-            Column("id", list(self.effects), words=True), Column("family", [one.family for one in every], words=True),
-            Column("acts on", [ACTS[one.acts] for one in every], key="acts", words=True),
-            Column("name", [one.name for one in every], words=True),
-            Column("what it looks like", [one.signature.region for one in every], key="region", words=True))),)
+            Column("id", list(self.effects), words=True), Column("family", [effect.family for effect in every], words=True),
+            Column("acts on", [ACTS[effect.acts] for effect in every], key="acts", words=True),
+            Column("name", [effect.name for effect in every], words=True),
+            Column("what it looks like", [effect.signature.region for effect in every], key="region", words=True))),)
 
 
 def catalogue(plugin: str | Path | None = None) -> Catalogue:

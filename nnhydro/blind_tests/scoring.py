@@ -179,7 +179,7 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
         false_claims=correct.count(False), class_sizes=tuple(len(claim.names) for _, claim in fitting),
         claims=tuple((claim.confidence, ok) for claim, ok in zip(claims, correct, strict=True)), pairs=_pairs(answer, truth, claims, match),
         alarm=detected or bool(claims) or _detected(diagnosis, "unexplained"),
-        parameters=tuple(one for entry, claim in plain for one in _numbers(entry, claim)),
+        parameters=tuple(value for entry, claim in plain for value in _numbers(entry, claim)),
         rivals=tuple(entry.get("rivals", {}) for entry in entries), limit=answer.get("limit"),
         seconds=number(diagnosis.get("seconds")), part="always" if local is None else local["acts"]["kind"],
         placed=place, confined=any(claim.acts is not None for entry, claim in fitting if not entry.get("acts")))

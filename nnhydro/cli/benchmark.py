@@ -44,9 +44,9 @@ def benchmark(
     chosen = chosen.model_copy(update={key: value for key, value in given.items() if value is not None})
     names = [name.strip() for name in models.split(",") if name.strip()]
     campaigns = open_campaigns(campaign, column_map)
-    for one in campaigns:
-        one.verify()
-    unusable = [warn_of_errors(one) for one in campaigns]
+    for opened in campaigns:
+        opened.verify()
+    unusable = [warn_of_errors(opened) for opened in campaigns]
     total = folds * len(names or default_names(campaigns[0].arm)) if protocol == DEFAULT and names != ["all"] else None
     with steps_on_screen(total) as report:
         result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol, workers)

@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from nnhydro.runtime.workers import Workers
 
 
-def _links(one: "BatchOutcome") -> list[str]:
+def _links(outcome: "BatchOutcome") -> list[str]:
     """Slenderness of the links and the coefficients of the calibrated baseline, link by link: how drag follows L/D from arm to arm."""
     from nnhydro.recordings.arm import read_arm
     from nnhydro.recordings.campaign import arm_file
 
-    found = {} if one.document is None else one.document["recalibrated"]
-    described = arm_file(one.asked.campaign) or one.asked.campaign / "arm.yaml"
-    slender = [] if one.document is None else [link.length_m / link.diameter_m for link in read_arm(described).links]
+    found = {} if outcome.document is None else outcome.document["recalibrated"]
+    described = arm_file(outcome.asked.campaign) or outcome.asked.campaign / "arm.yaml"
+    slender = [] if outcome.document is None else [link.length_m / link.diameter_m for link in read_arm(described).links]
     return [", ".join(f"{x:.3g}" for x in values) for values in (slender, found.get("cd", []), found.get("cm", []))]
 
 
@@ -32,15 +32,15 @@ def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
     from nnhydro.report.diagnosis.batch import diagnose_all
 
     outcomes = []
-    for one in diagnose_all(asked, workers):
-        outcomes.append(one)
-        note(f"{len(outcomes)} of {len(asked)}: {one.asked.campaign.name}: {one.verdict}")
+    for outcome in diagnose_all(asked, workers):
+        outcomes.append(outcome)
+        note(f"{len(outcomes)} of {len(asked)}: {outcome.asked.campaign.name}: {outcome.verdict}")
     if json:
-        emit({"campaigns": {one.asked.campaign.name: one.document for one in outcomes}})
+        emit({"campaigns": {outcome.asked.campaign.name: outcome.document for outcome in outcomes}})
     else:
-        rows = [[one.asked.campaign.name, *_links(one), one.verdict] for one in outcomes]
+        rows = [[outcome.asked.campaign.name, *_links(outcome), outcome.verdict] for outcome in outcomes]
         table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "left out"], rows, (True,) * 5)
-    failed = [f"{one.asked.campaign}: {one.verdict}" for one in outcomes if one.document is None]
+    failed = [f"{outcome.asked.campaign}: {outcome.verdict}" for outcome in outcomes if outcome.document is None]
     if failed:
         raise CampaignError(f"{len(failed)} of {len(outcomes)} campaigns could not be diagnosed; the first: {failed[0]}")
     if not json:
@@ -115,12 +115,12 @@ def diagnose(
 
     workers, stated = Workers(jobs, backend, scheduler), None if limits is None else read_limits(limits)
     inside = inner_campaigns(campaign)
-    for folder in (out / one.name for one in inside):
+    for folder in (out / inner.name for inner in inside):
         check_folder(folder, RESULT)
     if inside:
         from nnhydro.report.diagnosis.batch import Asked
 
-        asked = [Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map, rehearse, stated) for one in inside]
+        asked = [Asked(inner, out / inner.name, baseline or None, seed, cutoff, effects, column_map, rehearse, stated) for inner in inside]
         _many(asked, workers, json)
         return
     check_folder(out, RESULT)

@@ -39,11 +39,11 @@ def _mechanical(model: StripTheory, left_out: list[str], retained: Sequence[str]
         else:
             terms[name] = stepped(term)
     instruments: list[InstrumentEffect] = []
-    for one in model.instruments:
-        if one.id in retained:
-            instruments.append(one)
+    for instrument in model.instruments:
+        if instrument.id in retained:
+            instruments.append(instrument)
         else:
-            left_out.append(f"{one.id}: {REASONS.get(one.id, SENSOR)}")
+            left_out.append(f"{instrument.id}: {REASONS.get(instrument.id, SENSOR)}")
     return replace(model, loads=Loads(terms), instruments=tuple(instruments))
 
 

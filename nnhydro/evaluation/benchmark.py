@@ -167,11 +167,11 @@ class Benchmark:
         rival = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != best_name), None)
         if rival is None:
             return ""
-        other = self.standings[rival].pooled.error
-        ratio = other / max(best, 1e-12)
+        rival_error = self.standings[rival].pooled.error
+        ratio = rival_error / max(best, 1e-12)
         if ratio < MUCH:
-            return f", no better than {rival} ({100 * other:.1f} %) to speak of"
-        return f", {ratio:.1f} times better than {rival} ({100 * other:.1f} %)"
+            return f", no better than {rival} ({100 * rival_error:.1f} %) to speak of"
+        return f", {ratio:.1f} times better than {rival} ({100 * rival_error:.1f} %)"
 
     def following(self, campaign: str) -> str:
         """Return the command that comes next: a diagnosis where much is left, else the model that won, made of all recordings."""
@@ -267,7 +267,7 @@ def honest(split: Split, entered: Sequence[ModelEntry]) -> tuple[Split, dict[str
     left = tuple(fold for fold in folds if fold.held_out)
     seen = {name: tuple(split.units[i].name for i in sorted(units)) for name, units in known.items() if units}
     if not left:
-        who, units = max(seen.items(), key=lambda one: len(one[1]))
+        who, units = max(seen.items(), key=lambda pair: len(pair[1]))
         raise CampaignError(f"{who}: has seen {len(units)} of the {len(split.units)} recordings here in its own fit ({', '.join(units[:4])}"
                             f"{', ...' if len(units) > 4 else ''}), and no other is left to compare on: name the model "
                             f"({', '.join(BASELINES)}) instead of its folder, or benchmark it on recordings that it has not seen")
@@ -303,6 +303,7 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
     rounds = _in_turn(split, entered, campaigns[0].arm, material.hows[0], report or (lambda text: None), workers)
     for (_, entry), standing in zip(product(split.folds, entered), rounds, strict=True):
         standings[entry.name].add(standing)
-    floors = [floor.error for one, how in zip(campaigns, material.hows, strict=True) if (floor := noise_floor(one, how)) is not None]
+    floors = [floor.error for campaign, how in zip(campaigns, material.hows, strict=True)
+              if (floor := noise_floor(campaign, how)) is not None]
     mean_floor = float(np.mean(floors)) if floors else None
     return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable, seen)

@@ -128,7 +128,7 @@ def _slenderness(choice: Identifier, fitted: Sequence[Unit], left: Sequence[Unit
 
     found = {}
     for factor in SLENDER:
-        network = trained(choice, [shown(fitted, other) for other in SLENDER if other != factor], base.preparation)
+        network = trained(choice, [shown(fitted, slenderness) for slenderness in SLENDER if slenderness != factor], base.preparation)
         found[factor] = shown(left, factor).error(network)
     return found
 

@@ -87,9 +87,9 @@ def trained(choice: Identifier, shown: Sequence[Shown], how: Preparation) -> Lea
     """Return the network trained on all that is `shown`, of one arm or of several."""
     config, arm = choice.config(), shown[0].arm
     floor = FLOOR * torque_rms(shown[0].units)
-    rows = _joined([one.rows(config, floor) for one in shown])
+    rows = _joined([part.rows(config, floor) for part in shown])
     centre, spread, lowest, highest = standardised(rows)
-    watched = watched_units([unit for one in shown for unit in one.units], config)
+    watched = watched_units([unit for part in shown for unit in part.units], config)
     layout = Ensemble.fresh((rows.x.shape[1], choice.neurons, arm.n_links), MEMBERS, choice.seed, choice.layers == "parallel")
     ensemble = gradient_fit(layout, rows, watched, config, TrainingState.fresh(layout))
     none = torch.zeros(MEMBERS, rows.x.shape[1], arm.n_links, dtype=torch.float64)

@@ -106,7 +106,7 @@ def _filled(model: StripTheory) -> _Parts:
             parts.holds.append(f"{name}: {what}")
         else:
             parts.lacks.append(f"{name}: {WHY_NOT.get(term.kind, 'no element of MuJoCo has this law')}")
-    parts.lacks += [f"{one.id}: a fault of sensors or of the drive, not of the arm" for one in model.instruments]
+    parts.lacks += [f"{instrument.id}: a fault of sensors or of the drive, not of the arm" for instrument in model.instruments]
     if model.arm.drive.kind == "remote":
         parts.lacks.append("the belt drive: torques of the file are those at the joints, angles are joint-relative")
     if any(model.arm.gear_of(j).efficiency < 1 for j in range(model.arm.n_links)):

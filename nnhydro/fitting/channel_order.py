@@ -165,7 +165,7 @@ def judged_ways(campaign: Campaign, how: Preparation) -> list[Judged]:
         if key not in motions:
             motions[key] = columns_of(seen, way)
         found.append(judge(way, motions[key], seen.torques, seen.loads, seen.arm, seen.correlation))
-    return sorted(found, key=lambda one: -one.likelihood)
+    return sorted(found, key=lambda way: -way.likelihood)
 
 
 def _source(channel: str, joint: int, column: int, sign: int, arm: Arm) -> str:
@@ -204,7 +204,7 @@ def channel_order(campaign: Campaign, how: Preparation) -> Oddity | None:
     if not found:
         return None
     best = found[0]
-    here = next(one for one in found if one.way.changes == 0)
+    here = next(judged for judged in found if judged.way.changes == 0)
     if best is here or best.likelihood - here.likelihood < SURE or best.error > EXPLAINS or best.error > BETTER * here.error:
         return None
     first = campaign.load(campaign.names[0])

@@ -115,7 +115,7 @@ def identify_in_water(campaign: Campaign, dry: StripTheory, model: str = "consta
                               SEEN: seen_record(chosen, dry), "rms_residual_Nm": solution.rms.tolist(), "recordings": len(blocks),
                               "condition_number": solution.condition, "last_change": solution.last_change}
     found = estimates(loads, solution, blocks, before, seed)
-    record["parameters"] = {one.name: replace(one, unit=campaign.arm.text(one.unit)).document() for one in found}
+    record["parameters"] = {parameter.name: replace(parameter, unit=campaign.arm.text(parameter.unit)).document() for parameter in found}
     record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
     domain = domain_of(chosen, campaign.arm)
     record[DOMAIN] = None if domain is None else domain.document()

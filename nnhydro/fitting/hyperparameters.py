@@ -102,5 +102,5 @@ def search(campaign: Campaign, config: TrainingConfig, ranges: Ranges, trials: i
     optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config.seed)).optimize(objective, n_trials=trials)
     choices, inner = min(found, key=lambda pair: pair[1])
     best = TrainingConfig.model_validate({**config.model_dump(), **choices})
-    errors = [score(train_units(chosen, campaign.arm, how, one), held_out) for one in (best, config)]
+    errors = [score(train_units(chosen, campaign.arm, how, settings), held_out) for settings in (best, config)]
     return Found(best, tuple(found), inner, errors[0], errors[1], tuple(unit.name for unit in held_out))

@@ -45,12 +45,12 @@ def torque_unit(campaign: Campaign, how: Preparation) -> Oddity | None:
     found = judged_units(campaign, how)
     if not found:
         return None
-    here, unit = found[""], max(found, key=lambda one: found[one].likelihood)
+    here, unit = found[""], max(found, key=lambda symbol: found[symbol].likelihood)
     best = found[unit]
     if not unit or best.likelihood - here.likelihood < SURE or best.error > EXPLAINS or best.error > BETTER * here.error:
         return None
     known = UNITS[TARGETS[name]]
-    alike = [one for one in found if one and known[one] != known[unit] and best.likelihood - found[one].likelihood < SURE]
+    alike = [symbol for symbol in found if symbol and known[symbol] != known[unit] and best.likelihood - found[symbol].likelihood < SURE]
     what = (f"seem to be in {' or '.join([unit, *alike])}: so read, the physics of this arm leaves {best.error:.0%} of the torque, as "
             f"recorded {here.error:.0%}")
     remedy = (f"is the unit right, or is it a motor's before its gear? Map every joint, '{name}: {{from: {name}, unit: {unit}}}' in "

@@ -100,7 +100,7 @@ def _held_out(groups: Sequence[Array]) -> Array:
     chosen = groups[::max(1, -(-len(groups) // GROUPS))]
     found = []
     for group in chosen:
-        others = np.concatenate([other for other in groups if other is not group])
+        others = np.concatenate([elsewhere for elsewhere in groups if elsewhere is not group])
         found.append(_nearest(group, _spread_out(others, POINTS)))
     distances: Array = np.concatenate(found)
     return distances

@@ -59,7 +59,7 @@ def save_model(model: TorqueModel, out: Path) -> Path:
 
 def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> StripTheory:
     catalogue()  # confirmed hypotheses are terms too
-    instruments = tuple(instrument_of(one) for one in document.get("instruments", []))
+    instruments = tuple(instrument_of(record) for record in document.get("instruments", []))
     return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]), instruments)
 
 

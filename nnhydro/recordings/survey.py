@@ -190,8 +190,8 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
     say = campaign.arm.text
     every_one(campaign.names, campaign.load)
     batches = [campaign.names[k:k + BATCH] for k in range(0, len(campaign.names), BATCH)]
-    seen = [one for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for one in some]
-    found = [oddity for one in seen for oddity in one.oddities]
+    seen = [facts for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for facts in some]
+    found = [oddity for facts in seen for oddity in facts.oddities]
     found += _of_arm_and_tables(campaign.arm, campaign.steady)
     how, floor, links = None, None, tuple[LinkFacts, ...]()
     if not any(oddity.severity == "error" for oddity in found):
@@ -203,4 +203,4 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
     found = [replace(oddity, where=say(oddity.where), what=say(oddity.what), remedy=say(oddity.remedy)) for oddity in found]
     ordered = sorted(found, key=lambda oddity: ORDER.index(oddity.severity))
     tables = tuple((table.name, len(table)) for table in campaign.steady)
-    return Survey(tuple(one.entry for one in seen), tables, tuple(ordered), how, floor, links, campaign.arm.sliding)
+    return Survey(tuple(facts.entry for facts in seen), tables, tuple(ordered), how, floor, links, campaign.arm.sliding)

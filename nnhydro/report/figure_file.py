@@ -40,7 +40,7 @@ def _rows(number: int, axes: "Axes") -> list[tuple[object, ...]]:
                 np.array([bar.get_height() for bar in bars])) for bars in axes.containers if isinstance(bars, BarContainer)]
     rows: list[tuple[object, ...]] = [(*place, "" if name.startswith("_") else name, f"{a:.9g}", f"{b:.9g}", "") for name, x, y in series
                                       for a, b in zip(x, y, strict=True)]
-    for mesh in (one for one in axes.collections if isinstance(one, QuadMesh) and place[1]):  # a colour bar is no panel of its own
+    for mesh in (artist for artist in axes.collections if isinstance(artist, QuadMesh) and place[1]):  # a colour bar is no panel of its own
         rows += [(*place, str(mesh.get_label()), f"{a:.9g}", f"{b:.9g}", f"{c:.9g}") for a, b, c in _cells(mesh)]
     return rows
 

@@ -66,13 +66,13 @@ def curves(result: Reproduction, stem: Path) -> list[Path]:
 def slews(result: Reproduction, stem: Path) -> list[Path]:
     """Figures 9 to 11: the torque of three slews and four models."""
     figure = new_figure(11, 4.2)
-    for ax, one, number in zip(figure.subplots(1, 3), result.slews, (9, 10, 11), strict=True):
-        ax.plot(one.t, -one.measured, color="0.78", linewidth=3.4, label=MEASURED)
-        for name, tau in one.models.items():
-            ax.plot(one.t, -tau, **STYLES[name], label=LABELS[name])
+    for ax, slew, number in zip(figure.subplots(1, 3), result.slews, (9, 10, 11), strict=True):
+        ax.plot(slew.t, -slew.measured, color="0.78", linewidth=3.4, label=MEASURED)
+        for name, tau in slew.models.items():
+            ax.plot(slew.t, -tau, **STYLES[name], label=LABELS[name])
         ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
-        ax.set(xlabel="time [s]", ylabel="torque of the water on the arm [N m]", xlim=(0, one.t[-1]))
-        ax.set_title(f"figure {number}: {one.degrees:g}° in {one.t[-1]:g} s", fontsize=10)
+        ax.set(xlabel="time [s]", ylabel="torque of the water on the arm [N m]", xlim=(0, slew.t[-1]))
+        ax.set_title(f"figure {number}: {slew.degrees:g}° in {slew.t[-1]:g} s", fontsize=10)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8.5)
     return save_figure(figure, stem)
 

@@ -192,14 +192,14 @@ def check_folder(out: Path, marker: str) -> None:
         _require_ours(out, marker)
 
 
-def _exchange(one: Path, other: Path) -> bool:
+def _exchange(first: Path, second: Path) -> bool:
     """Let two folders change places in one step; False where the system cannot."""
     if not sys.platform.startswith("linux"):
         return False
     import ctypes
 
     rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
-    return rename is not None and rename(AT_HERE, os.fsencode(one), AT_HERE, os.fsencode(other), EXCHANGE) == 0
+    return rename is not None and rename(AT_HERE, os.fsencode(first), AT_HERE, os.fsencode(second), EXCHANGE) == 0
 
 
 def _replace(out: Path, work: Path) -> None:

@@ -84,8 +84,8 @@ def foreign_file(folder: Path) -> Path | None:
     """Return a file in `folder` that nnhydro did not write, or that was changed since; None where all are its own."""
     lists: dict[Path, dict[str, str]] = {}
     for path in _content(folder):
-        above = [one for one in path.parents if one == folder or folder in one.parents]
-        said = {lists.setdefault(one, _listed(one)).get(path.relative_to(one).as_posix()) for one in above} - {None}
+        above = [parent for parent in path.parents if parent == folder or folder in parent.parents]
+        said = {lists.setdefault(parent, _listed(parent)).get(path.relative_to(parent).as_posix()) for parent in above} - {None}
         if path.is_symlink() or not said or content_of(path) not in said:
             return path
     return None
@@ -102,7 +102,7 @@ def refuse_among_recordings(out: Path, option: str = "--out") -> None:
 
 def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
     """Raise ConfigError where `path` exists and nnhydro may not write over it: an input of the command, or a file that it did not write."""
-    if any(one.exists() and path.exists() and path.samefile(one) for one in inputs):
+    if any(source.exists() and path.exists() and path.samefile(source) for source in inputs):
         raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
     refuse_among_recordings(path.parent)
     if not (path.exists() or path.is_symlink()):

@@ -19,7 +19,7 @@ from nnhydro.cli.main import run
 # ruff: noqa: E501 - one attack a line reads better than one that is wrapped
 KEPT = 30  # attacks at least
 NAMES = ("t_s", "q1_rad", "tau1_Nm")
-TABLES = [np.column_stack(one) for one in runs(50.0, count=3)]  # t, q, tau
+TABLES = [np.column_stack(recording) for recording in runs(50.0, count=3)]  # t, q, tau
 
 
 def text(table, names=NAMES, delimiter=",", decimal=".", below=()):

@@ -89,5 +89,5 @@ def test_a_baseline_takes_its_torque_from_the_targets_of_the_rows():
     chosen = units(campaign(a, planted(a), 3, seconds=2.0, rate=25.0), GIVEN)
     base = calibrated_on(baseline("constant"), chosen, a, GIVEN)
     config, floor = TrainingConfig(features=tuple(feature_sets())[:1]), 0.1 * torque_rms(chosen)
-    whole, left = (training_rows(chosen, a, config, floor, one).target for one in (None, base))
+    whole, left = (training_rows(chosen, a, config, floor, stand).target for stand in (None, base))
     torch.testing.assert_close(whole - left, base_rows(chosen, a, base), rtol=1e-4, atol=1e-4)

@@ -42,7 +42,7 @@ def test_its_derivatives_are_those_of_the_dynamics():
     x = [casadi.SX.sym(name, 2) for name in ("q", "qd", "qdd")]
     tau = step(*x, 0.0, 0.0, -1.0, casadi.SX(0, 1))
     tau = tau[0] if isinstance(tau, tuple) else tau
-    slopes = casadi.Function("slopes", x, [casadi.jacobian(tau, one) for one in x])(q, qd, qdd)
+    slopes = casadi.Function("slopes", x, [casadi.jacobian(tau, symbol) for symbol in x])(q, qd, qdd)
     want = Dynamics(model).jacobians(q, qd, qdd)
     for got, name in zip(slopes, ("q", "qd", "qdd"), strict=True):
         np.testing.assert_allclose(np.asarray(got), getattr(want, name), atol=1e-9)

@@ -102,7 +102,7 @@ def test_the_lines_of_the_advice_mend_all_of_it_at_once(fault, healthy, tmp_path
 
 def test_the_survey_says_one_thing_of_the_signs(healthy):
     c = changed(healthy["in water"], tau=sign(-1, -1))
-    checks = [one.check for one in survey_with_physics(c).oddities]
+    checks = [oddity.check for oddity in survey_with_physics(c).oddities]
     assert checks.count("channel_order") == 1
     assert "torque_sign" not in checks
 

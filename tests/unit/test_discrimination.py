@@ -113,7 +113,7 @@ def test_the_planned_motions_keep_to_the_torque_and_each_adds_what_it_holds_so_o
     rig = Rig.of(shown_by(problem))
     motions = draw(rig, problem.arm, 50.0, 6, np.random.default_rng(0))
     planned = judge.planned(motions, np.full(2, np.inf))
-    assert [one.motion for one in planned] == motions
+    assert [motion.motion for motion in planned] == motions
     assert judge.planned(motions, np.zeros(2)) == []
     one = max(planned, key=lambda x: judge.added(x, 6)[0].min())
     once, often = judge.added(one, 1), judge.added(one, 6)
@@ -155,7 +155,7 @@ def test_motions_at_random_keep_to_the_limits_of_the_rig(found):
     drawn = motions_at_random(found.design.problem, found.model, 50.0, 4, 0)
     rig = Rig.of(shown_by(found.design.problem))
     assert len(drawn) == 4
-    assert all(rig.allows(one.state) for one in drawn)
+    assert all(rig.allows(motion.state) for motion in drawn)
 
 
 def test_a_proposal_that_fails_costs_nothing_but_itself(found, monkeypatch):

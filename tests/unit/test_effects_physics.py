@@ -103,7 +103,7 @@ def test_a_body_at_the_tip_drags_with_the_square_of_its_speed_and_some_in_propor
     v = np.array([-0.8, 0.1, 0.4, 1.6])
     L = LINKS[0]["length_m"]
     flow = Flow(arm(1), steady(np.zeros((4, 1)), (v / L)[:, None]))
-    plain, bent = (one.torque(flow)[:, 0] for one in (dragged(0.003), dragged(0.003, (0.5,))))
+    plain, bent = (effect.torque(flow)[:, 0] for effect in (dragged(0.003), dragged(0.003, (0.5,))))
     assert_close(plain, tensor(0.5 * 1000 * 0.003 * np.abs(v) * v * L))
     assert_close(bent - plain, tensor(0.5 * v * L))
     assert [len(law.linear_names()) for law in (dragged(0.003, (0.5,)), *dragged(0.003, (0.5,)).narrower())] == [2, 1]
@@ -142,7 +142,7 @@ def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_m
 def test_a_ripple_of_any_whole_number_of_teeth_is_tried_as_its_neighbours_hardly_see_it():
     q = np.linspace(-1.5, 1.5, 400)
     angles = Flow(arm(1), steady(q[:, None], np.ones((400, 1))))
-    tried = {one.periods[0]: one for one in candidates(REGISTER["torque_ripple"], arm(1))}
+    tried = {effect.periods[0]: effect for effect in candidates(REGISTER["torque_ripple"], arm(1))}
     assert set(map(float, range(4, 60))) <= set(tried)
     for teeth in (9, 13, 31, 57):
         tau = np.cos(teeth * q + 1.0)

@@ -181,8 +181,8 @@ def test_dry_friction_that_bends_before_it_slips_is_said_to_lack_that():
     model, rubs = dry_machine(), catalogue()["coulomb_friction"](level=(0.2,), joint=1)
     made = [mujoco_xml(replace(model, loads=Loads({"rubs": replace(rubs, bending=b), "body": model.loads.terms["rigid_body"]})))
             for b in ((), (0.012,))]
-    assert [one.xml.count('frictionloss="0.2"') for one in made] == [1, 1]
-    assert [sum("does not bend" in line for line in one.lacks) for one in made] == [0, 1]
+    assert [exported.xml.count('frictionloss="0.2"') for exported in made] == [1, 1]
+    assert [sum("does not bend" in line for line in exported.lacks) for exported in made] == [0, 1]
 
 
 @pytest.mark.parametrize("links", [1, 2, 3])

@@ -64,7 +64,7 @@ def fed(exported, motion, dtype=np.float64):
                        exported.run(None, {k: v.astype(dtype) for k, v in given.items() if k in names}), strict=True))
         wake = out.pop("wake_next", None)
         found.append(out)
-    return {k: np.stack([one[k] for one in found]) for k in found[0]}
+    return {k: np.stack([row[k] for row in found]) for k in found[0]}
 
 
 @pytest.fixture(scope="module")

@@ -176,7 +176,7 @@ def test_a_bootstrap_draws_whole_blocks_and_its_prior_stays():
     for draw in range(40):
         picked = rng.integers(0, 3, 3)
         best = min(((np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None), R, nu) for nu in grid for R in [at((nu,))[picked].reshape(-1, 2)]),
-                   key=lambda one: float(((one[1][:, -1] - one[1][:, :-1] @ one[0][0]) ** 2).sum()))
+                   key=lambda pair: float(((pair[1][:, -1] - pair[1][:, :-1] @ pair[0][0]) ** 2).sum()))
         assert nus[draw] == best[2]
         assert thetas[draw] == pytest.approx(best[0][0], rel=1e-5)
     held = bootstrap(at, grid, 10, 3, prior=np.array([[1e6, 1e6 * 7.0]]))[1]

@@ -34,7 +34,7 @@ def test_a_ridge_takes_the_penalty_that_does_best_on_the_rows_it_does_not_train_
     for k in range(8):
         K = np.linalg.solve(A.T @ A + 10.0**-k * 30 * np.eye(5), A.T @ y[train])
         errors[k] = float(((x[~train][:, usable] @ K - y[~train]) ** 2).sum()), K
-    best = min(errors.values(), key=lambda one: one[0])[1]
+    best = min(errors.values(), key=lambda pair: pair[0])[1]
     found = _ridge(x, y, train, usable)
     np.testing.assert_allclose(found[:5], best)
     assert (found[5] == 0).all()

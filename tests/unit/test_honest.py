@@ -169,7 +169,7 @@ def test_export_refuses_faults_of_sensors_and_names_the_option_that_leaves_them_
     assert run(command) == 2
     err = capsys.readouterr().err
     assert "add --without-instruments" in err
-    assert ", ".join(one.id for one in instruments) in err
+    assert ", ".join(instrument.id for instrument in instruments) in err
     assert run([*command, "--without-instruments", "--json"]) == 0
     json.loads(capsys.readouterr().out)
 

@@ -58,8 +58,8 @@ def by_hand(rows, linear, watched):
             error += float(((z - A @ members[-1])[seen] ** 2).sum() / (z[seen] ** 2).sum())
         return error, penalty, torch.stack(members), ridge(A, z, h.clone(), penalty)
 
-    first = min((tried(10.0**k) for k in range(1, -6, -1)), key=lambda one: one[0])
-    return min((tried(first[1] * factor) for factor in (0.316, 1.0, 3.16)), key=lambda one: one[0])[1:]
+    first = min((tried(10.0**k) for k in range(1, -6, -1)), key=lambda pair: pair[0])
+    return min((tried(first[1] * factor) for factor in (0.316, 1.0, 3.16)), key=lambda pair: pair[0])[1:]
 
 
 @pytest.mark.parametrize("noise", [0.05, 3.0])

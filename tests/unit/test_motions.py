@@ -63,15 +63,15 @@ def test_a_rig_allows_what_stays_within_every_limit(fields, within):
 
 def test_slews_go_between_postures_of_the_range_in_two_to_five_legs():
     made = [_slew(RIG, rng) for rng in rngs()]
-    stops = [np.array(one["q_rad"]) for one in made]
+    stops = [np.array(motion["q_rad"]) for motion in made]
     assert {len(q) - 1 for q in stops} == {2, 3, 4, 5}
     every = np.concatenate(stops)
     assert (every >= RIG.q[:, 0]).all()
     assert (every <= RIG.q[:, 1]).all()
     np.testing.assert_allclose(every.min(axis=0), RIG.q[:, 0], atol=0.05)
     np.testing.assert_allclose(every.max(axis=0), RIG.q[:, 1], atol=0.05)
-    assert {one["pause_s"] for one in made} == {0.0, 0.5}
-    assert {len(one["duration_s"]) for one in made} == {2, 3, 4, 5}
+    assert {motion["pause_s"] for motion in made} == {0.0, 0.5}
+    assert {len(motion["duration_s"]) for motion in made} == {2, 3, 4, 5}
 
 
 def test_one_slew_in_two_moves_one_joint_alone_either_of_them():
@@ -145,10 +145,10 @@ def test_sums_of_sines_stay_in_the_range_and_come_near_to_one_of_the_limits():
 
 def test_centres_lie_about_the_middle_of_the_range_and_phases_all_around():
     made = [_fourier(RIG, rng) for rng in rngs()]
-    off = (np.array([one["q_rad"] for one in made]) - RIG.q.mean(axis=1)) / np.ptp(RIG.q, axis=1)
+    off = (np.array([motion["q_rad"] for motion in made]) - RIG.q.mean(axis=1)) / np.ptp(RIG.q, axis=1)
     assert off.min() < -0.28
     assert off.max() > 0.28
-    phase = np.array([one["phase_rad"] for one in made]).ravel()
+    phase = np.array([motion["phase_rad"] for motion in made]).ravel()
     assert (phase.min(), phase.max()) == pytest.approx((0.0, 2 * np.pi), abs=0.02)
 
 
@@ -164,20 +164,20 @@ def test_amplitudes_of_one_speed_differ_by_up_to_five():
 
 def test_a_carriage_that_has_moved_tows_every_other_motion_either_way_within_its_speed():
     made = [_towed(RIG, rng) for rng in rngs()]
-    towed = [one["carriage"] for one in made if one]
+    towed = [motion["carriage"] for motion in made if motion]
     assert 0.4 < len(towed) / MANY < 0.6
-    speed = np.array([one["u0_m_s"] for one in towed])
+    speed = np.array([motion["u0_m_s"] for motion in towed])
     assert 0.15 <= np.abs(speed).min() < 0.17
     assert 0.48 < np.abs(speed).max() <= 0.5
     assert 0.35 < (speed > 0).mean() < 0.65
-    assert all(one["start_s"] == 0.1 for one in towed)
+    assert all(motion["start_s"] == 0.1 for motion in towed)
     assert all(_towed(STILL, rng) == {} for rng in rngs(20))
 
 
 def test_tows_hold_a_posture_of_the_range_at_a_speed_that_the_carriage_has_shown():
     made = [_tow(RIG, rng) for rng in rngs()]
-    q, u0 = np.array([one["q_rad"] for one in made]), np.array([one["carriage"]["u0_m_s"] for one in made])
-    ramp, hold = np.array([one["carriage"]["ramp_s"] for one in made]), np.array([one["hold_s"] for one in made])
+    q, u0 = np.array([motion["q_rad"] for motion in made]), np.array([motion["carriage"]["u0_m_s"] for motion in made])
+    ramp, hold = np.array([motion["carriage"]["ramp_s"] for motion in made]), np.array([motion["hold_s"] for motion in made])
     np.testing.assert_allclose([q.min(axis=0), q.max(axis=0)], RIG.q.T, atol=0.02)
     assert 0.15 <= np.abs(u0).min() < 0.16
     assert 0.49 < np.abs(u0).max() <= 0.5
@@ -191,9 +191,9 @@ def test_tows_hold_a_posture_of_the_range_at_a_speed_that_the_carriage_has_shown
 def test_a_motion_in_the_neighbourhood_differs_by_about_the_share_and_keeps_what_is_no_number():
     document = {"kind": "fourier", "name": "n", "fade_s": 1.0, "legs": 3, "a": [1.0, [2.0, -4.0]], "carriage": {"u0_m_s": 0.5}}
     moved = [_moved(document, 0.2, rng) for rng in rngs()]
-    assert all((one["kind"], one["name"], one["fade_s"], one["legs"]) == ("fourier", "n", 1.0, 3) for one in moved)
+    assert all((motion["kind"], motion["name"], motion["fade_s"], motion["legs"]) == ("fourier", "n", 1.0, 3) for motion in moved)
     for pick, base in ((lambda d: d["a"][0], 1.0), (lambda d: d["a"][1][1], -4.0), (lambda d: d["carriage"]["u0_m_s"], 0.5)):
-        log = np.log([pick(one) / base for one in moved])
+        log = np.log([pick(motion) / base for motion in moved])
         assert log.mean() == pytest.approx(0.0, abs=0.04)
         assert log.std() == pytest.approx(0.2, rel=0.12)
     assert _moved(document, 0.0, np.random.default_rng(1)) == document
@@ -215,10 +215,10 @@ def test_a_document_becomes_a_motion_where_the_rig_can_do_it_and_it_is_long_enou
 def test_as_many_motions_are_drawn_as_asked_for_of_every_kind_in_turn():
     found = draw(RIG, arm(2), 50.0, 12, np.random.default_rng(1))
     assert len(found) == 12
-    assert {one.document["kind"] for one in found} == {"slew", "fourier", "tow"}
-    assert any("carriage" in one.document for one in found if one.document["kind"] != "tow")
-    assert {one.document["kind"] for one in draw(STILL, arm(2), 50.0, 12, np.random.default_rng(1))} == {"slew", "fourier"}
-    assert not any("carriage" in one.document for one in draw(STILL, arm(2), 50.0, 12, np.random.default_rng(1)))
+    assert {motion.document["kind"] for motion in found} == {"slew", "fourier", "tow"}
+    assert any("carriage" in motion.document for motion in found if motion.document["kind"] != "tow")
+    assert {motion.document["kind"] for motion in draw(STILL, arm(2), 50.0, 12, np.random.default_rng(1))} == {"slew", "fourier"}
+    assert not any("carriage" in motion.document for motion in draw(STILL, arm(2), 50.0, 12, np.random.default_rng(1)))
     frozen = Rig(RIG.q, 0 * RIG.rate + 1e-9, 0 * RIG.acceleration + 1e-9, 0.0, RIG.tau, 10.0)
     assert len(draw(frozen, arm(2), 50.0, 3, np.random.default_rng(1))) <= 3
 
@@ -227,12 +227,12 @@ def test_variations_come_from_the_best_in_turn_and_are_no_more_than_asked_for():
     best = draw(STILL, arm(2), 50.0, 2, np.random.default_rng(1))
     found = varied(best, STILL, arm(2), 50.0, 6, np.random.default_rng(2))
     assert 0 < len(found) <= 6
-    assert {one.document["kind"] for one in found} == {"slew", "fourier"}
-    assert all(one.document != two.document for one in found for two in best)
+    assert {motion.document["kind"] for motion in found} == {"slew", "fourier"}
+    assert all(motion.document != two.document for motion in found for two in best)
 
 
 def test_a_proposed_motion_is_a_stretch_without_torque_and_a_file_of_its_columns():
-    made = next(one for one in draw(RIG, arm(2), 50.0, 12, np.random.default_rng(1)) if "carriage" in one.document)
+    made = next(motion for motion in draw(RIG, arm(2), 50.0, 12, np.random.default_rng(1)) if "carriage" in motion.document)
     whole, coarse = made.segment("next", 50.0), made.segment("next", 20.0)
     np.testing.assert_array_equal(whole.q, made.state.q)
     np.testing.assert_array_equal(coarse.u0, made.state.u0[::2])
@@ -250,7 +250,7 @@ def test_a_proposed_motion_is_a_stretch_without_torque_and_a_file_of_its_columns
 def test_a_proposed_motion_stays_within_the_rig_and_uses_it():
     found = draw(RIG, arm(2), 50.0, 24, np.random.default_rng(3))
     assert len(found) == 24
-    assert all(RIG.allows(one.state) for one in found)
-    states = [one.state for one in found]
+    assert all(RIG.allows(motion.state) for motion in found)
+    states = [motion.state for motion in found]
     used = [max((np.abs(s.qd) / RIG.rate).max(), (np.abs(s.qdd) / RIG.acceleration).max(), np.abs(s.u0).max() / RIG.u0) for s in states]
     assert np.mean(np.array(used) > 0.25) > 0.4, "motions far below what the rig can do show nothing"

@@ -85,7 +85,7 @@ def test_a_link_meets_a_wave_where_it_is(direction):
 
 
 def test_waves_are_sought_from_everywhere():
-    angles = np.sort([one.direction[0] for one in candidates(catalogue()["wave_orbital"], arm(2)) if one.frequency == (0.5,)])
+    angles = np.sort([effect.direction[0] for effect in candidates(catalogue()["wave_orbital"], arm(2)) if effect.frequency == (0.5,)])
     np.testing.assert_allclose(np.diff([*angles, angles[0] + 2 * pi]), pi / 4)
 
 

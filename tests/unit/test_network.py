@@ -141,7 +141,7 @@ def test_the_bound_is_never_passed_and_outputs_up_to_half_of_it_pass_unchanged()
     assert float(bounded(y, 2.0).abs().max()) <= 2.0
     assert torch.equal(bounded(y * 1e-3, 2.0), y * 1e-3)
     beyond = torch.tensor([0.999, 1.0, 1.001, 1.5, 5.0], dtype=torch.float64)
-    slopes = torch.stack([grad(lambda v: bounded(v, 2.0))(one) for one in beyond])
+    slopes = torch.stack([grad(lambda v: bounded(v, 2.0))(value) for value in beyond])
     assert bool((slopes[1:] <= slopes[:-1] + 1e-12).all())
     assert float(slopes[2]) == pytest.approx(1.0, abs=1e-5)
 

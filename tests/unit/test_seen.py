@@ -179,7 +179,7 @@ def test_repeats_of_a_motion_are_no_copies_of_each_other():
     rms = float(np.sqrt((r.tau**2).mean()))
     for noise in (0.003, 0.01, 0.1):
         again = [replace(r, tau=r.tau + noise * rms * np.random.default_rng(k).standard_normal(r.tau.shape)) for k in range(20)]
-        assert not any(marks(one) & marks(other) for k, one in enumerate(again) for other in again[:k])
+        assert not any(marks(unit) & marks(other) for k, unit in enumerate(again) for other in again[:k])
     assert not marks(r) & marks(replace(r, tau=None))
 
 

@@ -108,9 +108,9 @@ def test_of_a_gap_whose_flanks_give_the_values_that_are_tried_hold_one_that_is_m
     t = np.arange(3001) * 0.002
     tau = np.sin(2 * np.pi * 0.7 * t) + 0.5 * np.sin(2 * np.pi * 1.9 * t + 1.0)
     true = side(t, tau, impulse, (settling,))
-    grid = [one for one in candidates(REGISTER["backlash"], arm(1), (float(np.abs(tau).max()),)) if one.settling]
-    alike = [abs(np.corrcoef(np.diff(side(t, tau, one.impulse[0], one.settling), 2), np.diff(true, 2))[0, 1]) for one in grid]
-    rigid = [a for a, one in zip(alike, grid, strict=True) if one.settling[0] == 0]
+    grid = [effect for effect in candidates(REGISTER["backlash"], arm(1), (float(np.abs(tau).max()),)) if effect.settling]
+    alike = [abs(np.corrcoef(np.diff(side(t, tau, effect.impulse[0], effect.settling), 2), np.diff(true, 2))[0, 1]) for effect in grid]
+    rigid = [a for a, effect in zip(alike, grid, strict=True) if effect.settling[0] == 0]
     assert max(alike) > tried
     assert max(rigid) < max(alike) - 0.05, "rigid flanks are not"
 
@@ -147,7 +147,7 @@ def test_a_corrected_model_holds_of_a_clipping_no_more_than_the_level():
 
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():
     found = candidates(REGISTER["torque_saturation"], arm(2), (5.0, 2.0))
-    assert {one.level[0] for one in found if one.joint == 2} >= {2.0, 1.8}
+    assert {effect.level[0] for effect in found if effect.joint == 2} >= {2.0, 1.8}
     assert candidates(REGISTER["torque_saturation"], arm(2)) == ()
 
 
@@ -201,7 +201,7 @@ def test_rows_that_stand_still_know_no_time():
 
 
 def test_a_lag_may_be_all_delay_or_all_low_pass():
-    assert {one.low_pass[0] for one in candidates(REGISTER["sensor_timing"], arm(2), (5.0, 2.0))} == {0.0, 1.0}
+    assert {effect.low_pass[0] for effect in candidates(REGISTER["sensor_timing"], arm(2), (5.0, 2.0))} == {0.0, 1.0}
 
 
 def test_what_clips_softly_is_clipped_in_part_from_levels_below_the_one_that_is_named():

@@ -65,7 +65,7 @@ def test_the_new_name_of_motion_along_Y_is_the_old_u0(tmp_path):
     a = arm(1)
     given = columns(surrounded(a))
     renamed = {{"u0_m_s": "base_y_m_s", "du0_m_s2": "dbase_y_m_s2"}.get(name, name): x for name, x in given.items()}
-    new, old = (read_recording(write_csv(tmp_path / f"{i}.csv", one), a) for i, one in enumerate((renamed, given)))
+    new, old = (read_recording(write_csv(tmp_path / f"{i}.csv", columns), a) for i, columns in enumerate((renamed, given)))
     np.testing.assert_array_equal(new.u0, old.u0)
     np.testing.assert_array_equal(new.du0, old.du0)
 

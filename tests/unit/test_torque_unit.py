@@ -62,4 +62,4 @@ def test_a_unit_changes_the_likelihood_by_its_jacobian_alone():
 
 def test_check_says_it_once():
     c = written_in(1e-3, whole(arm(1)))
-    assert [one.check for one in survey_with_physics(c).oddities if one.severity == "warning"] == ["torque_unit"]
+    assert [oddity.check for oddity in survey_with_physics(c).oddities if oddity.severity == "warning"] == ["torque_unit"]

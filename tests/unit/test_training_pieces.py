@@ -39,7 +39,7 @@ def test_steps_are_those_of_AdamW_as_published():
     w, m, v, rate, decay = start.copy(), np.zeros_like(start), np.zeros_like(start), 3e-2, 0.2
     for step in range(1, 8):
         g = rng.standard_normal(w.shape)
-        _adamw(state, tuple(torch.tensor(one) for one in g), rate, decay)
+        _adamw(state, tuple(torch.tensor(slope) for slope in g), rate, decay)
         m, v = 0.9 * m + 0.1 * g, 0.99 * v + 0.01 * g**2
         w = w - rate * (m / (1 - 0.9**step) / (np.sqrt(v / (1 - 0.99**step)) + 1e-8) + decay * w)
     np.testing.assert_allclose(torch.stack(state.weights), w, rtol=1e-9)

@@ -48,7 +48,7 @@ def test_all_channels_together_know_the_motion_better_than_angles_with_either_de
     for channels in ("q", "qv", "qa", "qva"):
         made = [(trajectory(r, EDGE, r.t), exact) for seed in range(5) for r, exact in [moved(channels=channels, noise=NOISE, given=seed)]]
         names = enumerate(("q", "qd", "qdd"))
-        wrong[channels] = [np.mean([rms(getattr(one, name) - exact[k]) for one, exact in made]) for k, name in names]
+        wrong[channels] = [np.mean([rms(getattr(trajectory, name) - exact[k]) for trajectory, exact in made]) for k, name in names]
     for k in (1, 2):
         assert all(wrong["qva"][k] <= 1.02 * wrong[fewer][k] for fewer in ("q", "qv", "qa"))
     assert wrong["qva"][2] < 0.5 * wrong["q"][2]

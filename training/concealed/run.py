@@ -52,8 +52,8 @@ def left_out(suite: Path, what: str) -> dict[str, tuple[str, ...]]:
     if what != "family":
         return dict.fromkeys(public, ())
     key, found = read_key(suite / KEY_FILE), {}
-    for name, one in public.items():
-        answer = open_sealed(suite / "answers" / f"{name}.sealed", key, one["commitment"])
+    for name, campaign in public.items():
+        answer = open_sealed(suite / "answers" / f"{name}.sealed", key, campaign["commitment"])
         families = {entry["family"] for entry in answer["effects"]}
         found[name] = tuple(cls.id for cls in catalogue().values() if cls.family in families)
     return found

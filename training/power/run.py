@@ -66,8 +66,8 @@ def plant(found: Power, row: Reveal, draw: int, config: dict) -> dict:
     told = [{"class": list(f.members), "joint": f.effect.joint} for f in findings]
     key = row.hypothesis.key
     return {"effect": key[0], "joint": key[1], "parameter": row.parameter, "size": row.size, "draw": draw, "named": told,
-            "found": any(key[0] in one["class"] for one in told),
-            "at_joint": any(key[0] in one["class"] and one["joint"] in (key[1], 0) for one in told)}
+            "found": any(key[0] in finding["class"] for finding in told),
+            "at_joint": any(key[0] in finding["class"] and finding["joint"] in (key[1], 0) for finding in told)}
 
 
 def plants(found: Power, config: dict) -> None:

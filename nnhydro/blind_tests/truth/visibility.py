@@ -99,8 +99,8 @@ class Yardstick:
     def size(self, causes: Sequence[Cause], beside: Sequence[Array] = ()) -> float:
         """Return lambda of the causes; `beside`: columns of other causes whose size a fit may choose as well."""
         x = self.column(causes)
-        for other in _orthonormal(beside):
-            x = x - other * float(other @ x)
+        for column in _orthonormal(beside):
+            x = x - column * float(column @ x)
         return float(np.linalg.norm(x))
 
 

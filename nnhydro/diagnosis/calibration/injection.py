@@ -52,10 +52,10 @@ def observing(view: View, y: Array) -> View:
     return _copy(view, whitened=whitened, Xy=view.Xw.reshape(y.size, view.Xw.shape[2]).T @ y.ravel(), _columns=kept, _own_best={})
 
 
-def _copy(one: T, **changes: object) -> T:
-    """A shallow copy of `one` with `changes`, without what it has cached of its torque."""
-    made = object.__new__(type(one))
-    made.__dict__.update({k: v for k, v in one.__dict__.items() if k != "_own_parts"} | changes)
+def _copy(original: T, **changes: object) -> T:
+    """A shallow copy of `original` with `changes`, without what it has cached of its torque."""
+    made = object.__new__(type(original))
+    made.__dict__.update({k: v for k, v in original.__dict__.items() if k != "_own_parts"} | changes)
     return made
 
 

@@ -193,8 +193,8 @@ def _typical(rows: Sequence[tuple[int, Reveal]]) -> tuple[int, Reveal]:
     for k, row in rows:
         laws.setdefault(row.hypothesis.width, []).append((k, row))
 
-    def size(one: tuple[int, Reveal]) -> float:
-        return np.inf if one[1].size is None else one[1].size
+    def size(candidate: tuple[int, Reveal]) -> float:
+        return np.inf if candidate[1].size is None else candidate[1].size
 
     middle = []
     for law in laws.values():
@@ -221,7 +221,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Rev
             for other, at in places.items():
                 if hypotheses[other].effect.id != row.hypothesis.effect.id:
                     share = float(h[at] @ np.linalg.lstsq(H[np.ix_(at, at)], h[at], rcond=1e-9)[0] / (d @ h[places[k]]))
-                    best, name = max((best, name), (share, hypotheses[other].effect.id), key=lambda one: one[0])
+                    best, name = max((best, name), (share, hypotheses[other].effect.id), key=lambda pair: pair[0])
         made.append(replace(row, rival=name, likeness=float(np.sqrt(min(best, 1.0)))))
     return made
 

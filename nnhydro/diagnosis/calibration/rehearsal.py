@@ -49,8 +49,8 @@ def _named(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
     named = []
     for k, others in rivals.items():
         rest = search.score(tuple(x for x in claimed.chosen if x != k))
-        sets = [(search.score((*rest.chosen, one)), one) for one in (k, *others)]
-        taking = [(s, one) for s, one in sets if search.admits(rest, s) and s.score - rest.score > LEAST_GAIN]
+        sets = [(search.score((*rest.chosen, member)), member) for member in (k, *others)]
+        taking = [(s, member) for s, member in sets if search.admits(rest, s) and s.score - rest.score > LEAST_GAIN]
         if taking:
             named.append(max(taking, key=lambda pair: pair[0].score)[1])
     return named

@@ -206,14 +206,14 @@ class Judge:
         np.fill_diagonal(ahead, occam)
         return size2, ahead - occam[:, None]
 
-    def added(self, one: Planned, often: int) -> tuple[Array, Array]:
+    def added(self, motion: Planned, often: int) -> tuple[Array, Array]:
         """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
-        size2, ahead = self.apart(self.H + often * one.G)
+        size2, ahead = self.apart(self.H + often * motion.G)
         return np.maximum(size2 - self.before[0], 0.0), ahead - self.before[1]
 
-    def chance(self, one: Planned, often: int) -> float:
+    def chance(self, motion: Planned, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
-        return chance_settled(self.contest, *self.added(one, often), self.limits(self.H + often * one.G))
+        return chance_settled(self.contest, *self.added(motion, often), self.limits(self.H + often * motion.G))
 
     def limits(self, H: Array) -> Array:
         """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.
@@ -242,11 +242,11 @@ def _left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> float:
 
 def _widest(hypotheses: Sequence[Hypothesis], k: int) -> int:
     """The law of the most values of the effect of hypothesis `k` at its joint, at its shape where there is one."""
-    one = hypotheses[k]
-    same = [i for i, h in enumerate(hypotheses) if h.key == one.key and not h.per_recording and h.width > one.width]
+    hypothesis = hypotheses[k]
+    same = [i for i, h in enumerate(hypotheses) if h.key == hypothesis.key and not h.per_recording and h.width > hypothesis.width]
 
     def alike(i: int) -> tuple[int, int]:
-        shape = sum(getattr(hypotheses[i].effect, name) == getattr(one.effect, name) for name in one.spans)
+        shape = sum(getattr(hypotheses[i].effect, name) == getattr(hypothesis.effect, name) for name in hypothesis.spans)
         return hypotheses[i].width, shape
 
     return max(same, key=alike, default=k)

@@ -80,30 +80,30 @@ def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, coun
     rng, rig = np.random.default_rng([seed, 1]), Rig.of(shown_by(problem)).with_limits(limits)
     found = list[Proposed]()
     for _ in range(10):
-        for one in draw(rig, problem.arm, rate_hz, 3 * count, rng):
-            if bool((np.abs(model.torque(Motion.of(one.segment("next", rate_hz))).numpy()).max(axis=0) <= rig.tau).all()):
-                found.append(one)
+        for motion in draw(rig, problem.arm, rate_hz, 3 * count, rng):
+            if bool((np.abs(model.torque(Motion.of(motion.segment("next", rate_hz))).numpy()).max(axis=0) <= rig.tau).all()):
+                found.append(motion)
         if len(found) >= count:
             break
     return found[:count]
 
 
-def _merit(judge: Judge, one: Planned, often: int) -> tuple[float, float]:
+def _merit(judge: Judge, motion: Planned, often: int) -> tuple[float, float]:
     """What motions are compared by where they are recorded so often: the chance, then the evidence between the closest pair."""
-    return round(judge.chance(one, often), 2), _least_pair(judge, one, often)
+    return round(judge.chance(motion, often), 2), _least_pair(judge, motion, often)
 
 
-def _least_pair(judge: Judge, one: Planned, often: int) -> float:
-    ahead = judge.added(one, often)[1]
+def _least_pair(judge: Judge, motion: Planned, often: int) -> float:
+    ahead = judge.added(motion, often)[1]
     return float(ahead[~np.eye(len(ahead), dtype=bool)].min())
 
 
 def _chosen(judge: Judge, tried: Sequence[Planned]) -> tuple[Planned, int]:
     """The motion that most likely settles the matter, and how often it is to be recorded: no oftener than is enough."""
     for often in range(FEWEST, MOST):
-        one = max(tried, key=lambda x: _merit(judge, x, often))
-        if judge.chance(one, often) >= ENOUGH:
-            return one, often
+        motion = max(tried, key=lambda x: _merit(judge, x, often))
+        if judge.chance(motion, often) >= ENOUGH:
+            return motion, often
     return max(tried, key=lambda x: _merit(judge, x, MOST)), MOST
 
 
@@ -123,8 +123,8 @@ def next_experiment(search: Search, noise: Noise, claimed: Scored, model: StripT
     drawn = judge.planned(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
     if not drawn:
         return None
-    first = sorted(drawn, key=lambda one: _merit(judge, one, MOST), reverse=True)[:BEST]
-    near = varied([one.motion for one in first], rig, problem.arm, rate_hz, BETTERED, rng)
+    first = sorted(drawn, key=lambda motion: _merit(judge, motion, MOST), reverse=True)[:BEST]
+    near = varied([planned.motion for planned in first], rig, problem.arm, rate_hz, BETTERED, rng)
     best, often = _chosen(judge, [*first, *judge.planned(near, rig.tau)])
-    usual = float(np.median([judge.chance(one, often) for one in drawn]))
+    usual = float(np.median([judge.chance(motion, often) for motion in drawn]))
     return Proposal(contest, best.motion, often, _least_pair(judge, best, often), judge.chance(best, often), usual, problem.arm, rig.stated)

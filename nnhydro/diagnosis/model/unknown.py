@@ -111,7 +111,7 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
     def columns(stretch: Stretch) -> Array:
         xi = place[problem.stretches.index(stretch)]
         parts = [np.cos(np.pi * m * xi[name][:, None]) for name in alive]
-        parts += [np.cos(np.pi * a * xi[one][:, None]) * np.cos(np.pi * b * xi[other][:, None]) for one, other in pairs]
+        parts += [np.cos(np.pi * a * xi[first][:, None]) * np.cos(np.pi * b * xi[second][:, None]) for first, second in pairs]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(stretch.segment), 0))
 
     weights = np.concatenate([*[1.0 / m for _ in alive], *[1.0 / (a * b) for _ in pairs]]) if alive else np.zeros(0)

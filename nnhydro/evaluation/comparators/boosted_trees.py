@@ -28,6 +28,6 @@ def boosted_trees(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Tr
     fitted = [HistGradientBoostingRegressor(early_stopping=False, random_state=config.seed).fit(x, column) for column in y.T]
 
     def regression(rows: Array) -> tuple[Array, Array | None]:
-        return np.column_stack([one.predict(rows) for one in fitted]), None
+        return np.column_stack([tree.predict(rows) for tree in fitted]), None
 
     return RivalTorque(arm, how, {}, "boosted-trees", inputs, regression)

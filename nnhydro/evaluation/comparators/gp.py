@@ -40,7 +40,7 @@ def gp(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: TrainingConfi
             fitted.append(GaussianProcessRegressor(kernel, normalize_y=True, random_state=config.seed).fit(z, column))
 
     def regression(rows: Array) -> tuple[Array, Array | None]:
-        found = [one.predict((rows - centre) / spread, return_std=True) for one in fitted]
+        found = [process.predict((rows - centre) / spread, return_std=True) for process in fitted]
         return np.column_stack([mean for mean, _ in found]), np.column_stack([std for _, std in found])
 
     return RivalTorque(arm, how, {}, "gp", inputs, regression)

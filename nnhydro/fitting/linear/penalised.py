@@ -105,4 +105,4 @@ def penalised(blocks: Array, samples: int, penalty: Array, criterion: str = "lef
 def penalised_over_scales(at: Reduced, grid: Sequence[Array], penalty: Array, weights: Array) -> tuple[tuple[float, ...], PenalisedFit]:
     """Return the travel scales on the `grid` and the weight that together predict left-out blocks best, and the fit with them."""
     found = [(nu, penalised(at(nu), 1, penalty, "left out", weights)) for nu in (tuple(map(float, x)) for x in product(*grid))]
-    return min(found, key=lambda one: float(one[1].scores.min()))
+    return min(found, key=lambda candidate: float(candidate[1].scores.min()))

@@ -59,8 +59,8 @@ class Writer:
             return self.forms[atom.kind].format(*operands)
         if atom.kind in ("maxof", "minof"):
             text = operands[0]
-            for other in operands[1:]:
-                text = f"({self.forms[atom.kind.removesuffix('of')].format(text, other)})"
+            for operand in operands[1:]:
+                text = f"({self.forms[atom.kind.removesuffix('of')].format(text, operand)})"
             return text
         if atom.kind == "sigmoid":
             return f"1.0/(1.0 + exp(-{operands[0]}))"

@@ -119,7 +119,7 @@ def memories_of(model: TorqueModel) -> list[str]:
     bare = replace(model, instruments=())
     found = [name for name, term in model.loads.terms.items() if _remembers(replace(bare, loads=Loads({name: term})))]
     steady = Loads({name: term for name, term in model.loads.terms.items() if name not in found})
-    return found + [one.id for one in model.instruments if _remembers(replace(bare, loads=steady, instruments=(one,)))]
+    return found + [instrument.id for instrument in model.instruments if _remembers(replace(bare, loads=steady, instruments=(instrument,)))]
 
 
 def _without(model: TorqueModel, causes: list[str]) -> str:

@@ -104,7 +104,7 @@ def sweeps(model: TorqueModel, around: Around | None = None) -> list[Sweep]:
         lines = [("speed_rad_s", speed, _with_rate(still, joint, speed))]
         if links > 1:
             lines.append(("angle_rad", angle, _with_rate(replace(still, q=q), joint, torch.full_like(angle, around.speed_rad_s / 2))))
-        made += [Sweep(joint, over, values, states, {label: gain_matrix(one, states) for label, one in models.items()})
+        made += [Sweep(joint, over, values, states, {label: gain_matrix(model, states) for label, model in models.items()})
                  for over, values, states in lines]
     return made
 

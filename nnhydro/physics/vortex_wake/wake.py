@@ -85,11 +85,11 @@ def merged(wake: Wake, distance: float, beyond: float) -> Wake:
     if not bool(join.any()):
         return wake
     z, Gamma, born = wake.z.copy(), wake.Gamma.copy(), wake.born.copy()
-    one, two = 2 * np.flatnonzero(join), 2 * np.flatnonzero(join) + 1
-    total = Gamma[one] + Gamma[two]
-    z[one] = (Gamma[one] * z[one] + Gamma[two] * z[two]) / total
-    born[one] = (Gamma[one] * born[one] + Gamma[two] * born[two]) / total
-    Gamma[one] = total
+    left, right = 2 * np.flatnonzero(join), 2 * np.flatnonzero(join) + 1
+    total = Gamma[left] + Gamma[right]
+    z[left] = (Gamma[left] * z[left] + Gamma[right] * z[right]) / total
+    born[left] = (Gamma[left] * born[left] + Gamma[right] * born[right]) / total
+    Gamma[left] = total
     keep = np.ones(z.size, dtype=bool)
-    keep[two] = False
+    keep[right] = False
     return Wake(z[keep], Gamma[keep], born[keep])

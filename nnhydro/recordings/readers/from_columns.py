@@ -51,15 +51,15 @@ class Named:
 def _likely(name: str, foreign: list[str]) -> str:
     """Which of the foreign columns is probably `name`; "" where none is."""
     stem = name.split("_")[0]
-    near = sorted(other for other in foreign if stem[-1].isdigit() and other.startswith(stem))
-    timely = [other for other in foreign if name == TIME and other.lower().startswith("t")]
+    near = sorted(column_name for column_name in foreign if stem[-1].isdigit() and column_name.startswith(stem))
+    timely = [column_name for column_name in foreign if name == TIME and column_name.lower().startswith("t")]
     only = foreign if len(foreign) == 1 else []
     return next(iter([*near, *timely, *get_close_matches(name, foreign, n=1), *only]), "")
 
 
 def _missing(named: Named, names: Sequence[str], where: str) -> RecordingError:
     """Say which columns are missing, which of the file's might be they, and how to tell us."""
-    foreign = [other for other in named.header if not _OURS.match(other)]
+    foreign = [column_name for column_name in named.header if not _OURS.match(column_name)]
     likely = _likely(names[0], foreign)
     unit = _FOREIGN.search(likely)
     written = likely if re.fullmatch(r"\w[\w ().-]*", likely or "x") else json.dumps(likely, ensure_ascii=False)  # as YAML wants it
@@ -119,12 +119,12 @@ def _slopes(named: Named, key: str, where: str) -> Array | None:
 
 def _along_Y(named: Named, old: str, new: str, where: str) -> Array | None:
     """The column `old` of the carriage, or `new`, which means the same of any base; refused where both are given and differ."""
-    one, other = _single(named, column(old), where), _single(named, column(new), where)
-    if one is None or other is None:
-        return other if one is None else one
-    require(bool(np.array_equal(one, other, equal_nan=True)), f"{where}: columns {column(old)!r} and {column(new)!r} mean the same and "
+    by_old, by_new = _single(named, column(old), where), _single(named, column(new), where)
+    if by_old is None or by_new is None:
+        return by_new if by_old is None else by_old
+    require(bool(np.array_equal(by_old, by_new, equal_nan=True)), f"{where}: columns {column(old)!r} and {column(new)!r} mean the same and "
             "differ: keep the one that was measured", RecordingError)
-    return one
+    return by_old
 
 
 def _surroundings(named: Named, where: str, steady: bool = False) -> dict[str, Array | None]:

@@ -30,15 +30,15 @@ def unpacked(make: Callable[[], Any], data: bytes, ratio: int | None = None) -> 
     parts: list[bytes] = []
     left = MOST
     while data:
-        one = make()
+        decompressor = make()
         room = left + 1 if ratio is None else min(left + 1, ratio * len(data) + 1)  # lz4 takes all the room that it is given
-        parts.append(one.decompress(data, max_length=room))
+        parts.append(decompressor.decompress(data, max_length=room))
         left -= len(parts[-1])
         if left < 0:
             raise _too_much(MOST)
-        if not one.eof:
+        if not decompressor.eof:
             raise EOFError("a chunk is cut off")
-        data = one.unused_data or b""
+        data = decompressor.unused_data or b""
     return b"".join(parts)
 
 

@@ -57,4 +57,4 @@ def _diagnosed(asked: Asked) -> BatchOutcome:
 
 def diagnose_all(asked: Sequence[Asked], workers: Workers = HERE) -> Iterator[BatchOutcome]:
     """Yield what became of each diagnosis, in order; one that fails by a user's error says so and stops no other."""
-    yield from spread(_diagnosed, [(one,) for one in asked], workers)
+    yield from spread(_diagnosed, [(request,) for request in asked], workers)

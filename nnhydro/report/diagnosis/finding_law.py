@@ -67,11 +67,11 @@ def _with(model: StripTheory, old: LoadEffect | InstrumentEffect, new: LoadEffec
         elif isinstance(new, LoadEffect):
             terms[name] = new
     instruments: list[InstrumentEffect] = []
-    for one in model.instruments:
-        if isinstance(one, ReadInSector) and one.effect is old:
-            instruments += [replace(one, effect=new)] if isinstance(new, InstrumentEffect) else []
-        elif one is not old:
-            instruments.append(one)
+    for instrument in model.instruments:
+        if isinstance(instrument, ReadInSector) and instrument.effect is old:
+            instruments += [replace(instrument, effect=new)] if isinstance(new, InstrumentEffect) else []
+        elif instrument is not old:
+            instruments.append(instrument)
         elif isinstance(new, InstrumentEffect):
             instruments.append(new)
     return replace(model, loads=Loads(terms), instruments=tuple(instruments))
@@ -135,7 +135,7 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
     if not law[rows].any():
         return None
     joint = effect.joint or 1 + int(np.argmax((law**2).sum(axis=0)))
-    moved = [torque(_with(model, effect, other))[:, joint - 1] - full[:, joint - 1] for other in _moved(effect, finding.covariance)]
+    moved = [torque(_with(model, effect, variant))[:, joint - 1] - full[:, joint - 1] for variant in _moved(effect, finding.covariance)]
     rest = np.concatenate([t.residual(name)[t.segment.keep, joint - 1] for t in traces]) + law[:, joint - 1]
     label, x = driver(effect, joint, traces, model)
     found = _binned(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])

@@ -59,6 +59,7 @@ def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces:
         first=document["location"][0]["joint"] if document["location"] else 1,
         histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
         unnamed=[(law.joint, law.driver, law_chart(law, f"Residual of joint {law.joint} over {law.driver}")) for law in unnamed],
-        near=nearest_sheet(document), suggestions=[one["statement"] for one in document["unexplained"].get("suggestions", [])],
+        near=nearest_sheet(document),
+        suggestions=[suggestion["statement"] for suggestion in document["unexplained"].get("suggestions", [])],
         recalibrated=recalibrated_sheet(document),
         next=_next(document.get("next_experiment")))

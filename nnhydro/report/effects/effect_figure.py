@@ -71,14 +71,14 @@ def illustrated(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     made = candidates(effect, arm, peak)
     if not made:
         raise ConfigError(f"effect {effect.id!r} cannot act on the picture's two-link arm in water: there is no picture of it")
-    one = made[len(made) // 2]
-    if isinstance(one, InstrumentEffect):
-        columns = one.columns(seen)
-    elif isinstance(one, LoadEffect):
-        columns = one.columns(seen.flow)
+    hypothesis = made[len(made) // 2]
+    if isinstance(hypothesis, InstrumentEffect):
+        columns = hypothesis.columns(seen)
+    elif isinstance(hypothesis, LoadEffect):
+        columns = hypothesis.columns(seen.flow)
     else:
         raise ConfigError(f"effect {effect.id!r} is neither a load nor an instrument effect")
-    values = one.linear_values()
+    values = hypothesis.linear_values()
     if not bool(values.any()):
         values[int(columns.flatten(0, 1).any(0).to(torch.int8).argmax())] = 1.0  # the first that does something
     change = columns @ values

@@ -15,7 +15,7 @@ def _values(model: StripTheory) -> dict[str, dict[str, Any]]:
     """Every parameter of the sum and of the instruments by its name, without intervals."""
     found: dict[str, dict[str, Any]] = {}
     named: dict[str, Parametrised] = {name: term.term if isinstance(term, InSector) else term for name, term in model.loads.terms.items()}
-    named |= {one.id: one.effect if isinstance(one, ReadInSector) else one for one in model.instruments}
+    named |= {instrument.id: instrument.effect if isinstance(instrument, ReadInSector) else instrument for instrument in model.instruments}
     for name, term in named.items():
         for field in term.parameters():
             values = getattr(term, field.name)

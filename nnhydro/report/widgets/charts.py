@@ -101,7 +101,7 @@ def _curves(lines: Mapping[str, Sequence[Ends]], across: Scale, up: Scale, style
 def reliability(covered: Mapping[str, Mapping[str, Any]], styles: Mapping[str, int]) -> Markup:
     """Return the share of held-out torques inside each nominal interval, a line a model; on the diagonal the doubt is honest."""
     across, up = Scale(0, 100, 62, SQUARE), Scale(0, 100, SIZE, 10)
-    lines = {name: [(float(level), 100 * share) for level, share in one["shares"].items()] for name, one in covered.items()}
+    lines = {name: [(float(level), 100 * share) for level, share in coverage["shares"].items()] for name, coverage in covered.items()}
     frame = x_axis(across, 10, SIZE, "promised [%]", 5) + y_axis(up, 62, SQUARE, "inside [%]")
     title = "Reliability: share of held-out torques inside the intervals, against the share that the intervals promise"
     return drawing(SQUARE + 150, SIZE + 44, title, [frame, rule("floor", across(0), up(0), across(100), up(100)),

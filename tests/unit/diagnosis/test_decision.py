@@ -22,7 +22,7 @@ def columns(of, k=8, seed=50):
 def with_planted(values, seed=0, laws=LAWS, **keys):
     """A search on a design in which the first laws act with `values`."""
     of = design(seed, groups=8, rows=30, **keys)
-    X = columns(of, sum(one.width for one in laws))
+    X = columns(of, sum(law.width for law in laws))
     of.y = of.y + X[..., : len(values)] @ np.asarray(values, float)
     return search(of, laws, X)
 
@@ -82,7 +82,7 @@ def test_draws_of_the_null_have_the_mean_that_gains_have_under_it():
 
 def test_more_laws_that_could_gain_by_chance_raise_the_threshold():
     few, many = (with_planted([], 5, laws=tuple(law(f"law_{k}") for k in range(count))) for count in (2, 60))
-    prior = [one.view.library.log_prior(0) for one in (few, many)]
+    prior = [candidates.view.library.log_prior(0) for candidates in (few, many)]
     assert null_threshold(many, many.score(()), 0) - prior[1] > null_threshold(few, few.score(()), 0) - prior[0]
 
 

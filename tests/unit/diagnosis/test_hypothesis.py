@@ -44,23 +44,23 @@ def test_between_two_values_lies_their_geometric_mean_where_both_are_positive_el
 
 def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tried():
     made = enumerate_hypotheses(arm(2), PEAKS)
-    for one in made:
-        assert one.width == len(one.bounds()) == len(one.effect.linear_names()) + one.effect.offset_of_its_own
-        for name, (low, high) in one.spans.items():
-            value = getattr(one.effect, name)[0]
+    for hypothesis in made:
+        assert hypothesis.width == len(hypothesis.bounds()) == len(hypothesis.effect.linear_names()) + hypothesis.effect.offset_of_its_own
+        for name, (low, high) in hypothesis.spans.items():
+            value = getattr(hypothesis.effect, name)[0]
             assert low <= value <= high
-    assert {one.key[0] for one in made} == set(catalogue())
-    assert {one.key[1] for one in made} <= {0, 1, 2}
+    assert {hypothesis.key[0] for hypothesis in made} == set(catalogue())
+    assert {hypothesis.key[1] for hypothesis in made} <= {0, 1, 2}
 
 
 @pytest.mark.parametrize("left_out", ["torque_bias", "coulomb_friction"])
 def test_an_effect_that_is_taken_out_of_the_catalogue_is_no_hypothesis(left_out):
     whole, part = (enumerate_hypotheses(arm(2), PEAKS, without) for without in ((), (left_out,)))
-    assert {one.key[0] for one in whole} - {one.key[0] for one in part} == {left_out}
+    assert {hypothesis.key[0] for hypothesis in whole} - {hypothesis.key[0] for hypothesis in part} == {left_out}
 
 
 def test_where_nothing_is_driven_no_effect_of_a_drive_or_its_sensor_is_tried():
-    free = {one.key[0] for one in enumerate_hypotheses(arm(1), (0.0,), driven=False)}
+    free = {hypothesis.key[0] for hypothesis in enumerate_hypotheses(arm(1), (0.0,), driven=False)}
     assert {"viscous_friction", "coulomb_friction", "added_mass"} <= free
     assert not {"torque_bias", "torque_gain", "torque_drift", "sensor_timing", "torque_saturation", "backlash"} & free
 
@@ -90,17 +90,17 @@ def test_refined_values_lie_half_way_and_close_in_on_the_best():
 
 @pytest.mark.parametrize("id_", catalogue())
 def test_refined_values_of_every_effect_stay_within_its_bounds_and_can_be_made(id_):
-    made = [one for one in enumerate_hypotheses(arm(2), PEAKS) if one.key[0] == id_]
-    for one in made[:3] + made[-3:]:
-        limits = {f.name: f.metadata["bounds"] for f in one.effect.parameters()}
-        for finer in refine_grid(one):
+    made = [hypothesis for hypothesis in enumerate_hypotheses(arm(2), PEAKS) if hypothesis.key[0] == id_]
+    for hypothesis in made[:3] + made[-3:]:
+        limits = {f.name: f.metadata["bounds"] for f in hypothesis.effect.parameters()}
+        for finer in refine_grid(hypothesis):
             for name in finer.spans:
                 low, high = limits[name]
                 assert low <= getattr(finer.effect, name)[0] <= high
 
 
 def test_loads_are_linear_as_they_are_and_instruments_have_their_columns_about_their_values():
-    made = {one.key[0]: one for one in enumerate_hypotheses(arm(2), PEAKS)}
+    made = {hypothesis.key[0]: hypothesis for hypothesis in enumerate_hypotheses(arm(2), PEAKS)}
     load, bias = made["viscous_friction"], made["torque_bias"]
     values = torch.full((bias.width,), 0.1)
     assert load.linearised_at(values, "model") is load
