@@ -19,7 +19,7 @@ from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer, Form, Number, rows
 from nnhydro.dynamics.hub import HubWrench, hub_wrench
-from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solved, tangent
+from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solve_inertia, tangent
 from nnhydro.dynamics.joint_model import JointModel, joint_model
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
@@ -174,10 +174,10 @@ class Dynamics:
         torque = self._at(q, qd, u0, du0, carried, base)
         if self.affine:
             mass, bias = mass_and_bias(torque, q)
-            return solved(mass, tau - bias)
+            return solve_inertia(mass, tau - bias)
         with torch.no_grad():
             none = torch.zeros_like(q)
-            start = solved(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
+            start = solve_inertia(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
             return acceleration(torque, tau, start)
 
     def forward_dynamics(self, q: Number, qd: Number, tau: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,

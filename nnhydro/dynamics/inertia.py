@@ -40,7 +40,7 @@ def tangent(torque: TorqueOf, qdd: Tensor, step: float = STEP) -> Tensor:
     return slopes.transpose(1, 2)
 
 
-def solved(mass: Tensor, torque: Tensor) -> Tensor:
+def solve_inertia(mass: Tensor, torque: Tensor) -> Tensor:
     """Return M^-1 tau (m, joints); raises ModelError where a mass matrix is singular."""
     found: Tensor
     found, info = torch.linalg.solve_ex(mass, torque)
@@ -63,7 +63,8 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
         open_rows = left.abs().amax(dim=1) > goal
         if not bool(open_rows.any()):
             return qdd
-        step, share = solved(tangent(torque, qdd, REACHES[number % len(REACHES)]), left), torch.ones(len(qdd), 1, dtype=torch.float64)
+        step = solve_inertia(tangent(torque, qdd, REACHES[number % len(REACHES)]), left)
+        share = torch.ones(len(qdd), 1, dtype=torch.float64)
         size = left.abs().amax(dim=1, keepdim=True)
         for _ in range(HALVINGS):
             after = qdd + share * step

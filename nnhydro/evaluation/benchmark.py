@@ -186,7 +186,7 @@ class Benchmark:
         return f"nnhydro diagnose {campaign} --out diagnosis   (what does {best_name} know that the physics does not?)"
 
 
-def modelled(model: TorqueModel, segment: Segment) -> Array:
+def model_torque(model: TorqueModel, segment: Segment) -> Array:
     """Return the model's torque (n, joints) N m on a segment, through the same filter as the measured one."""
     return segment.seen(model.torque(Motion.of(segment)).numpy())
 
@@ -194,7 +194,7 @@ def modelled(model: TorqueModel, segment: Segment) -> Array:
 def misfit_of(model: TorqueModel, unit: Unit) -> Misfit | None:
     """Return the misfit of `model` on the compared rows of `unit`; None where it has none."""
     model = on_arm(model, arm_of(unit, model.arm))
-    parts = [Misfit.of(segment.tau[segment.keep], modelled(model, segment)[segment.keep])
+    parts = [Misfit.of(segment.tau[segment.keep], model_torque(model, segment)[segment.keep])
              for segment in unit.segments() if segment.tau is not None and segment.keep.any()]
     return Misfit.total(parts) if parts else None
 
@@ -208,11 +208,11 @@ def coverage_of(model: TorqueModel, chosen: Sequence[Unit]) -> Coverage | None:
             std = own.std(Motion.of(segment)) if segment.tau is not None and segment.keep.any() else None
             if std is not None and segment.tau is not None:
                 keep = segment.keep
-                parts.append(Coverage.of(segment.tau[keep], modelled(own, segment)[keep], std.numpy()[keep]))
+                parts.append(Coverage.of(segment.tau[keep], model_torque(own, segment)[keep], std.numpy()[keep]))
     return sum(parts[1:], start=parts[0]) if parts else None
 
 
-def _judged(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:
+def _judge_fold(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:
     """What one fold says of a model."""
     found = {unit.name: misfit_of(model, unit) for unit in held_out}
     known = {unit: misfit for unit, misfit in found.items() if misfit is not None}
@@ -227,7 +227,7 @@ def _fitted_and_judged(entry: ModelEntry, fitted: Sequence[Unit], held_out: Sequ
     """One entry in one fold: the piece of work that goes to a worker."""
     start = time.perf_counter()
     model = entry.fit(fitted, arm, how, epochs)
-    return _judged(model, time.perf_counter() - start, fitted, held_out, entry.name)
+    return _judge_fold(model, time.perf_counter() - start, fitted, held_out, entry.name)
 
 
 def _in_turn(split: Split, entered: Sequence[ModelEntry], arm: Arm, how: Preparation, report: Report,

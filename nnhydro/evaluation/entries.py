@@ -38,7 +38,7 @@ def _physics(name: str) -> ModelEntry:
     return ModelEntry(name, lambda chosen, arm, how, progress: calibrated_on(BASELINES[name], chosen, arm, how))
 
 
-def _learned(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> ModelEntry:
+def _train_entry(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> ModelEntry:
     own = config.model_copy(update={"model": name})
     stored = name == "hybrid" and config.baseline != "auto" and config.baseline not in BASELINES
     seen = marks_seen_by(_stored_model(Path(config.baseline), campaigns)) if stored else frozenset[str]()
@@ -61,7 +61,7 @@ def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
     return model
 
 
-def _stored(folder: Path, campaigns: Sequence[Campaign]) -> ModelEntry:
+def _stored_entry(folder: Path, campaigns: Sequence[Campaign]) -> ModelEntry:
     model = _stored_model(folder, campaigns)
     return ModelEntry(folder.name, lambda chosen, arm, how, progress: model, marks_seen_by(model) or frozenset())
 
@@ -86,11 +86,11 @@ def entries(names: Sequence[str], campaigns: Sequence[Campaign], config: Trainin
         if name in BASELINES:
             made.append(_physics(name))
         elif name in LEARNED:
-            made.append(_learned(name, campaigns, config))
+            made.append(_train_entry(name, campaigns, config))
         elif name in rivals():
             made.append(_rival(name, config))
         elif Path(name).is_dir():
-            made.append(_stored(Path(name), campaigns))
+            made.append(_stored_entry(Path(name), campaigns))
         else:
             raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED, *rivals()))}, a model's folder, "
                               "or all")

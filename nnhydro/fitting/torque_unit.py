@@ -8,7 +8,7 @@ sum_j n_j / k_j log u. Only units far from 1 N m are asked, and only where the p
 
 import numpy as np
 
-from nnhydro.fitting.channel_order import SURE, Assignment, Judged, columns_of, judge, material
+from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, columns_of, judge, material
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
@@ -21,7 +21,7 @@ EXPLAINS, BETTER = 0.3, 0.5  # the likeliest unit leaves less than so much of th
 
 
 @one_thread()
-def judged_units(campaign: Campaign, how: Preparation) -> dict[str, Judged]:
+def judged_units(campaign: Campaign, how: Preparation) -> dict[str, WayFit]:
     """Return every unit that the torques may have with its likelihood, SI under ""; empty where nothing moves or no torque was read."""
     seen = material(campaign, how, KNOWN_TO)
     if seen is None:
@@ -33,7 +33,7 @@ def judged_units(campaign: Campaign, how: Preparation) -> dict[str, Judged]:
     found = {}
     for name, unit in {"": 1.0, **{name: unit for name, unit in known.items() if not 1 / FAR < unit < FAR}}.items():
         judged = judge(way, columns, [unit * tau for tau in seen.torques], seen.loads, seen.arm, seen.correlation)
-        found[name] = Judged(way, judged.likelihood + float((rows / seen.correlation).sum() * np.log(unit)), judged.error)
+        found[name] = WayFit(way, judged.likelihood + float((rows / seen.correlation).sum() * np.log(unit)), judged.error)
     return found
 
 

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from nnhydro.conventions import SCHEMA_ARM, column, joint_text
 from nnhydro.errors import ArmError
-from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 
 Positive = Field(gt=0, le=1e6)
@@ -222,7 +222,7 @@ class Arm(Settings):
 
 def parse_arm(document: dict[str, Any], where: str) -> Arm:
     """Return the arm that `document` describes; raise `ArmError` naming `where` and the key."""
-    return validated(Arm, document, where, ArmError)
+    return validate(Arm, document, where, ArmError)
 
 
 def read_arm(path: Path) -> Arm:

@@ -53,7 +53,7 @@ def _cells(mesh: "QuadMesh") -> list[tuple[float, float, float]]:
     return [(float(middle[k][0]), float(middle[k][1]), float(values[k])) for k in np.ndindex(values.shape) if np.isfinite(values[k])]
 
 
-def drawn(figure: "Figure") -> str:
+def figure_csv(figure: "Figure") -> str:
     """Return what the figure draws as CSV: panel (from 1), labels of its axes, series, x, y; of a map's cells the value too."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -81,5 +81,5 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
         temporary.replace(path)
         written.append(path)
         figure.set_layout_engine("none")  # the layout stays as it was found for the first kind: finding it takes most of the time
-    write_text(stem.with_suffix(".csv"), drawn(figure))
+    write_text(stem.with_suffix(".csv"), figure_csv(figure))
     return [*written, stem.with_suffix(".csv")]

@@ -35,7 +35,7 @@ def content_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _listed(folder: Path) -> dict[str, str]:
+def _read_list(folder: Path) -> dict[str, str]:
     """What the list in `folder` says: path in the folder to sha256; empty where there is none that can be read."""
     try:
         document: Any = json.loads((folder / STAMP).read_text(encoding="utf-8"))
@@ -70,7 +70,7 @@ def is_ours(path: Path, top: Path | None = None) -> bool:
         return False
     digest, folder = "", path.parent
     while True:
-        listed = _listed(folder).get(path.relative_to(folder).as_posix())
+        listed = _read_list(folder).get(path.relative_to(folder).as_posix())
         if listed is not None:
             digest = digest or content_of(path)
             if listed == digest:
@@ -85,7 +85,7 @@ def foreign_file(folder: Path) -> Path | None:
     lists: dict[Path, dict[str, str]] = {}
     for path in _content(folder):
         above = [parent for parent in path.parents if parent == folder or folder in parent.parents]
-        said = {lists.setdefault(parent, _listed(parent)).get(path.relative_to(parent).as_posix()) for parent in above} - {None}
+        said = {lists.setdefault(parent, _read_list(parent)).get(path.relative_to(parent).as_posix()) for parent in above} - {None}
         if path.is_symlink() or not said or content_of(path) not in said:
             return path
     return None
@@ -115,7 +115,7 @@ def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
 
 def stamp_file(path: Path) -> None:
     """Add the file `path`, just written, to the list in its folder, whole or not at all."""
-    files = _listed(path.parent)
+    files = _read_list(path.parent)
     files = {name: digest for name, digest in files.items() if (path.parent / name).exists()} | {path.name: content_of(path)}
     made = path.parent / f"{STAMP}.{os.getpid()}.new"
     made.write_text(stamp_text(files), encoding="utf-8")

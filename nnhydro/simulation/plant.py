@@ -15,7 +15,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.dynamics.travel_terms import stepped
+from nnhydro.dynamics.travel_terms import fast_stepper
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.carried import Carried, Memory
 from nnhydro.physics.flow import Flow
@@ -55,7 +55,7 @@ class Plant:
 
     @cached_property
     def _stepped(self) -> Loads:
-        return Loads({name: stepped(term) for name, term in self.loads.terms.items()})
+        return Loads({name: fast_stepper(term) for name, term in self.loads.terms.items()})
 
     def mass_and_rest(self, t: Tensor, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, memory: Memory | None = None,
                       dt: float = 0.0) -> tuple[Tensor, Tensor]:

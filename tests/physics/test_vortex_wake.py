@@ -27,7 +27,7 @@ from nnhydro.physics.vortex_wake.forces import (
 )
 from nnhydro.physics.vortex_wake.potential import complex_potential, image_positions, image_velocities, velocity, vortex_velocities
 from nnhydro.physics.vortex_wake.separation import surface_speed
-from nnhydro.physics.vortex_wake.wake import Wake, merged, wake_velocities
+from nnhydro.physics.vortex_wake.wake import Wake, merge, wake_velocities
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "potential_flow.json").read_text())
 GOLDEN_REL = 1e-10  # stated in the golden file
@@ -270,7 +270,7 @@ def test_a_sampled_constant_acceleration_gives_the_same_curves():
 
 def test_merging_keeps_circulation_and_impulse():
     wake = Wake(np.array([-3 + 1j, -3.01 + 1j, -1 + 0.5j, -5 + 1j]), np.array([1.0, 2.0, 3.0, 4.0]), np.arange(4.0))
-    after = merged(wake, 0.05, 2.0)
+    after = merge(wake, 0.05, 2.0)
     assert after.z.size == 3
     assert after.Gamma.sum() == wake.Gamma.sum()
     assert (after.Gamma * after.z).sum() == pytest.approx((wake.Gamma * wake.z).sum(), rel=1e-15)

@@ -12,7 +12,7 @@ from rigs import LINKS, arm, run, states
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.compiled import engines
-from nnhydro.models.compiled.torque import WORTH, Compiled, compiled, quickest
+from nnhydro.models.compiled.torque import WORTH, CompiledModel, compile_model, quickest
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -52,7 +52,7 @@ def one_by_one(made, motion):
 def test_every_term_without_a_memory_is_compiled(kind, links):
     a = arm(links, gravity_m_s2=0.3)
     loads = Loads({"rigid_body": RigidBody.of_arm(a)}).plus("term", term_kinds()[kind].started(a))
-    made = compiled(model_of(a, loads=loads), "numpy")
+    made = compile_model(model_of(a, loads=loads), "numpy")
     assert_equal(made, states(links, 200))
     torch.testing.assert_close(one_by_one(made, states(links, 20)), made.model.torque(states(links, 20)), rtol=1e-11, atol=1e-11)
 
@@ -71,7 +71,7 @@ def test_whatever_arm_and_coefficients_the_torque_is_that_of_the_model(seed, lin
     a = Arm.model_validate({"fluid": {"density_kg_m3": rng.uniform(0, 1100)}, "links": sizes, "gravity_m_s2": rng.uniform(0, 9.8), **keys})
     loads = Loads({key: replace(term, **{f.name: tuple(v * rng.uniform(0, 2) for v in getattr(term, f.name)) for f in term.parameters()})
                    for key, term in baseline(name).start(a).terms.items()})
-    made, motion = compiled(model_of(a, name, loads), "numpy"), states(links, 100, seed)
+    made, motion = compile_model(model_of(a, name, loads), "numpy"), states(links, 100, seed)
     assert_equal(made, motion)
     far = (one_by_one(made, motion) - made.model.torque(motion)).abs().max() / made.model.torque(motion).abs().max()
     assert float(far) <= EQUAL
@@ -82,12 +82,12 @@ def test_whatever_arm_and_coefficients_the_torque_is_that_of_the_model(seed, lin
     Motion.at([[0.3, 0.4]], [[0.0, 1.0]], 0.0), Motion.at([[1e6, -1e6]], [[1.0, 2.0]], 1.0)],
     ids=["rest", "tow", "outer link does not turn", "inner link at rest", "many turns"])
 def test_states_at_which_a_formula_could_break_are_ordinary(motion):
-    assert_equal(compiled(model_of(arm()), "numpy"), replace(motion, qdd=motion.qdd + 0.1))
+    assert_equal(compile_model(model_of(arm()), "numpy"), replace(motion, qdd=motion.qdd + 0.1))
 
 
 def test_numba_gives_the_same_in_one_loop():
     pytest.importorskip("numba")
-    made = compiled(model_of(arm(drive={"kind": "remote"})), "numba")
+    made = compile_model(model_of(arm(drive={"kind": "remote"})), "numba")
     for motion in (states(2, 5000), run(2, 333), states(2, 1)):
         assert_equal(made, motion)
     np.testing.assert_allclose(one_by_one(made, states(2, 20)).numpy(), made.torque(states(2, 20)).numpy(), rtol=1e-11, atol=1e-11)
@@ -98,7 +98,7 @@ def test_numba_gives_the_same_in_one_loop():
 @pytest.mark.parametrize(("name", "links"), [*((name, 1 + k % 3) for k, name in enumerate(BASELINES)), ("constant", 2), ("state", 3)])
 def test_numba_gives_every_baseline_and_any_number_of_links(name, links):
     pytest.importorskip("numba")
-    made = compiled(model_of(arm(links), name), "numba")
+    made = compile_model(model_of(arm(links), name), "numba")
     for motion in (states(links, 500), run(links, 333), run(links, 9001), run(links, 1)):
         assert_equal(made, motion)
 
@@ -108,7 +108,7 @@ def test_a_friction_that_needs_more_than_arithmetic_is_compiled_by_numba():
     pytest.importorskip("numba")
     a = arm()
     terms = {kind: term_kinds()[kind].started(a) for kind in WITHOUT_MEMORY}
-    assert_equal(compiled(model_of(a, loads=Loads(terms)), "numba"), states(2, 2000))
+    assert_equal(compile_model(model_of(a, loads=Loads(terms)), "numba"), states(2, 2000))
 
 
 def test_the_sine_of_numba_is_exact_to_rounding():
@@ -123,7 +123,7 @@ def test_the_sine_of_numba_is_exact_to_rounding():
 
 
 def test_values_that_are_not_finite_are_not_made_finite():
-    made, motion = compiled(model_of(arm()), "numpy"), states(2, 10)
+    made, motion = compile_model(model_of(arm()), "numpy"), states(2, 10)
     motion.qd[3, 1] = torch.nan
     motion.u0[5] = torch.inf
     tau = made.torque(motion)
@@ -134,7 +134,7 @@ def test_values_that_are_not_finite_are_not_made_finite():
 
 def test_a_compiled_model_predicts_and_is_saved_as_the_model_it_was_made_from(tmp_path):
     model = model_of(arm())
-    made = compiled(model, "numpy")
+    made = compile_model(model, "numpy")
     motion = run(2, 400)
     recording = Recording("motion", motion.t.numpy(), motion.q.numpy(), None, motion.qd.numpy(), motion.qdd.numpy())
     np.testing.assert_allclose(predict(made, recording).tau, predict(model, recording).tau, rtol=0, atol=1e-10)
@@ -149,8 +149,8 @@ def test_long_recordings_are_predicted_by_what_is_soonest_done(monkeypatch):
     few, many = WORTH[True], WORTH[False]
     assert quickest(state, few - 1) is state
     assert quickest(constant, many - 1) is constant
-    assert isinstance(quickest(state, few), Compiled)
-    assert isinstance(quickest(constant, many), Compiled)
+    assert isinstance(quickest(state, few), CompiledModel)
+    assert isinstance(quickest(constant, many), CompiledModel)
     lagging = model_of(arm(), loads=state.loads.plus("history", HistoryForce.started(arm())))
     assert quickest(lagging, many) is lagging
     monkeypatch.setattr(engines, "find_spec", lambda name: None)
@@ -159,23 +159,23 @@ def test_long_recordings_are_predicted_by_what_is_soonest_done(monkeypatch):
 
 def test_without_numba_numpy_is_the_engine_and_travel_asks_for_numba(monkeypatch):
     monkeypatch.setattr(engines, "find_spec", lambda name: None)
-    assert compiled(model_of(arm())).engine == "numpy"
+    assert compile_model(model_of(arm())).engine == "numpy"
     with pytest.raises(ModelError, match=r"pip install 'nnhydro\[fast\]'"):
-        compiled(model_of(arm(), "state"))
+        compile_model(model_of(arm(), "state"))
     with pytest.raises(MissingExtraError, match=r"pip install 'nnhydro\[fast\]'"):
-        compiled(model_of(arm()), "numba")
+        compile_model(model_of(arm()), "numba")
 
 
 def test_an_unknown_engine_is_refused():
     with pytest.raises(ConfigError, match="engine 'fortran': one of numba, numpy"):
-        compiled(model_of(arm()), "fortran")
+        compile_model(model_of(arm()), "fortran")
 
 
 def test_a_term_that_remembers_in_another_way_is_refused():
     a = arm()
     loads = baseline("constant").start(a).plus("history", HistoryForce.started(a))
     with pytest.raises(ModelError, match="remembers the motion before"):
-        compiled(model_of(a, loads=loads), "numpy")
+        compile_model(model_of(a, loads=loads), "numpy")
 
 
 def test_what_is_no_sum_of_load_terms_is_refused():
@@ -187,12 +187,12 @@ def test_what_is_no_sum_of_load_terms_is_refused():
             return {}
 
     with pytest.raises(ModelError, match="only physics models"):
-        compiled(Other(arm(), Preparation(None), {}))
+        compile_model(Other(arm(), Preparation(None), {}))
 
 
 def test_the_travel_is_compiled_for_runs_and_steady_rows_and_one_state_does_not_tell_it():
     pytest.importorskip("numba")
-    made = compiled(model_of(arm(), "state"))
+    made = compile_model(model_of(arm(), "state"))
     with pytest.raises(ModelError, match="travel s/D, which one state does not tell"):
         made.step(*[0.1] * 8)
     assert_equal(made, run(2, 400))

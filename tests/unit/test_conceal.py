@@ -14,7 +14,7 @@ import nnhydro.blind_tests.truth as truth
 from nnhydro.blind_tests.conceal import conceal, write_concealed
 from nnhydro.blind_tests.reveal import reveal, unseen_error
 from nnhydro.blind_tests.scoring import score
-from nnhydro.blind_tests.scoring_windows import Placed
+from nnhydro.blind_tests.scoring_windows import PlacementError
 from nnhydro.blind_tests.seal import new_key, open_sealed, read_key, seal, write_key, write_sealed
 from nnhydro.blind_tests.summary import summary
 from nnhydro.blind_tests.truth.campaign import Wish
@@ -179,7 +179,7 @@ def test_confidence_is_held_against_what_was_right():
 
 def test_a_moment_is_told_within_half_a_second_and_a_part_from_six_tenths_of_overlap_on():
     right = of(ANSWER, said(finding("umbilical_stiffness")))
-    placed = [Placed("onset", 0.9, 0.4), Placed("onset", 0.6, 0.6), Placed("onset", 0.59, 0.3), None]
+    placed = [PlacementError("onset", 0.9, 0.4), PlacementError("onset", 0.6, 0.6), PlacementError("onset", 0.59, 0.3), None]
     told = summary([right, *(replace(right, part="onset", placed=place) for place in placed), replace(right, confined=True)], [])["placed"]
     assert told == {"campaigns": 4, "overlap": pytest.approx(0.595), "overlapping": 0.5, "moments": 4, "moment_error_s": pytest.approx(0.4),
                     "moment_told": 0.5, "confined_wrongly": 1}

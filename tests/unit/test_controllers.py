@@ -17,7 +17,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.travel.state_model import state_loads
 from nnhydro.simulation.controller import Controller
-from nnhydro.simulation.forward import controlled
+from nnhydro.simulation.forward import run_controlled
 from nnhydro.simulation.motions.motion_kind import Setting, TimedMotion, motion_of
 from nnhydro.simulation.plant import Plant, require_steps
 from nnhydro.simulation.recipe.true_loads import true_loads
@@ -33,7 +33,7 @@ def run(loads: Loads, folder=None, motion: dict[str, Any] = SLEW, **settings: An
     assert isinstance(made, TimedMotion)
     reference = made.reference(Setting(of, np.random.default_rng(0), None))
     law = Controller(**settings).torque_law(of, RATE / HOLD, folder)
-    return controlled({"m": reference}, Plant(of, loads), law, RATE, HOLD)[0]
+    return run_controlled({"m": reference}, Plant(of, loads), law, RATE, HOLD)[0]
 
 
 def worst(r: Run) -> float:

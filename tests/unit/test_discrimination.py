@@ -163,7 +163,7 @@ def test_a_proposal_that_fails_costs_nothing_but_itself(found, monkeypatch):
         raise np.linalg.LinAlgError("singular")
 
     monkeypatch.setattr(whole, "next_experiment", broken)
-    assert whole._following(found, biased(), 0, None) == (None, {"next_experiment": "not planned: singular"})
+    assert whole._plan_next(found, biased(), 0, None) == (None, {"next_experiment": "not planned: singular"})
 
 
 def test_limits_of_another_arm_are_refused_before_anything_is_done():

@@ -15,7 +15,7 @@ from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.network.train import train
 from nnhydro.models.export.expressions import Program
-from nnhydro.models.export.onnx_file import export_onnx, record, stepped
+from nnhydro.models.export.onnx_file import export_onnx, record, run_steps
 from nnhydro.models.export.onnx_graph import onnx_model
 from nnhydro.models.export.step import Step
 from nnhydro.models.export.tracing import traced
@@ -215,7 +215,7 @@ def test_a_model_that_computes_outside_torch_is_refused():
 
 
 def test_stepping_is_the_run_row_by_row(hybrid):
-    assert relative(stepped(Step(hybrid, True), run(2)), hybrid.torque(run(2))) < ROUND_OFF
+    assert relative(run_steps(Step(hybrid, True), run(2)), hybrid.torque(run(2))) < ROUND_OFF
 
 
 def test_without_the_library_the_pip_command_is_named(monkeypatch, tmp_path):

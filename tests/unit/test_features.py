@@ -13,7 +13,7 @@ from nnhydro.errors import ConfigError
 from nnhydro.features.feature_set import dimensional, feature_sets, features
 from nnhydro.features.history import since_reversal
 from nnhydro.features.scaling import morison_scale
-from nnhydro.features.wake import LASTING, STATES, TRAVEL, following, lasting, memories, stations, travelled
+from nnhydro.features.wake import LASTING, STATES, TRAVEL, memories, next_state, stations, time_memories, travel_memories
 from nnhydro.models.learned.learned import view_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
@@ -187,14 +187,14 @@ def off(speed=1.0, rows=400):
 
 def test_a_steady_tow_from_rest_fills_the_wake_after_a_few_diameters():
     w, found = remembered(off())
-    memory = torch.stack(travelled(found))[:, :, 0, 0]
+    memory = torch.stack(travel_memories(found))[:, :, 0, 0]
     assert bool((memory.diff(dim=1) >= 0).all())
     assert bool((memory[:-1] >= memory[1:]).all()), "a longer memory is later"
     assert_close(memory[:2, -1], w[-1, 0, :1].expand(2), rtol=1e-6, atol=1e-6)
 
 
 def test_memories_over_travel_rise_late_and_know_no_speed():
-    (slow, fast) = (torch.stack(travelled(remembered(off(v))[1]))[:, :, 0, 0] / v for v in (0.3, 2.0))
+    (slow, fast) = (torch.stack(travel_memories(remembered(off(v))[1]))[:, :, 0, 0] / v for v in (0.3, 2.0))
     assert_close(slow, fast, rtol=1e-9, atol=1e-12)
     rise = fast[-1].diff()
     assert int(rise.argmax()) * 0.01 > 0.5 * TRAVEL[-1] * float(arm(1).D[0]), "two stages: nothing at once"
@@ -203,7 +203,7 @@ def test_memories_over_travel_rise_late_and_know_no_speed():
 def test_memories_over_time_are_exponentials_of_the_boundary_layer_time():
     _, found = remembered(off())
     t = torch.arange(399, dtype=torch.float64) * 0.01
-    for v, share in zip(lasting(found), LASTING, strict=True):
+    for v, share in zip(time_memories(found), LASTING, strict=True):
         r = 0.01 / (share * arm(1).D[0] ** 2 / NU)
         first = 1 - (1 - np.exp(-r)) / r  # the speed rises in a straight line over the first row
         assert_close(v[1:, 0, 0], 1 - (1 - first) * torch.exp(-t * r / 0.01), rtol=1e-9, atol=1e-9)
@@ -227,7 +227,7 @@ def test_row_by_row_the_bank_is_that_of_the_whole():
     state, D, nu = torch.zeros(STATES, 1, w.shape[2], dtype=torch.float64), arm(1).D, NU
     dt = torch.diff(motion.t, prepend=motion.t[:1])
     for k in range(len(w)):
-        state = following(w[k], dt[k], tensor(D), nu, state)
+        state = next_state(w[k], dt[k], tensor(D), nu, state)
         assert_close(state, torch.stack(found)[:, k], rtol=1e-9, atol=1e-12)
 
 
@@ -251,10 +251,10 @@ def test_steady_runs_have_a_full_wake():
 
 def test_after_a_reversal_the_wake_still_has_the_old_sign():
     w, found = remembered(tow(np.concatenate([np.full(300, 0.5), np.full(300, -0.5)])))
-    for m in travelled(found):
+    for m in travel_memories(found):
         assert bool((m[301] > 0).all())
         assert bool((w[301] < 0).all())
-    assert bool((travelled(found)[0][-1] < 0).all())
+    assert bool((travel_memories(found)[0][-1] < 0).all())
 
 
 def test_a_link_at_rest_keeps_its_wake():

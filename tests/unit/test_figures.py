@@ -22,7 +22,7 @@ from nnhydro.report.diagnosis.finding_law import law_of
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.widgets.history import history
 from nnhydro.report.widgets.residual_map import residual_maps, shade
-from nnhydro.report.widgets.svg import FINE, Scale, path, round_step, thinned
+from nnhydro.report.widgets.svg import FINE, Scale, path, round_step, thin
 from nnhydro.report.widgets.trace import diagnosis_traces, spread, traces_of
 
 
@@ -65,7 +65,7 @@ def test_thinning_keeps_every_peak():
     y = np.zeros(10_000)
     y[[777, 5003]] = 1.0, -1.0
     x = np.arange(10_000.0)
-    a, b = thinned(x, y, 200)
+    a, b = thin(x, y, 200)
     assert len(a) <= 200
     assert {(777.0, 1.0), (5003.0, -1.0)} <= set(zip(a, b, strict=True))
     assert (np.diff(a) > 0).all()

@@ -9,8 +9,8 @@ from rigs import arm
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from nnhydro.fitting.linear.penalised import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised, penalised_over_scales
-from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduced, separable
+from nnhydro.fitting.linear.penalised import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised_fit, penalised_over_scales
+from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduce, separable
 from nnhydro.fitting.linear.variable_projection import solve as solve_rows
 from nnhydro.fitting.travel import state_dependent
 from nnhydro.fitting.travel.state_dependent import _joint_scale, curve_bands, with_linear
@@ -22,7 +22,7 @@ def tables(seed=1, blocks=4, rows=30, p=3):
     rng = np.random.default_rng(seed)
     X = rng.standard_normal((blocks, rows, p))
     y = X @ np.array([1.0, -2.0, 0.5])[:p] + 0.5 * rng.standard_normal((blocks, rows))
-    return X, y, np.stack([reduced(a, b) for a, b in zip(X, y, strict=True)])
+    return X, y, np.stack([reduce(a, b) for a, b in zip(X, y, strict=True)])
 
 
 PENALTY = np.array([[1.0, -2.0, 1.0, 0.3], [0.0, 1.0, -1.0, 0.0]])
@@ -53,16 +53,16 @@ def test_the_generalised_score_is_that_of_Craven_and_Wahba(weight):
 
 def test_a_weight_is_a_pure_number_and_the_best_of_those_tried_is_chosen():
     X, y, blocks = tables()
-    found = penalised(blocks, 120, PENALTY, weights=np.array([1e-4, 1e-2, 1.0, 100.0]))
+    found = penalised_fit(blocks, 120, PENALTY, weights=np.array([1e-4, 1e-2, 1.0, 100.0]))
     unit = np.linalg.norm(X) / np.linalg.norm(PENALTY[:, :-1])
     scores = [_score_left_out(blocks, np.sqrt(w) * unit * PENALTY) for w in (1e-4, 1e-2, 1.0, 100.0)]
     np.testing.assert_allclose(found.scores, scores, rtol=1e-6)
     assert found.weight == (1e-4, 1e-2, 1.0, 100.0)[int(np.argmin(scores))]
     np.testing.assert_allclose(found.theta, ridge(X.reshape(-1, 3), y.ravel(), np.sqrt(found.weight) * unit * PENALTY), rtol=1e-6)
-    louder = penalised(np.stack([reduced(1e3 * a, 1e3 * b) for a, b in zip(X, y, strict=True)]), 120, PENALTY)
-    assert louder.weight == penalised(blocks, 120, PENALTY).weight
+    louder = penalised_fit(np.stack([reduce(1e3 * a, 1e3 * b) for a, b in zip(X, y, strict=True)]), 120, PENALTY)
+    assert louder.weight == penalised_fit(blocks, 120, PENALTY).weight
     assert (WEIGHTS[0], WEIGHTS[-1]) == (pytest.approx(1e-8), pytest.approx(1e2))
-    assert penalised(blocks, 120, PENALTY, weights=np.array([1e9])).at_bound
+    assert penalised_fit(blocks, 120, PENALTY, weights=np.array([1e9])).at_bound
 
 
 def test_of_several_scales_the_one_whose_best_weight_predicts_best_is_taken():
@@ -70,11 +70,11 @@ def test_of_several_scales_the_one_whose_best_weight_predicts_best_is_taken():
     y = np.einsum("brp,p->br", np.exp(2.0 * X), [1.0, 2.0, 3.0]) + y
 
     def at(nu):
-        return np.stack([reduced(np.exp(nu[0] * a), b) for a, b in zip(X, y, strict=True)])
+        return np.stack([reduce(np.exp(nu[0] * a), b) for a, b in zip(X, y, strict=True)])
 
     nu, told = penalised_over_scales(at, [np.array([1.0, 2.0, 3.0])], PENALTY, np.array([1e-6, 1e-3]))
     assert nu == (2.0,)
-    assert told.scores.min() == pytest.approx(min(penalised(at((v,)), 1, PENALTY, weights=np.array([1e-6, 1e-3])).scores.min()
+    assert told.scores.min() == pytest.approx(min(penalised_fit(at((v,)), 1, PENALTY, weights=np.array([1e-6, 1e-3])).scores.min()
                                                   for v in (1.0, 2.0, 3.0)))
 
 
@@ -139,7 +139,7 @@ def decays(taus, noise=0.0, seed=1):
 
     def at(nu):
         X = np.stack([np.exp(-t / tau) for tau in nu], axis=1)
-        return np.stack([reduced(X[k::3], y[k::3]) for k in range(3)])
+        return np.stack([reduce(X[k::3], y[k::3]) for k in range(3)])
     return at
 
 
@@ -162,10 +162,10 @@ def test_the_best_shape_is_found_with_its_condition_and_whether_it_is_an_end():
 
 def test_the_condition_is_that_of_scaled_columns():
     X = np.random.default_rng(1).standard_normal((50, 3)) * [1.0, 1e6, 1e-6]
-    told = solve_rows(reduced(X, np.ones(50))[None])
+    told = solve_rows(reduce(X, np.ones(50))[None])
     s = np.linalg.svd(X / np.linalg.norm(X, axis=0), compute_uv=False)
     assert told.condition == pytest.approx(s[0] / s[-1], rel=1e-6)
-    twice = solve_rows(reduced(np.column_stack([X[:, 0], X[:, 0]]), X[:, 0])[None])
+    twice = solve_rows(reduce(np.column_stack([X[:, 0], X[:, 0]]), X[:, 0])[None])
     assert twice.theta == pytest.approx([0.5, 0.5])
 
 

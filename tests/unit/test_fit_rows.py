@@ -9,11 +9,11 @@ from rigs import arm
 
 from nnhydro.errors import ConfigError
 from nnhydro.fitting.config import read_config
-from nnhydro.fitting.hyperparameters import _suggested
+from nnhydro.fitting.hyperparameters import _suggest
 from nnhydro.fitting.identify import _notes, estimates
 from nnhydro.fitting.linear.least_squares import Solution, correlation_time, joint_weights, solve
 from nnhydro.fitting.linear.prior import Prior, prior
-from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, residual_energy, total, weighted
+from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, residual_energy, total, weight_joints
 from nnhydro.fitting.network.linear_columns import Linear, Seen
 from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.fitting.regressor import TorqueRegressor, _ridge
@@ -98,7 +98,7 @@ def test_the_weighted_penalised_fit_is_that_of_the_rows_with_the_prior_as_furthe
     A = rows.T @ rows
     scale = 1 / np.sqrt(np.diag(A))
     assert told.condition == pytest.approx(np.linalg.cond(A * np.outer(scale, scale)))
-    H, g = weighted(stats, weight)
+    H, g = weight_joints(stats, weight)
     np.testing.assert_allclose(H, sum(weight[j] * X[:, j].T @ X[:, j] for j in range(2)))
     np.testing.assert_allclose(g, sum(weight[j] * X[:, j].T @ y[:, j] for j in range(2)))
     both = total([stats, stats])
@@ -214,7 +214,7 @@ def test_two_floats_are_the_ends_of_a_range_and_all_else_is_a_list_of_values():
             asked.append((name, places))
             return places[-1]
 
-    made = _suggested(Trial(), {"rate": (0.1, 1.0), "hidden": ((8,), (16, 16)), "epochs": (10, 20), "three": (0.1, 0.2, 0.3)})
+    made = _suggest(Trial(), {"rate": (0.1, 1.0), "hidden": ((8,), (16, 16)), "epochs": (10, 20), "three": (0.1, 0.2, 0.3)})
     assert made == {"rate": 0.5, "hidden": (16, 16), "epochs": 20, "three": 0.3}
     assert asked[0] == ("rate", 0.1, 1.0, True)
 

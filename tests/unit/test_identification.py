@@ -12,7 +12,7 @@ from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.fitting.identify import fit_units, identify, with_parameters
 from nnhydro.fitting.linear.least_squares import bootstrap, correlation_time, fit, solve
 from nnhydro.fitting.linear.prior import inertial_directions, prior
-from nnhydro.fitting.linear.statistics import columns_and_offset, of_segment, residual_energy, total, weighted
+from nnhydro.fitting.linear.statistics import columns_and_offset, of_segment, residual_energy, total, weight_joints
 from nnhydro.models.baselines import BASELINES
 from nnhydro.physics.load_term import LinearTerm, term_kinds
 from nnhydro.physics.loads.added_mass import AddedMass
@@ -137,7 +137,7 @@ def test_the_solution_is_where_the_gradient_vanishes():
     a = arm(2)
     whole = campaign(a, planted(a), noise=0.05)
     solution, blocks, before = fitted(whole)
-    H, g = weighted(total(blocks), solution.weight)
+    H, g = weight_joints(total(blocks), solution.weight)
     z = np.linalg.lstsq(before.F, solution.theta - before.mean, rcond=None)[0]
     gradient = before.F.T @ (H @ solution.theta - g) + z
     assert np.abs(gradient).max() < 1e-8 * np.abs(before.F.T @ g).max()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rigs import arm
 
-from nnhydro.diagnosis.experiment.motions import _fourier, _made, _moved, _slew, _tow, _towed, draw, varied
+from nnhydro.diagnosis.experiment.motions import _carriage, _feasible_motion, _fourier, _perturb, _slew, _tow, draw, neighbours
 from nnhydro.diagnosis.experiment.rig_limits import Rig
 from nnhydro.simulation.motions.motion_kind import State
 
@@ -100,7 +100,7 @@ def test_every_slew_drawn_can_be_done_and_is_proposed_up_to_twice_the_usual_time
     for rng in rngs(60):
         document = _slew(STILL, rng)
         seconds = sum(document["duration_s"]) + document["pause_s"] * (len(document["duration_s"]) + 1)
-        made = _made(document, STILL, arm(2), 50.0)
+        made = _feasible_motion(document, STILL, arm(2), 50.0)
         done.append(made is not None)
         assert made is None or made.t[-1] <= 20.0
         assert made is not None or seconds > 19.0
@@ -163,7 +163,7 @@ def test_amplitudes_of_one_speed_differ_by_up_to_five():
 
 
 def test_a_carriage_that_has_moved_tows_every_other_motion_either_way_within_its_speed():
-    made = [_towed(RIG, rng) for rng in rngs()]
+    made = [_carriage(RIG, rng) for rng in rngs()]
     towed = [motion["carriage"] for motion in made if motion]
     assert 0.4 < len(towed) / MANY < 0.6
     speed = np.array([motion["u0_m_s"] for motion in towed])
@@ -171,7 +171,7 @@ def test_a_carriage_that_has_moved_tows_every_other_motion_either_way_within_its
     assert 0.48 < np.abs(speed).max() <= 0.5
     assert 0.35 < (speed > 0).mean() < 0.65
     assert all(motion["start_s"] == 0.1 for motion in towed)
-    assert all(_towed(STILL, rng) == {} for rng in rngs(20))
+    assert all(_carriage(STILL, rng) == {} for rng in rngs(20))
 
 
 def test_tows_hold_a_posture_of_the_range_at_a_speed_that_the_carriage_has_shown():
@@ -190,26 +190,26 @@ def test_tows_hold_a_posture_of_the_range_at_a_speed_that_the_carriage_has_shown
 
 def test_a_motion_in_the_neighbourhood_differs_by_about_the_share_and_keeps_what_is_no_number():
     document = {"kind": "fourier", "name": "n", "fade_s": 1.0, "legs": 3, "a": [1.0, [2.0, -4.0]], "carriage": {"u0_m_s": 0.5}}
-    moved = [_moved(document, 0.2, rng) for rng in rngs()]
+    moved = [_perturb(document, 0.2, rng) for rng in rngs()]
     assert all((motion["kind"], motion["name"], motion["fade_s"], motion["legs"]) == ("fourier", "n", 1.0, 3) for motion in moved)
     for pick, base in ((lambda d: d["a"][0], 1.0), (lambda d: d["a"][1][1], -4.0), (lambda d: d["carriage"]["u0_m_s"], 0.5)):
         log = np.log([pick(motion) / base for motion in moved])
         assert log.mean() == pytest.approx(0.0, abs=0.04)
         assert log.std() == pytest.approx(0.2, rel=0.12)
-    assert _moved(document, 0.0, np.random.default_rng(1)) == document
+    assert _perturb(document, 0.0, np.random.default_rng(1)) == document
 
 
 def test_a_document_becomes_a_motion_where_the_rig_can_do_it_and_it_is_long_enough():
     slow = {"kind": "slew", "q_rad": [[0.0, 0.6], [0.5, 0.9]], "duration_s": [2.0], "pause_s": 0.0}
-    made = _made(slow, RIG, arm(2), 50.0)
+    made = _feasible_motion(slow, RIG, arm(2), 50.0)
     assert made is not None
     assert made.document == slow
     assert len(made.t) == len(made.state.q)
     assert np.diff(made.t) == pytest.approx(0.02)
-    assert _made({**slow, "duration_s": [0.3]}, RIG, arm(2), 50.0) is None
-    assert _made({**slow, "duration_s": [-1.0]}, RIG, arm(2), 50.0) is None
+    assert _feasible_motion({**slow, "duration_s": [0.3]}, RIG, arm(2), 50.0) is None
+    assert _feasible_motion({**slow, "duration_s": [-1.0]}, RIG, arm(2), 50.0) is None
     steps = int(np.ceil(made.t[-1] * 9))
-    assert (_made(slow, RIG, arm(2), 9.0) is None) == (steps + 1 < 20)
+    assert (_feasible_motion(slow, RIG, arm(2), 9.0) is None) == (steps + 1 < 20)
 
 
 def test_as_many_motions_are_drawn_as_asked_for_of_every_kind_in_turn():
@@ -225,7 +225,7 @@ def test_as_many_motions_are_drawn_as_asked_for_of_every_kind_in_turn():
 
 def test_variations_come_from_the_best_in_turn_and_are_no_more_than_asked_for():
     best = draw(STILL, arm(2), 50.0, 2, np.random.default_rng(1))
-    found = varied(best, STILL, arm(2), 50.0, 6, np.random.default_rng(2))
+    found = neighbours(best, STILL, arm(2), 50.0, 6, np.random.default_rng(2))
     assert 0 < len(found) <= 6
     assert {motion.document["kind"] for motion in found} == {"slew", "fourier"}
     assert all(motion.document != two.document for motion in found for two in best)

@@ -16,7 +16,7 @@ from nnhydro.features.strip_law import law_columns
 from nnhydro.features.strip_state import StripView, state_sets, strip_states
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.learned.learned import LearnedTorque, swiftness, view_of
-from nnhydro.models.learned.network import Ensemble, bounded, mirrored
+from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
@@ -138,10 +138,10 @@ def test_fresh_networks_give_zero_and_differ_inside():
 
 def test_the_bound_is_never_passed_and_outputs_up_to_half_of_it_pass_unchanged():
     y = torch.linspace(-1e3, 1e3, 1001, dtype=torch.float64)
-    assert float(bounded(y, 2.0).abs().max()) <= 2.0
-    assert torch.equal(bounded(y * 1e-3, 2.0), y * 1e-3)
+    assert float(soft_bound(y, 2.0).abs().max()) <= 2.0
+    assert torch.equal(soft_bound(y * 1e-3, 2.0), y * 1e-3)
     beyond = torch.tensor([0.999, 1.0, 1.001, 1.5, 5.0], dtype=torch.float64)
-    slopes = torch.stack([grad(lambda v: bounded(v, 2.0))(value) for value in beyond])
+    slopes = torch.stack([grad(lambda v: soft_bound(v, 2.0))(value) for value in beyond])
     assert bool((slopes[1:] <= slopes[:-1] + 1e-12).all())
     assert float(slopes[2]) == pytest.approx(1.0, abs=1e-5)
 

@@ -8,9 +8,9 @@ import torch
 from rigs import arm
 
 from nnhydro.errors import ConfigError
-from nnhydro.evaluation.mclain.study import PHASES, Candidate, Towed, fit_and_predict, leave_one_out
-from nnhydro.fitting.linear.penalised import CRITERIA, bend_rows, penalised, penalised_over_scales
-from nnhydro.fitting.linear.variable_projection import reduced
+from nnhydro.evaluation.mclain.study import PHASES, Candidate, TowedMotion, fit_and_predict, leave_one_out
+from nnhydro.fitting.linear.penalised import CRITERIA, bend_rows, penalised_fit, penalised_over_scales
+from nnhydro.fitting.linear.variable_projection import reduce
 from nnhydro.fitting.travel.state_dependent import with_linear
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
@@ -26,7 +26,7 @@ def bumps(noise, seed=0, blocks=5, count=20):
     truth, parts, samples = np.sin(3 * at), [], 0
     for _ in range(blocks):
         X = np.exp(-((rng.uniform(0, 1, 60)[:, None] - at) / 0.05) ** 2)
-        parts.append(reduced(X, X @ truth + noise * rng.standard_normal(60)))
+        parts.append(reduce(X, X @ truth + noise * rng.standard_normal(60)))
         samples += 60
     P = np.zeros((count - 2, count + 1))
     for k in range(count - 2):
@@ -37,16 +37,16 @@ def bumps(noise, seed=0, blocks=5, count=20):
 @pytest.mark.parametrize("criterion", CRITERIA)
 def test_the_chosen_weight_is_better_than_none_and_than_too_much(criterion):
     blocks, samples, P, truth = bumps(0.3)
-    found = penalised(blocks, samples, P, criterion)
+    found = penalised_fit(blocks, samples, P, criterion)
     assert not found.at_bound
-    free, stiff = (penalised(blocks, samples, P, criterion, np.array([w])).theta for w in (1e-12, 1e6))
+    free, stiff = (penalised_fit(blocks, samples, P, criterion, np.array([w])).theta for w in (1e-12, 1e6))
     error = [np.abs(theta - truth).mean() for theta in (found.theta, free, stiff)]
     assert error[0] < 0.5 * error[1]
     assert error[0] < error[2]
 
 
 def test_noise_asks_for_more_penalty():
-    weights = [penalised(*bumps(noise)[:3]).weight for noise in (1e-4, 1.0)]
+    weights = [penalised_fit(*bumps(noise)[:3]).weight for noise in (1e-4, 1.0)]
     assert weights[0] < weights[1]
 
 
@@ -65,16 +65,16 @@ def test_a_sum_without_curves_and_an_unknown_criterion_are_refused():
         bend_rows(Loads({"drag": NormalDrag((1.0,))}))
     blocks, samples, P, _ = bumps(0.1)
     with pytest.raises(ConfigError, match="gcv, left out"):
-        penalised(blocks, samples, P, "bayes")
+        penalised_fit(blocks, samples, P, "bayes")
     with pytest.raises(ConfigError, match="left out of itself"):
-        penalised(blocks[:1], samples, P)
+        penalised_fit(blocks[:1], samples, P)
 
 
 def test_scale_and_weight_are_chosen_together():
     t = np.linspace(0, 10, 100)
 
     def at(nu):
-        return np.stack([reduced(np.exp(-t[k::4, None] / nu[0]), np.exp(-t[k::4] / 2.0)) for k in range(4)])
+        return np.stack([reduce(np.exp(-t[k::4, None] / nu[0]), np.exp(-t[k::4] / 2.0)) for k in range(4)])
 
     nu, fit = penalised_over_scales(at, [np.array([1.0, 2.0, 3.0])], np.array([[1.0, 0.0]]), np.array([1e-8, 1.0]))
     assert nu == (2.0,)
@@ -88,7 +88,7 @@ def towed(name, top, T, loads, stop=False):
     du = np.gradient(u, t)
     still = torch.zeros(301, 1, dtype=torch.float64)
     flow = Flow(arm(1), Motion(tensor(t), still, still, still, tensor(u), tensor(du)))
-    return Towed(name, flow, loads.torque(flow).numpy(), np.abs(u) > 0.02 * top)
+    return TowedMotion(name, flow, loads.torque(flow).numpy(), np.abs(u) > 0.02 * top)
 
 
 def water(loads):

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nnhydro.diagnosis.calibration.injection import injected
-from nnhydro.diagnosis.calibration.planned import planned
+from nnhydro.diagnosis.calibration.injection import inject
+from nnhydro.diagnosis.calibration.planned import simulate_plan
 from nnhydro.diagnosis.calibration.power import _typical, power, strength_needed
 from nnhydro.diagnosis.constants import RELEVANT
-from nnhydro.diagnosis.diagnose import studied
+from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.experiment.discrimination import Contest
-from nnhydro.diagnosis.experiment.motions import draw, varied
+from nnhydro.diagnosis.experiment.motions import draw, neighbours
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.experiment.rig_limits import Rig, read_limits
 from nnhydro.effects.catalogue import catalogue
@@ -50,7 +50,7 @@ def plan(folder, noise="0.01", more=""):
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     """The small plan as a campaign, and what it can reveal of a few effects."""
-    whole, _ = planned(plan(tmp_path_factory.mktemp("plan")))
+    whole, _ = simulate_plan(plan(tmp_path_factory.mktemp("plan")))
     return whole, power(whole, without=WITHOUT)
 
 
@@ -105,12 +105,12 @@ def test_a_constant_and_a_hose_are_most_alike(small):
 def test_a_weighed_link_hides_more_of_a_payload_the_less_it_is_known(small, tmp_path):
     rough = tmp_path / "rough.yaml"
     rough.write_text((PLAN % ("", "0.01")).replace("0.024}", "0.024, known_to: 0.2}"))
-    loose = power(planned(rough)[0], without=[name for name in catalogue() if name != "payload_mass"])
+    loose = power(simulate_plan(rough)[0], without=[name for name in catalogue() if name != "payload_mass"])
     assert row(loose, "payload_mass").visible < row(small[1], "payload_mass").visible
 
 
 def test_more_noise_asks_for_a_larger_size(small, tmp_path):
-    loud = power(planned(plan(tmp_path, "0.03"))[0], without=WITHOUT)
+    loud = power(simulate_plan(plan(tmp_path, "0.03"))[0], without=WITHOUT)
     for effect, joint in (("torque_bias", 1), ("torque_gain", 2), ("coulomb_friction", 2)):
         assert 1.4 < row(loud, effect, joint).size / row(small[1], effect, joint).size < 4.5
 
@@ -148,8 +148,8 @@ def test_of_an_effect_with_several_laws_the_size_is_that_of_the_law_found_earlie
 
 
 def test_a_plan_is_run_by_the_baseline_alone_and_says_what_it_leaves_off(tmp_path):
-    whole, left_off = planned(plan(tmp_path, more=", viscous_friction: {b: 0.5}"))
-    plain, nothing = planned(plan(tmp_path))
+    whole, left_off = simulate_plan(plan(tmp_path, more=", viscous_friction: {b: 0.5}"))
+    plain, nothing = simulate_plan(plan(tmp_path))
     assert left_off == ("viscous_friction",)
     assert nothing == ()
     np.testing.assert_array_equal(whole.load("f1").tau, plain.load("f1").tau)
@@ -157,14 +157,14 @@ def test_a_plan_is_run_by_the_baseline_alone_and_says_what_it_leaves_off(tmp_pat
 
 def test_a_plan_without_noise_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="torque_noise_Nm"):
-        planned(plan(tmp_path, "0.0"))
+        simulate_plan(plan(tmp_path, "0.0"))
 
 
 def planted_at(found, mine, share, seed):
     """What is claimed where the effect of the row is planted at a share of its stated size."""
     z = np.zeros(found.design.Y.shape[2])
-    design = injected(found.design, found.noise, found.model, z, [(mine.hypothesis, mine.direction * mine.size * share)], seed)
-    done = studied(design, seed, WITHOUT)
+    design = inject(found.design, found.noise, found.model, z, [(mine.hypothesis, mine.direction * mine.size * share)], seed)
+    done = search_design(design, seed, WITHOUT)
     return {done.search.key(k)[0] for k in done.decided.claimed.chosen}
 
 
@@ -189,7 +189,7 @@ def test_every_motion_drawn_or_varied_stays_within_the_limits_of_the_rig(small):
     drawn = draw(limits, small[0].arm, 100.0, 30, rng)
     assert len(drawn) == 30
     assert {m.document["kind"] for m in drawn} == {"slew", "fourier", "tow"}
-    for motion in [*drawn, *varied(drawn[:5], limits, small[0].arm, 100.0, 20, rng)]:
+    for motion in [*drawn, *neighbours(drawn[:5], limits, small[0].arm, 100.0, 20, rng)]:
         s = motion.state
         assert (s.q >= limits.q[:, 0] - 1e-6).all()
         assert (s.q <= limits.q[:, 1] + 1e-6).all()

@@ -14,7 +14,7 @@ from nnhydro.recordings.arm import Arm, parse_arm
 from nnhydro.recordings.campaign import open_campaign, open_campaigns
 from nnhydro.recordings.readers.column_map import parse_column_map
 from nnhydro.recordings.readers.files import read_recording
-from nnhydro.recordings.readers.ros_bag import numbered
+from nnhydro.recordings.readers.ros_bag import order_by_number
 from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.recordings.recording import Recording
 
@@ -156,10 +156,10 @@ def test_unstamped_joint_states_fall_back_on_the_time_of_logging_and_say_so(tmp_
 
 
 def test_joints_are_numbered_only_where_the_names_say_so():
-    assert numbered(["joint_2", "joint_1"], 2) == ("joint_1", "joint_2")
-    assert numbered(["joint0", "joint1"], 2) == ()
-    assert numbered(["a1", "b1"], 2) == ()
-    assert numbered(["joint1", "joint2", "gripper"], 2) == ()
+    assert order_by_number(["joint_2", "joint_1"], 2) == ("joint_1", "joint_2")
+    assert order_by_number(["joint0", "joint1"], 2) == ()
+    assert order_by_number(["a1", "b1"], 2) == ()
+    assert order_by_number(["joint1", "joint2", "gripper"], 2) == ()
 
 
 @pytest.mark.parametrize(("library", "suffix", "extra"), [("h5py", "h5", "hdf5"), ("rosbags", "mcap", "ros")])

@@ -8,7 +8,7 @@ import pytest
 from campaigns import planted, recording
 from rigs import arm
 
-from nnhydro.diagnosis.calibration.injection import injected, observing, predicted
+from nnhydro.diagnosis.calibration.injection import inject, predict_whitened, with_torque
 from nnhydro.diagnosis.calibration.rehearsal import confident, label, rehearse
 from nnhydro.diagnosis.diagnose import diagnose, study
 from nnhydro.diagnosis.findings.finding import finding_of
@@ -90,7 +90,7 @@ def test_products_with_another_torque_are_those_of_rows_with_that_torque(found):
     for k in (0, int(view.own[0])):
         view.columns(k)
     y = rng.standard_normal(old.y.shape)
-    made = observing(view, y)
+    made = with_torque(view, y)
     fresh = View(Whitened(replace(old.design, y=y / old.sw), old.unknown, old.v), view.library)
     np.testing.assert_allclose(made.whitened.b, fresh.whitened.b, atol=1e-8)
     assert made.whitened.yy == pytest.approx(fresh.whitened.yy)
@@ -104,14 +104,14 @@ def test_products_with_another_torque_are_those_of_rows_with_that_torque(found):
 
 
 def test_what_a_fit_foretells_leaves_noise_of_unit_size(found):
-    left = found.search.whitened.y - predicted(found.search.view, found.decided.claimed, found.decided.claimed)
+    left = found.search.whitened.y - predict_whitened(found.search.view, found.decided.claimed, found.decided.claimed)
     assert 0.5 < float((left**2).mean()) < 1.1
 
 
 def test_an_injected_effect_adds_its_torque_and_nothing_else(found):
     design, h = found.design, found.search.view.library.hypotheses[found.decided.claimed.chosen[0]]
     z = np.zeros(design.Y.shape[2])
-    with_it, without = (injected(design, found.noise, found.model, z, effects, 3) for effects in ([(h, np.array([0.4]))], []))
+    with_it, without = (inject(design, found.noise, found.model, z, effects, 3) for effects in ([(h, np.array([0.4]))], []))
     np.testing.assert_allclose(with_it.y - without.y, design.columns([h], found.model)[..., 0] * 0.4, atol=1e-12)
     np.testing.assert_allclose(with_it.tau - with_it.y, design.tau - design.y, atol=1e-12)
     share = (without.y**2 / found.noise.own).mean()

@@ -9,7 +9,7 @@ from campaigns import GIVEN, campaign, planted
 from rigs import arm
 
 from nnhydro.evaluation import reproduce_rivera as study
-from nnhydro.evaluation.rivera import Identifier, Shown, trained
+from nnhydro.evaluation.rivera import Identifier, TrainingSet, train_network
 from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.gains.matrix import gain_matrix
@@ -24,12 +24,12 @@ QUICK = Identifier(study.INPUT_SETS[study.USUAL], epochs=3, neurons=4)
 
 
 def shown():
-    return Shown(units(SMALL, GIVEN), A)
+    return TrainingSet(units(SMALL, GIVEN), A)
 
 
 @pytest.mark.parametrize("layers", study.LAYERS)
 def test_the_network_is_a_layer_of_tanh_with_a_linear_output_and_nothing_beside(layers):
-    network = trained(replace(QUICK, layers=layers), [shown()], GIVEN)
+    network = train_network(replace(QUICK, layers=layers), [shown()], GIVEN)
     assert network.baseline is None
     assert network.law is None
     assert not network.skip.any()
@@ -38,7 +38,7 @@ def test_the_network_is_a_layer_of_tanh_with_a_linear_output_and_nothing_beside(
 
 
 def test_its_gain_matrix_is_the_slope_of_its_torque():
-    network = trained(QUICK, [shown()], GIVEN)
+    network = train_network(QUICK, [shown()], GIVEN)
     at = Motion.at([[0.4, -0.3]], [[0.8, 0.5]], [[1.0, -2.0]], [0.2], [0.1])
     further = Motion.at([[0.4, -0.3]], [[0.8, 0.5 + 1e-5]], [[1.0, -2.0]], [0.2], [0.1])
     slope = (network.torque(further) - network.torque(at)) / 1e-5

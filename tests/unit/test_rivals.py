@@ -10,7 +10,7 @@ from rigs import arm, run
 
 from nnhydro.evaluation.benchmark import benchmark, misfit_of
 from nnhydro.evaluation.comparators import gp
-from nnhydro.evaluation.comparators.comparator import raw_states, rivals, thinned
+from nnhydro.evaluation.comparators.comparator import raw_states, rivals, thin_rows
 from nnhydro.evaluation.entries import all_names, default_names
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.recordings.splitting import units
@@ -74,5 +74,5 @@ def test_raw_states_are_raw():
 
 @pytest.mark.parametrize("count", [1, 999, 1000, 1001, 12345])
 def test_thinning_keeps_at_most_so_many(count):
-    kept = len(range(count)[thinned(count, 1000)])
+    kept = len(range(count)[thin_rows(count, 1000)])
     assert min(count, 500) <= kept <= 1000

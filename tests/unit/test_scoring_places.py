@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nnhydro.blind_tests.scoring_windows import placed
+from nnhydro.blind_tests.scoring_windows import placement_error
 from nnhydro.blind_tests.truth.localised import KINDS, draw_part
 from nnhydro.blind_tests.truth.motions import Plan, carry_out
 
@@ -23,26 +23,26 @@ def names(*numbers):
 
 def test_a_spell_of_recordings_overlaps_by_those_in_both():
     true = answer("since", names(4, 5, 6, 7, 8))
-    assert placed(true, {"since": "run_04"}, 8).overlap == 1
-    assert placed(true, {"since": "run_05"}, 8).overlap == pytest.approx(4 / 5)
-    assert placed(true, {"until": "run_03"}, 8).overlap == 0
-    assert placed(true, {"recordings": names(4, 5, 1)}, 8).overlap == pytest.approx(2 / 6)
-    assert placed(true, None, 8).overlap == pytest.approx(5 / 8)
+    assert placement_error(true, {"since": "run_04"}, 8).overlap == 1
+    assert placement_error(true, {"since": "run_05"}, 8).overlap == pytest.approx(4 / 5)
+    assert placement_error(true, {"until": "run_03"}, 8).overlap == 0
+    assert placement_error(true, {"recordings": names(4, 5, 1)}, 8).overlap == pytest.approx(2 / 6)
+    assert placement_error(true, None, 8).overlap == pytest.approx(5 / 8)
 
 
 def test_a_moment_counts_in_its_own_recording_only():
     true = answer("onset", names(4, 5, 6, 7, 8), ("run_04", 2.5))
-    assert placed(true, {"since": "run_04", "since_s": 2.1}, 8).moment_error_s == pytest.approx(0.4)
-    assert placed(true, {"since": "run_05", "since_s": 2.5}, 8).moment_error_s is None
-    assert placed(true, {"since": "run_04", "since_s": None}, 8).moment_error_s is None
+    assert placement_error(true, {"since": "run_04", "since_s": 2.1}, 8).moment_error_s == pytest.approx(0.4)
+    assert placement_error(true, {"since": "run_05", "since_s": 2.5}, 8).moment_error_s is None
+    assert placement_error(true, {"since": "run_04", "since_s": None}, 8).moment_error_s is None
 
 
 def test_sectors_overlap_by_their_angles():
     true = answer("region", names(1, 2), region={"joint": 1, "low_rad": 0.0, "high_rad": 1.0})
-    assert placed(true, {"region": {"joint": 1, "low_rad": 0.5, "high_rad": 1.5}}, 2).overlap == pytest.approx(1 / 3)
-    assert placed(true, {"region": {"joint": 1, "low_rad": 0.5, "high_rad": None}}, 2).overlap == pytest.approx(0.5)
-    assert placed(true, {"region": {"joint": 2, "low_rad": 0.0, "high_rad": 1.0}}, 2).overlap == 0
-    assert placed(true, None, 2).overlap == 0
+    assert placement_error(true, {"region": {"joint": 1, "low_rad": 0.5, "high_rad": 1.5}}, 2).overlap == pytest.approx(1 / 3)
+    assert placement_error(true, {"region": {"joint": 1, "low_rad": 0.5, "high_rad": None}}, 2).overlap == pytest.approx(0.5)
+    assert placement_error(true, {"region": {"joint": 2, "low_rad": 0.0, "high_rad": 1.0}}, 2).overlap == 0
+    assert placement_error(true, None, 2).overlap == 0
 
 
 KEYS = st.sampled_from(["since", "since_s", "until", "recordings", "region", "joint", "low_rad", "high_rad"])
@@ -53,7 +53,7 @@ JSON = st.recursive(st.none() | st.booleans() | st.floats() | st.text(max_size=8
 @given(claimed=JSON, kind=st.sampled_from(["since", "onset", "region"]))
 def test_whatever_a_diagnosis_claims_is_scored(claimed, kind):
     region = {"joint": 1, "low_rad": 0.0, "high_rad": 1.0} if kind == "region" else None
-    said = placed(answer(kind, names(4, 5), ("run_04", 1.0) if kind == "onset" else None, region), claimed, 5)
+    said = placement_error(answer(kind, names(4, 5), ("run_04", 1.0) if kind == "onset" else None, region), claimed, 5)
     assert 0 <= said.overlap <= 1
 
 

@@ -9,7 +9,7 @@ from mclain import ARM, golden, twelve_slews
 from rigs import arm, run
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.fitting.linear.variable_projection import bootstrap, reduced, separable, solve
+from nnhydro.fitting.linear.variable_projection import bootstrap, reduce, separable, solve
 from nnhydro.fitting.travel.state_dependent import GRID, curve_bands, fit_state, with_linear
 from nnhydro.fitting.travel.state_rows import general, rows_of
 from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
@@ -42,7 +42,7 @@ def thirteen(fit):
 def test_the_reduced_rows_have_the_same_normal_equations(rows, p, seed, scale):
     rng = np.random.default_rng(seed)
     X, y = scale * rng.standard_normal((rows, p)), rng.standard_normal(rows)
-    R = reduced(X, y)
+    R = reduce(X, y)
     assert R.shape == (p + 1, p + 1)
     assert not np.tril(R, -1).any()
     full = np.column_stack([X, y])
@@ -51,20 +51,20 @@ def test_the_reduced_rows_have_the_same_normal_equations(rows, p, seed, scale):
 
 def test_parallel_columns_are_no_obstacle():
     x = np.linspace(0, 1, 50)
-    R = reduced(np.column_stack([x, x, np.ones(50)]), 2 * x + 1)
+    R = reduce(np.column_stack([x, x, np.ones(50)]), 2 * x + 1)
     found = solve(R[None])
     assert found.energy < 1e-25
     assert found.theta[0] + found.theta[1] == pytest.approx(2.0)
 
 
 def test_prior_rows_hold_what_the_data_do_not_tell():
-    R = reduced(np.column_stack([np.ones(9), np.zeros(9)]), np.full(9, 3.0))
+    R = reduce(np.column_stack([np.ones(9), np.zeros(9)]), np.full(9, 3.0))
     found = solve(R[None], np.array([[0.0, 1e-3, 5e-3]]))
     np.testing.assert_allclose(found.theta, [3.0, 5.0], rtol=1e-9)
 
 
 def exponentials(t, nu, y):
-    return reduced(np.exp(-np.outer(t, 1.0 / np.asarray(nu))), y)[None]
+    return reduce(np.exp(-np.outer(t, 1.0 / np.asarray(nu))), y)[None]
 
 
 @settings(max_examples=15)

@@ -15,7 +15,7 @@ from nnhydro.errors import NnhydroError
 from nnhydro.physics.load_term import term_kinds
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.readers.files import read_recording
-from nnhydro.simulation.campaign_writer import recorded, runs, write_campaign
+from nnhydro.simulation.campaign_writer import record_runs, runs, write_campaign
 from nnhydro.simulation.recipe.recipe import Recipe, parse_recipe, read_recipe
 from nnhydro.simulation.sensors import Sensors, record
 
@@ -87,8 +87,8 @@ def test_one_seed_gives_one_set_of_bytes_and_the_recipe_in_the_folder_gives_them
 
 
 def test_a_recording_does_not_depend_on_which_others_there_are_or_on_their_order() -> None:
-    all_four = {r.name: r for r in recorded(recipe())}
-    alone = {r.name: r for r in recorded(recipe(motions=[BASE["motions"][3], BASE["motions"][1]], unseen=[]))}
+    all_four = {r.name: r for r in record_runs(recipe())}
+    alone = {r.name: r for r in record_runs(recipe(motions=[BASE["motions"][3], BASE["motions"][1]], unseen=[]))}
     for name, seen in alone.items():
         for column, x in (seen.motion | seen.torque).items():
             np.testing.assert_array_equal(x, (all_four[name].motion | all_four[name].torque)[column])
@@ -97,7 +97,7 @@ def test_a_recording_does_not_depend_on_which_others_there_are_or_on_their_order
 def test_the_noise_is_as_strong_as_asked() -> None:
     long = [{"kind": "rotation", "name": "turn", "q_rad": [0, 0], "dq_rad_s": [0.5, 0.2], "hold_s": 100.0}]
     made = recipe(motions=long, unseen=[], sensors={"torque_noise_Nm": [0.03, 0.0], "torque_noise_share": [0.0, 0.05]})
-    (seen,) = recorded(made)
+    (seen,) = record_runs(made)
     noise = np.column_stack(list(seen.torque.values())) - seen.clean
     wanted = [0.03, 0.05 * np.sqrt((seen.clean[:, 1] ** 2).mean())]
     np.testing.assert_allclose(noise.std(axis=0), wanted, rtol=0.04)  # three standard errors of 10 000 samples
@@ -156,7 +156,7 @@ def test_behind_a_belt_the_second_channel_is_the_motors_angle_and_the_sensors_se
 
 def test_steady_means_scatter_less_the_longer_the_run_and_their_std_is_the_sensors() -> None:
     grid = {"kind": "steady", "name": "grid", "u0_m_s": np.linspace(0.3, 1.2, 400).tolist(), "q_rad": [[0.1], [0.2]], "duration_s": 1.0}
-    (table,) = recorded(recipe(motions=[grid], unseen=[], sensors={"torque_noise_Nm": 0.1}))
+    (table,) = record_runs(recipe(motions=[grid], unseen=[], sensors={"torque_noise_Nm": 0.1}))
     assert np.std(table.torque["tau1_Nm"] - table.clean[:, 0]) == pytest.approx(0.01, rel=0.15)
     assert table.torque["tau1_std_Nm"].mean() == pytest.approx(0.1, rel=0.02)
 

@@ -15,11 +15,11 @@ from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.arm import Arm, parse_arm
 from nnhydro.simulation.controller import Controller
-from nnhydro.simulation.forward import controlled
+from nnhydro.simulation.forward import run_controlled
 from nnhydro.simulation.motions.motion_kind import Reference, Setting, TimedMotion, motion_of
 from nnhydro.simulation.plant import Plant, require_steps
 from nnhydro.simulation.recipe.true_loads import true_loads
-from nnhydro.simulation.run import Run, prescribed
+from nnhydro.simulation.run import Run, run_prescribed
 
 LINK = {"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 1.2, "com_m": 0.25, "inertia_kg_m2": 0.025}
 TERMS: dict[str, Any] = {"normal_drag": {"C_D": 1.0}, "added_mass": {"C_M": 0.8}}
@@ -38,7 +38,7 @@ def reference(of: Arm, **changes: Any) -> Reference:
 
 def run(of: Arm, loads: Loads, rate_hz: float, hold: int, carriage: dict[str, Any] | None = None, **gains: Any) -> Run:
     law = Controller(**{"kind": "pd", "kp": 40.0, "kd": 4.0, **gains}).torque_law(of)
-    return controlled({"m": reference(of, carriage=carriage or {})}, Plant(of, loads), law, rate_hz, hold)[0]
+    return run_controlled({"m": reference(of, carriage=carriage or {})}, Plant(of, loads), law, rate_hz, hold)[0]
 
 
 def motion_of_run(r: Run) -> Motion:
@@ -110,7 +110,7 @@ def test_computed_torque_on_a_dry_arm_follows_the_reference_and_needs_its_invers
     of = arm(fluid={"density_kg_m3": 0.0})
     loads = true_loads({}, of, "r")
     r = run(of, loads, 2000.0, 1, kind="computed_torque", kp=400.0, kd=40.0)
-    exact = prescribed("m", reference(of), of, loads, 2000.0)
+    exact = run_prescribed("m", reference(of), of, loads, 2000.0)
     np.testing.assert_allclose(r.state.q, exact.state.q, atol=1e-3)
     assert np.abs(r.tau - exact.tau).mean() < 0.02 * np.abs(exact.tau).max()
 
@@ -128,8 +128,8 @@ def test_a_run_does_not_depend_on_the_others_in_its_batch() -> None:
     of = arm()
     loads, law = true_loads(TERMS, of, "r"), Controller(kind="pd", kp=(40.0,), kd=(4.0,)).torque_law(of)
     one, other = reference(of), reference(of, duration_s=0.2)
-    alone = controlled({"one": one}, Plant(of, loads), law, 500.0, 5)[0]
-    beside = {r.name: r for r in controlled({"other": other, "one": one}, Plant(of, loads), law, 500.0, 5)}
+    alone = run_controlled({"one": one}, Plant(of, loads), law, 500.0, 5)[0]
+    beside = {r.name: r for r in run_controlled({"other": other, "one": one}, Plant(of, loads), law, 500.0, 5)}
     np.testing.assert_allclose(beside["one"].state.q, alone.state.q, atol=1e-12)
     assert len(beside["other"].tau) < len(alone.tau)
 

@@ -14,7 +14,7 @@ from nnhydro.errors import CampaignError, ConfigError, ModelError
 from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.config import TrainingConfig, read_config
-from nnhydro.fitting.identify import calibrated
+from nnhydro.fitting.identify import calibrate
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
 from nnhydro.fitting.network.rows import torque_rms, training_rows, watched_units
 from nnhydro.fitting.network.train import train, train_units
@@ -163,7 +163,7 @@ def test_a_law_that_no_baseline_has_is_learned(kind):
     fitted, held_out = all_units[:4], all_units[4:]
     config = tiny(model=kind, epochs=60, learning_rate=0.02, hidden=(16,), members=1, features=("morison", "groups", "rates", "angles"))
     model = train_units(fitted, a, how, config)
-    constant = calibrated(baseline("constant"), fitted, a, how)
+    constant = calibrate(baseline("constant"), fitted, a, how)
     errors = [Misfit.total(misfit_of(m, u) for u in held_out).error for m in (model, constant)]
     assert errors[0] < 0.7 * errors[1]
 

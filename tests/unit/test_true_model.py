@@ -11,7 +11,7 @@ from nnhydro.blind_tests.oracle import true_torque
 from nnhydro.blind_tests.reveal import _errors
 from nnhydro.blind_tests.scoring import Verdict
 from nnhydro.blind_tests.summary import summary
-from nnhydro.blind_tests.truth.campaign import Wish, _expected, draw_campaign
+from nnhydro.blind_tests.truth.campaign import Wish, _expected_torque, draw_campaign
 from nnhydro.blind_tests.truth.registry import makers
 from nnhydro.blind_tests.truth.sensors import FINE
 
@@ -58,7 +58,7 @@ def test_what_remembers_is_stepped_as_finely_as_in_the_run(cause):
     unseen = next(iter(drawn.unseen.values()))
     draft = makers()[cause](np.random.default_rng(2), unseen.arm)
     with_it = replace(unseen, causes=(draft.make(np.sqrt(draft.low * draft.high)),))
-    run, exact_truth = unseen.run, [_expected(unseen.run, unseen.arm, causes)[::FINE] for causes in (with_it.causes, ())]
+    run, exact_truth = unseen.run, [_expected_torque(unseen.run, unseen.arm, causes)[::FINE] for causes in (with_it.causes, ())]
     said = true_torque(with_it, drawn.arm, _csv(exact(with_it)))
     assert run.dt == pytest.approx(1 / (50.0 * FINE))
     assert np.abs(said - exact_truth[0]).sum() < 0.05 * np.abs(exact_truth[1] - exact_truth[0]).sum()
@@ -69,7 +69,7 @@ def test_the_phases_of_chance_that_were_drawn_are_not_known():
     unseen = next(iter(drawn.unseen.values()))
     wave = makers()["wave_orbital"](np.random.default_rng(2), unseen.arm).make(0.2)
     with_it = replace(unseen, causes=(wave,))
-    truth, mean = _expected(unseen.run, unseen.arm, (wave,))[::FINE], _expected(unseen.run, unseen.arm, (wave,), 400)[::FINE]
+    truth, mean = _expected_torque(unseen.run, unseen.arm, (wave,))[::FINE], _expected_torque(unseen.run, unseen.arm, (wave,), 400)[::FINE]
     said = true_torque(with_it, drawn.arm, _csv(exact(with_it)))
     assert 0.3 < np.abs(said - truth).sum() / np.abs(mean - truth).sum() < 3
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.diagnosis.decision.proof import states
-from nnhydro.diagnosis.diagnose import MOST_STUDIED, drawn
+from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names
 from nnhydro.diagnosis.noise.spectrum import first_noise
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.design import columns_on, design_of
@@ -89,7 +89,7 @@ def _best(known: tuple[Hypothesis, ...], Y: Array, X: Array, y: Array) -> list[i
 
 def prepared(campaign: Campaign, baseline: str) -> Data:
     """Return the rows of `campaign`, the baseline calibrated, every hypothesis at its best values."""
-    problem = problem_of(campaign, drawn(campaign.names, MOST_STUDIED, SEED))
+    problem = problem_of(campaign, draw_names(campaign.names, MOST_STUDIED, SEED))
     against = baseline_of(baseline, campaign.arm, problem.units(), Preparation(LowPass(problem.edge)))
     design = design_of(problem, against)
     peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches if s.segment.tau is not None], axis=0).tolist())

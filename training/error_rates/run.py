@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import beta
 
-from nnhydro.diagnosis.calibration.injection import injected
+from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import power
-from nnhydro.diagnosis.diagnose import diagnose, studied
+from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.fitting.identify import versions
@@ -117,8 +117,8 @@ def coverage(config: dict) -> None:
         for draw in range(config["repeats"]):
             values = row.direction * row.size * config["times"]
             z = np.zeros(found.design.Y.shape[2])
-            design = injected(found.design, found.noise, found.model, z, [(row.hypothesis, values)], config["seed"] + 100 * number + draw)
-            named = studied(design, draw, others)
+            design = inject(found.design, found.noise, found.model, z, [(row.hypothesis, values)], config["seed"] + 100 * number + draw)
+            named = search_design(design, draw, others)
             claimed = named.decided.claimed
             told = {(f.effect.id, f.effect.joint): f for f in (finding_of(named.search, claimed, k) for k in claimed.chosen)}
             finding = told.get(row.hypothesis.key)

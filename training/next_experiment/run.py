@@ -15,7 +15,7 @@ from pathlib import Path
 from table import honest, settled, table, words
 from tank import Tank
 
-from nnhydro.diagnosis.diagnose import Studied, study
+from nnhydro.diagnosis.diagnose import SearchedCampaign, study
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.finding import finding_of
@@ -28,7 +28,7 @@ HERE = Path(__file__).parent
 RUNS = HERE / "runs"
 
 
-def told(found: Studied) -> list[dict]:
+def told(found: SearchedCampaign) -> list[dict]:
     """Return what the diagnosis names."""
     claimed = found.decided.claimed
     findings = (finding_of(found.search, claimed, k) for k in claimed.chosen)

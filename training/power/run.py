@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from nnhydro.diagnosis.calibration.injection import injected
+from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import Power, Reveal, power
-from nnhydro.diagnosis.diagnose import studied
+from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.quantity import Z95
 from nnhydro.fitting.identify import versions
@@ -59,8 +59,8 @@ def plant(found: Power, row: Reveal, draw: int, config: dict) -> dict:
     """Return what is named where `row` is planted at its stated size."""
     seed = config["seed"] + 1000 * draw + found.rows.index(row)  # noise of its own for every plant
     z = np.zeros(found.design.Y.shape[2])
-    design = injected(found.design, found.noise, found.model, z, [(row.hypothesis, row.direction * row.size)], seed)
-    named = studied(design, draw)
+    design = inject(found.design, found.noise, found.model, z, [(row.hypothesis, row.direction * row.size)], seed)
+    named = search_design(design, draw)
     claimed = named.decided.claimed
     findings = (finding_of(named.search, claimed, k) for k in claimed.chosen)
     told = [{"class": list(f.members), "joint": f.effect.joint} for f in findings]

@@ -26,7 +26,7 @@ def healthy(recipe: Recipe, named: str | None) -> tuple[Recipe, tuple[str, ...]]
     return replace(recipe, loads=Loads({**stated, **missing})), tuple(name for name in recipe.loads.terms if name not in stated)
 
 
-def planned(plan: Path, named: str | None = None) -> tuple[Campaign, tuple[str, ...]]:
+def simulate_plan(plan: Path, named: str | None = None) -> tuple[Campaign, tuple[str, ...]]:
     """Return the campaign that the recipe in the file `plan` would give a healthy arm, and the terms of the recipe that were left off.
 
     Raises ConfigError for a recipe that cannot be carried out or states no noise of the torque.

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
-from nnhydro.diagnosis.diagnose import MOST_STUDIED, drawn, hypotheses_for
+from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.model.unknown import unknown_of
@@ -107,7 +107,7 @@ def _within_bounds(h: Hypothesis, values: Array) -> bool:
     return any(bool(((low - 1e-12 <= x) & (x <= high + 1e-12)).all()) for x in (values, -values))
 
 
-def _projected(columns: Columns, fit: Posterior) -> Array:
+def _projected_gram(columns: Columns, fit: Posterior) -> Array:
     """The Gram matrix (k, k) of what the fit of baseline and unknown leaves of the columns."""
     from scipy.linalg import solve_triangular
 
@@ -135,7 +135,7 @@ class Sizing:
         h, columns = library.hypotheses[k], self.view.columns(k)
         shape = {n: float(getattr(h.effect, n)[0]) for n in h.spans if getattr(h.effect, n)}
         d = self.scaled(k, direction)
-        R = _projected(columns, self.alone)
+        R = _projected_gram(columns, self.alone)
         whole, left = float(d @ columns.gram @ d), float(d @ R @ d)
         row = Reveal(h, name, unit, None, 0.0, None, shape, direction)
         if left <= UNSEEN * max(whole, 1e-300):
@@ -162,8 +162,8 @@ class Sizing:
             return row
         library, columns, size = self.view.library, self.view.columns(k), row.size
         d = self.scaled(k, row.direction)
-        left = float(d @ _projected(columns, self.alone) @ d)
-        R = _projected(columns, self.null.fit)
+        left = float(d @ _projected_gram(columns, self.alone) @ d)
+        R = _projected_gram(columns, self.null.fit)
         occam = 0.5 * float(np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1])
         needed = strength_needed(self.threshold - library.log_prior(k), occam, len(R)) ** 2 / 2
         for _ in range(ROUNDS):
@@ -210,7 +210,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Rev
     joined = view.joined(shown)
     if joined is None:
         return [row for _, row in rows]
-    H = _projected(joined, sizing.alone)
+    H = _projected_gram(joined, sizing.alone)
     ends = np.cumsum([0, *(hypotheses[k].width for k in shown)])
     places = {k: np.arange(a, b) for k, (a, b) in zip(shown, pairwise(ends.tolist()), strict=True)}
     made = []
@@ -233,7 +233,7 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """
-    design = design_on(problem_of(campaign, drawn(campaign.names, MOST_STUDIED, seed), cutoff_hz), baseline)
+    design = design_on(problem_of(campaign, draw_names(campaign.names, MOST_STUDIED, seed), cutoff_hz), baseline)
     progress("noise and baseline")
     noise, whitened, sizes, model = calibrated_noise(design, unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2]))))
     hypotheses = hypotheses_for(design, without)

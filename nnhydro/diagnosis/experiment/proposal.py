@@ -10,8 +10,8 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, Planned, contest_of
-from nnhydro.diagnosis.experiment.motions import Proposed, draw, varied
+from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, PlannedMotion, contest_of
+from nnhydro.diagnosis.experiment.motions import CandidateMotion, draw, neighbours
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.problem import Problem
@@ -35,7 +35,7 @@ class Proposal:
     """The motion to record next, how often, and what may be expected of it."""
 
     contest: Contest
-    motion: Proposed
+    motion: CandidateMotion
     recordings: int
     gain: float  # expected log evidence between the two members that stay closest, nats
     chance: float  # that all wrong members leave the class
@@ -75,10 +75,10 @@ def shown_by(problem: Problem) -> list[Segment]:
 
 
 def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, count: int, seed: int,
-                      limits: Limits | None = None) -> list[Proposed]:
+                      limits: Limits | None = None) -> list[CandidateMotion]:
     """Return `count` motions drawn at random within the limits of the rig: what a proposal is to be compared with."""
     rng, rig = np.random.default_rng([seed, 1]), Rig.of(shown_by(problem)).with_limits(limits)
-    found = list[Proposed]()
+    found = list[CandidateMotion]()
     for _ in range(10):
         for motion in draw(rig, problem.arm, rate_hz, 3 * count, rng):
             if bool((np.abs(model.torque(Motion.of(motion.segment("next", rate_hz))).numpy()).max(axis=0) <= rig.tau).all()):
@@ -88,17 +88,17 @@ def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, coun
     return found[:count]
 
 
-def _merit(judge: Judge, motion: Planned, often: int) -> tuple[float, float]:
+def _merit(judge: Judge, motion: PlannedMotion, often: int) -> tuple[float, float]:
     """What motions are compared by where they are recorded so often: the chance, then the evidence between the closest pair."""
     return round(judge.chance(motion, often), 2), _least_pair(judge, motion, often)
 
 
-def _least_pair(judge: Judge, motion: Planned, often: int) -> float:
+def _least_pair(judge: Judge, motion: PlannedMotion, often: int) -> float:
     ahead = judge.added(motion, often)[1]
     return float(ahead[~np.eye(len(ahead), dtype=bool)].min())
 
 
-def _chosen(judge: Judge, tried: Sequence[Planned]) -> tuple[Planned, int]:
+def _choose(judge: Judge, tried: Sequence[PlannedMotion]) -> tuple[PlannedMotion, int]:
     """The motion that most likely settles the matter, and how often it is to be recorded: no oftener than is enough."""
     for often in range(FEWEST, MOST):
         motion = max(tried, key=lambda x: _merit(judge, x, often))
@@ -124,7 +124,7 @@ def next_experiment(search: Search, noise: Noise, claimed: Scored, model: StripT
     if not drawn:
         return None
     first = sorted(drawn, key=lambda motion: _merit(judge, motion, MOST), reverse=True)[:BEST]
-    near = varied([planned.motion for planned in first], rig, problem.arm, rate_hz, BETTERED, rng)
-    best, often = _chosen(judge, [*first, *judge.planned(near, rig.tau)])
+    near = neighbours([planned.motion for planned in first], rig, problem.arm, rate_hz, BETTERED, rng)
+    best, often = _choose(judge, [*first, *judge.planned(near, rig.tau)])
     usual = float(np.median([judge.chance(motion, often) for motion in drawn]))
     return Proposal(contest, best.motion, often, _least_pair(judge, best, often), judge.chance(best, often), usual, problem.arm, rig.stated)

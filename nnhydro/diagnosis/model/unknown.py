@@ -39,7 +39,7 @@ class Unknown:
     names: tuple[str, ...]
 
 
-def _slowed(t: Array, x: Array, time: float) -> Array:
+def _low_pass(t: Array, x: Array, time: float) -> Array:
     """Return `x` (n, k) through a first-order low-pass of `time` s, from its first value."""
     from scipy.signal import lfilter, lfiltic
 
@@ -69,7 +69,7 @@ def variables(stretch: Stretch, model: StripTheory, driven: bool = True) -> dict
     tau = model.torque(Motion.of(s)).numpy()
     steady = s.steady or len(s) < 8
     rate = np.zeros_like(tau) if steady else np.gradient(tau, s.t, axis=0)
-    slow = s.qd if steady else _slowed(s.t, s.qd, SLOWED)
+    slow = s.qd if steady else _low_pass(s.t, s.qd, SLOWED)
     travel = np.zeros_like(s.qd) if steady else _travel(s.t, s.qd)
     named: dict[str, Array] = {}
     torques = (("tau{}_Nm", tau), ("dtau{}_Nm_s", rate)) if driven else ()

@@ -104,7 +104,7 @@ def _shapes(effect: AnyEffect) -> Iterator[AnyEffect]:
             yield replace(effect, **values)
 
 
-def _thinned(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> list[AnyEffect]:
+def _thin(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> list[AnyEffect]:
     """Return the points with every second value of a long grid: refinement finds the values between."""
     coarse = {name: set(grid[::2]) for name, grid in grids.items() if LONG_GRID <= len(grid) < COUNTED_GRID}
     return [point for point in points if all(getattr(point, name)[0] in values for name, values in coarse.items() if getattr(point, name))]
@@ -124,7 +124,7 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
         scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid
                   for name, grid in cls.grids().items()}
         points = [point for point in candidates(cls, arm, peaks) if isinstance(point, LoadEffect | InstrumentEffect)]
-        points = points if cls.torque_scaled else _thinned(points, scaled)
+        points = points if cls.torque_scaled else _thin(points, scaled)
         points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
         grids = cls.grids() | {name: (0.0, *values) for name, values in cls.details().items()}
         for effect in (shape for point in points for shape in _shapes(point)):

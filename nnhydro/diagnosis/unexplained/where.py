@@ -46,7 +46,7 @@ class Location:
                 "recordings": self.recordings}
 
 
-def _explained(x: Array, y: Array) -> tuple[float, Array, Array]:
+def _explained_share(x: Array, y: Array) -> tuple[float, Array, Array]:
     """Share of var(y) explained by bins of x of equal count, the bins' edges and their means of y."""
     edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
     if len(edges) < 3:
@@ -97,7 +97,7 @@ def _of_joint(parts: Sequence[Residual], joint: int, share: float) -> Location:
     for name in names:
         x = np.concatenate([part.state[name] for part in parts])
         for y, signed in ((r, True), (r**2, False)):
-            explained, edges, mean = _explained(x, y)
+            explained, edges, mean = _explained_share(x, y)
             if len(mean) >= 2:
                 candidates.append((explained, name, signed, edges, np.abs(mean)))
     per_row = {part.recording: 0.0 for part in parts}

@@ -94,7 +94,7 @@ def rivals() -> dict[str, Rival]:
     return dict(sorted(_COMPARATORS.items()))
 
 
-def thinned(count: int, most: int) -> slice:
+def thin_rows(count: int, most: int) -> slice:
     """Return every k-th of `count` rows so that at most `most` remain."""
     return slice(None, None, -(-count // most))
 
@@ -103,7 +103,7 @@ def feature_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, most:
     """Return the inputs of network and hybrid, and at most `most` rows: features (n, k) and torque / scale (n, joints)."""
     floor = config.floor * torque_rms(chosen)
     rows = training_rows(chosen, arm, config, floor, None)
-    few = thinned(len(rows.x), most)
+    few = thin_rows(len(rows.x), most)
 
     def inputs(arm: Arm, motion: Motion) -> tuple[Array, Array]:
         view = view_of(arm, motion, floor)
@@ -123,5 +123,5 @@ def raw_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, most: int
     parts = [(raw_states(arm_of(unit, arm), Motion.of(segment))[0][segment.keep], segment.tau[segment.keep])
              for unit in chosen for segment in unit.segments() if segment.tau is not None]
     x, tau = (np.concatenate(column) for column in zip(*parts, strict=True))
-    few = thinned(len(x), most)
+    few = thin_rows(len(x), most)
     return x[few], tau[few]

@@ -91,7 +91,7 @@ def curve_features(curves: dict[str, Array]) -> dict[str, float]:
             "C_M minimum": float(mass.min()), "at s/D ": float(TRAVELS[mass.argmin()]), "C_M steady": float(mass[-1])}
 
 
-def _identified(rng: np.random.Generator) -> tuple[StateFit, tuple[StateFit, ...]]:
+def _identify(rng: np.random.Generator) -> tuple[StateFit, tuple[StateFit, ...]]:
     """The fit to all identification slews, and fits to three groups of four of them."""
     flows = [slew(*motion) for motion in IDENTIFICATION]
     torques = [truth().torque(flow) for flow in flows]
@@ -128,7 +128,7 @@ def effective_drag(slenderness: float, laws: tuple[str, ...] = ()) -> float:
 def reproduce(seed: int = 0, draws: int = 200) -> Reproduction:
     """Return the reproduction; `seed` draws the deviations, `draws` is the number of bootstrap draws. Takes a few seconds."""
     rng = np.random.default_rng(seed)
-    fit, groups = _identified(rng)
+    fit, groups = _identify(rng)
     s = tensor(TRAVELS)
     flows = [slew(*motion) for motion in VALIDATION]
     exact = [truth().torque(flow)[:, 0] for flow in flows]

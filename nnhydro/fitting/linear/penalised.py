@@ -84,7 +84,7 @@ def _score_left_out(blocks: Array, penalty: Array) -> float:
     return total
 
 
-def penalised(blocks: Array, samples: int, penalty: Array, criterion: str = "left out", weights: Array = WEIGHTS) -> PenalisedFit:
+def penalised_fit(blocks: Array, samples: int, penalty: Array, criterion: str = "left out", weights: Array = WEIGHTS) -> PenalisedFit:
     """Return the fit to reduced `blocks` (blocks, p + 1, p + 1) of `samples` rows with the weight that scores best.
 
     `penalty` holds the rows [P | q]; raises ConfigError for an unknown criterion, or where "left out" has a single block.
@@ -104,5 +104,5 @@ def penalised(blocks: Array, samples: int, penalty: Array, criterion: str = "lef
 
 def penalised_over_scales(at: Reduced, grid: Sequence[Array], penalty: Array, weights: Array) -> tuple[tuple[float, ...], PenalisedFit]:
     """Return the travel scales on the `grid` and the weight that together predict left-out blocks best, and the fit with them."""
-    found = [(nu, penalised(at(nu), 1, penalty, "left out", weights)) for nu in (tuple(map(float, x)) for x in product(*grid))]
+    found = [(nu, penalised_fit(at(nu), 1, penalty, "left out", weights)) for nu in (tuple(map(float, x)) for x in product(*grid))]
     return min(found, key=lambda candidate: float(candidate[1].scores.min()))

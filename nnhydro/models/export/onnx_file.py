@@ -81,7 +81,7 @@ def _runs(links: int) -> list[Motion]:
     return [Motion(t, q, qd, qdd, still, still), Motion(t, q, qd, qdd, 0.4 + 0.1 * torch.sin(2 * t), 0.2 * torch.cos(2 * t))]
 
 
-def stepped(step: Step, motion: Motion) -> Tensor:
+def run_steps(step: Step, motion: Motion) -> Tensor:
     """Return the torques (n, links) N m of a run in time order, one step a row, the memory handed on."""
     wake, torques = torch.zeros(step.shapes()["wake"], dtype=torch.float64), []
     gaps = torch.diff(motion.t, prepend=motion.t[:1])
@@ -103,7 +103,7 @@ def _far(got: NDArray[np.float64], want: NDArray[np.float64]) -> float:
 def _remembers(model: TorqueModel) -> bool:
     """Whether one step after the other gives something else than the whole run."""
     step = Step(model, False)
-    return not all(_far(stepped(step, run).numpy(), model.torque(run).numpy()) < CLOSE for run in _runs(model.arm.n_links))
+    return not all(_far(run_steps(step, run).numpy(), model.torque(run).numpy()) < CLOSE for run in _runs(model.arm.n_links))
 
 
 def memories_of(model: TorqueModel) -> list[str]:
@@ -133,7 +133,7 @@ def record(model: TorqueModel) -> RecordedGraph:
     """Return `model` as scalars; raises ModelError where one step cannot give what the model gives for a whole run."""
     with_std = model.std(_runs(model.arm.n_links)[0]) is not None
     step = Step(model, with_std)
-    along = max(_far(stepped(step, run).numpy(), model.torque(run).numpy()) for run in _runs(model.arm.n_links))
+    along = max(_far(run_steps(step, run).numpy(), model.torque(run).numpy()) for run in _runs(model.arm.n_links))
     if not along < CLOSE:
         causes = memories_of(model)
         who = " and ".join(causes) or "this model"

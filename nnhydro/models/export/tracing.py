@@ -16,7 +16,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 from nnhydro.errors import ModelError
 from nnhydro.models.export.elementwise import Complex, elementwise
-from nnhydro.models.export.expressions import Program, Scalar, Value, combined, scaled, sub
+from nnhydro.models.export.expressions import Program, Scalar, Value, combine, scale, sub
 
 Objects = NDArray[np.object_]
 FRESH = ("zeros_like", "ones_like", "full_like", "empty_like", "new_zeros", "new_ones", "new_full", "new_empty")  # take the shape only
@@ -116,7 +116,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         return out
 
 
-def _reduced(x: Objects, dim: Any, keepdim: bool, fold: Callable[[list[Any]], Any]) -> Objects:
+def _reduce(x: Objects, dim: Any, keepdim: bool, fold: Callable[[list[Any]], Any]) -> Objects:
     """Fold `x` along the axes `dim` (all where none)."""
     axes = tuple(a % x.ndim for a in ([dim] if isinstance(dim, int) else dim or range(x.ndim)))
     others = [a for a in range(x.ndim) if a not in axes]
@@ -141,14 +141,14 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     def total(values: list[Any]) -> Any:
         if any(isinstance(v, Complex) for v in values):
             return Complex(total([getattr(v, "re", v) for v in values]), total([getattr(v, "im", 0.0) for v in values]))
-        return combined([(1.0, program.shared(v)) for v in values])
+        return combine([(1.0, program.shared(v)) for v in values])
 
     def dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
         parts: list[tuple[float, Value]] = []
         for x, y in zip(a, b, strict=True):
             number, other = (x, y) if not isinstance(x, Scalar) else (y, x)
             parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.shared(other, 2)))
-        return combined(parts)
+        return combine(parts)
 
     def mm(a: Objects, b: Objects) -> Objects:
         return _cells([dot(row, column) for row, column in product(a, b.T)], (a.shape[0], b.shape[1]))
@@ -158,11 +158,11 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
 
     def variance(x: Objects, dim: Any = None, correction: float | None = None, keepdim: bool = False) -> Objects:
         def fold(values: list[Any]) -> Any:
-            mean = scaled(combined([(1.0, v) for v in values]), 1 / len(values))
+            mean = scale(combine([(1.0, v) for v in values]), 1 / len(values))
             squares = [program.mul(d, d) for d in (sub(v, mean) for v in values)]
-            return scaled(combined([(1.0, s) for s in squares]), 1 / (len(values) - (1 if correction is None else correction)))
+            return scale(combine([(1.0, s) for s in squares]), 1 / (len(values) - (1 if correction is None else correction)))
 
-        return _reduced(x, dim, keepdim, fold)
+        return _reduce(x, dim, keepdim, fold)
 
     def cumulated(x: Objects, dim: int) -> Objects:
         out = np.moveaxis(x.copy(), dim, 0)
@@ -171,7 +171,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         return np.moveaxis(out, 0, dim)
 
     def mean(x: Objects, dim: Any = None, keepdim: bool = False) -> Any:
-        summed = _reduced(x, dim, keepdim, total)
+        summed = _reduce(x, dim, keepdim, total)
         return times(summed, summed.size / x.size)
 
     def indexed(x: Objects, index: Sequence[Any]) -> Objects:
@@ -189,12 +189,12 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         return table["sqrt"](variance(*a, **k))
 
     return table | {
-        "sum": lambda x, dim=None, keepdim=False: _reduced(x, dim, keepdim, total), "mean": mean, "var": variance, "std": std,
+        "sum": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, total), "mean": mean, "var": variance, "std": std,
         "cumsum": cumulated, "diag_embed": diagonal, "mm": mm, "bmm": bmm, "dot": lambda a, b: mm(a[None], b[:, None])[0, 0],
         "mv": lambda a, b: mm(a, b[:, None])[:, 0],
         "addmm": lambda c, a, b: plus(c, mm(a, b)), "baddbmm": lambda c, a, b: plus(c, bmm(a, b)),
-        "amax": lambda x, dim=None, keepdim=False: _reduced(x, dim, keepdim, lambda v: program.apply("maxof", *v)),
-        "amin": lambda x, dim=None, keepdim=False: _reduced(x, dim, keepdim, lambda v: program.apply("minof", *v)),
+        "amax": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, lambda v: program.apply("maxof", *v)),
+        "amin": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, lambda v: program.apply("minof", *v)),
         "clone": lambda x, **_: x, "_to_copy": lambda x, **_: x, "copy": lambda x, y, *_: np.broadcast_to(y, x.shape),
         "cat": lambda parts, dim=0: np.concatenate([p for p in parts if p.shape != (0,)], axis=dim),
         "stack": lambda parts, dim=0: np.stack(parts, axis=dim), "flip": lambda x, dims: np.flip(x, dims),

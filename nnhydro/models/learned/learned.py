@@ -18,7 +18,7 @@ from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_sc
 from nnhydro.features.wake import LASTING, TRAVEL
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.free_part import FreePart
-from nnhydro.models.learned.network import Ensemble, bounded, mirrored
+from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
@@ -126,7 +126,7 @@ class LearnedTorque(TorqueModel):
 
         x (n, k) from `standardised`, the Morison scale (n, joints) N m, and the linear part (E, n, joints) in units of it.
         """
-        learned = scale * bounded(linear + mirrored(self.ensemble, self.held(x), self.parity), self.bound)
+        learned = scale * soft_bound(linear + mirrored(self.ensemble, self.held(x), self.parity), self.bound)
         if self.baseline is None:
             return learned
         return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)

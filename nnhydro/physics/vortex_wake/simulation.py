@@ -18,7 +18,7 @@ from nnhydro.physics.vortex_wake.forces import added_mass_coefficient, drag_coef
 from nnhydro.physics.vortex_wake.motion import Motion
 from nnhydro.physics.vortex_wake.potential import Complex, Real, image_positions
 from nnhydro.physics.vortex_wake.separation import circulation_flux, separation_angle
-from nnhydro.physics.vortex_wake.wake import EMPTY, Wake, merged, wake_velocities, without_absorbed
+from nnhydro.physics.vortex_wake.wake import EMPTY, Wake, merge, wake_velocities, without_absorbed
 
 
 @final
@@ -75,10 +75,10 @@ def simulate_wake(
     )
     wake, shed, rows = EMPTY, 0.0, []
     for step in _steps(motion, diameter, travel, choices):
-        wake, birth, flux = _fed(wake, step, motion, diameter, choices)
-        wake, row = _advanced(wake, birth, flux, step, motion, diameter, density, choices)
+        wake, birth, flux = _feed(wake, step, motion, diameter, choices)
+        wake, row = _advance(wake, birth, flux, step, motion, diameter, density, choices)
         wake = without_absorbed(wake, 0.5 * diameter, choices.remove_within * diameter)
-        wake = merged(wake, choices.merge_distance * diameter, choices.merge_beyond * diameter)
+        wake = merge(wake, choices.merge_distance * diameter, choices.merge_beyond * diameter)
         shed += flux * (step.t_end - step.t)
         rows.append((*row, shed, _impulse(wake, float(motion.speed(np.asarray(step.t_end))), 0.5 * diameter)))
     return WakeHistory(final=wake, **dict(zip(ROW, np.asarray(rows, dtype=np.float64).T, strict=True)))
@@ -95,7 +95,7 @@ def _steps(motion: Motion, diameter: float, travel: float, choices: WakeChoices)
     return [_Step(*(float(value) for value in row)) for row in zip(*columns, strict=True)]
 
 
-def _fed(wake: Wake, step: _Step, motion: Motion, diameter: float, choices: WakeChoices) -> tuple[Wake, complex, float]:
+def _feed(wake: Wake, step: _Step, motion: Motion, diameter: float, choices: WakeChoices) -> tuple[Wake, complex, float]:
     """Shed one vortex; give the wake, where it was born (m) and the flux of circulation (m^2/s^2)."""
     radius, U = 0.5 * diameter, float(motion.speed(np.asarray(step.t_middle)))
     theta = separation_angle(step.s_middle / diameter, choices)
@@ -108,7 +108,7 @@ def _fed(wake: Wake, step: _Step, motion: Motion, diameter: float, choices: Wake
     return wake.with_vortex(birth, flux * (step.t_end - step.t), step.t), birth, flux
 
 
-def _advanced(
+def _advance(
     wake: Wake, birth: complex, flux: float, step: _Step, motion: Motion, diameter: float, density: float, choices: WakeChoices
 ) -> tuple[Wake, tuple[float, ...]]:
     """Carry the wake over one step; give it and the row of `WakeHistory` at the midpoint."""

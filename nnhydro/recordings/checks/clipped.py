@@ -38,14 +38,14 @@ def plateaus(x: Array) -> list[tuple[int, int]]:
     return [(a, b) for a, b in flat if _sharp(x, a, -1, step) and _sharp(x, b - 1, 1, step)]
 
 
-def clipped(x: Array) -> list[tuple[int, int]]:
+def clipped_plateaus(x: Array) -> list[tuple[int, int]]:
     """Return the clipped plateaus of `x` where there are enough of them to say so."""
     spans = plateaus(x)
     return spans if len(spans) >= PLATEAUS or sum(b - a for a, b in spans) >= LONG else []
 
 
 @check
-class Clipped(RecordingCheck):
+class Clipping(RecordingCheck):
     """Torques and angles should turn at their extremes, not stay there."""
 
     id = "clipped"
@@ -57,7 +57,7 @@ class Clipped(RecordingCheck):
         for name, x in reading.channels():
             if not name.startswith(("q", "tau")) or "_sim" in name:
                 continue
-            spans = clipped(x)
+            spans = clipped_plateaus(x)
             if spans:
                 count = sum(b - a for a, b in spans)
                 values = sorted({float(x[a]) for a, _ in spans})

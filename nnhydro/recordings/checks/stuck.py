@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.recordings.checks.clipped import clipped
+from nnhydro.recordings.checks.clipped import clipped_plateaus
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading, quantum, rows, runs
 
@@ -15,12 +15,12 @@ STOP = 5  # rows over which a speed is taken
 JUMP = 5.0  # times the largest step elsewhere
 
 
-def _frozen(x: Array, dt: float) -> list[tuple[int, int]]:
+def _frozen_rows(x: Array, dt: float) -> list[tuple[int, int]]:
     """(start, stop) of rows over which `x` keeps one value for long, clipped ones aside."""
     if not dt > 0:
         return []
     least = max(FROZEN_ROWS, round(FROZEN / dt))
-    known = {float(np.nanmax(x)), float(np.nanmin(x))} if clipped(x) else set()
+    known = {float(np.nanmax(x)), float(np.nanmin(x))} if clipped_plateaus(x) else set()
     return [(a, b + 1) for a, b in runs(np.diff(x) == 0) if b + 1 - a >= least and float(x[a]) not in known]
 
 
@@ -67,7 +67,7 @@ class StuckEncoder(RecordingCheck):
         """Yield one finding a joint: the longest frozen span that the arm moved through."""
         for joint in range(reading.arm.n_links):
             q = reading.recording.q[:, joint]
-            found = [(moved, span) for span in _frozen(q, reading.dt)
+            found = [(moved, span) for span in _frozen_rows(q, reading.dt)
                      if (moved := max(_by_rate(reading, joint, span), _by_jump(q, span), _by_stop(reading, joint, span))) > MOVED]
             if found:
                 moved, span = max(found)
@@ -89,7 +89,7 @@ class StuckTorque(RecordingCheck):
         if tau is None:
             return
         for joint in range(reading.arm.n_links):
-            spans = [span for span in _frozen(tau[:, joint], reading.dt) if self._moved(reading, span) > 0.1]
+            spans = [span for span in _frozen_rows(tau[:, joint], reading.dt) if self._moved(reading, span) > 0.1]
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
                 what = f"keeps exactly {tau[span[0], joint]:.4g} N m while the arm moves by {self._moved(reading, span):.2g} rad"

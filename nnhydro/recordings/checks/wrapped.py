@@ -29,7 +29,7 @@ def wrapped_rows(reading: Reading, joint: int, turn: float) -> list[int]:
 
 
 @check
-class Wrapped(RecordingCheck):
+class WrappedAngles(RecordingCheck):
     """Angles go on beyond a turn."""
 
     id = "wrapped"

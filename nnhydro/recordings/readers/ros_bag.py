@@ -75,7 +75,7 @@ def _topic(path: Path, there: Sequence[str], asked: str | None, kinds: Sequence[
     return there[0] if asked is None else asked
 
 
-def numbered(names: Sequence[str], links: int) -> tuple[str, ...]:
+def order_by_number(names: Sequence[str], links: int) -> tuple[str, ...]:
     """Return `names` ordered by the number they end in, if these are exactly 1 ... `links`, else ()."""
     by_number = {int(match[1]): name for name in names if (match := re.search(r"(\d{1,3})$", name))}
     return tuple(by_number[k] for k in sorted(by_number)) if len(names) == links and sorted(by_number) == list(range(1, links + 1)) else ()
@@ -103,7 +103,7 @@ def _time(messages: Sequence[_Message]) -> tuple[Array, str]:
 def _table(path: Path, messages: list[_Message], request: Request) -> Table:
     """Angles, rates and efforts of the chosen joints, one row a message."""
     names = list(dict.fromkeys(name for message in messages for name in message.names))
-    joints = request.joints or numbered(names, request.links)
+    joints = request.joints or order_by_number(names, request.links)
     unknown = [joint for joint in joints if joint not in names]
     if unknown:
         raise RecordingError(f"{path}: has no joint {unknown[0]!r}, but {', '.join(names[:8])}: correct 'joints:' in the mapping")

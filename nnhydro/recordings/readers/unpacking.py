@@ -22,7 +22,7 @@ def _too_much(most: int) -> RecordingError:
                           "record it again with smaller chunks, or export its joint states to CSV")
 
 
-def unpacked(make: Callable[[], Any], data: bytes, ratio: int | None = None) -> bytes:
+def unpack(make: Callable[[], Any], data: bytes, ratio: int | None = None) -> bytes:
     """Return what `data` holds, one compressed stream after the other, by decompressors that `make` makes.
 
     Raises RecordingError beyond MOST bytes, EOFError where a stream is cut off.
@@ -42,13 +42,13 @@ def unpacked(make: Callable[[], Any], data: bytes, ratio: int | None = None) -> 
     return b"".join(parts)
 
 
-class _Measured:
+class _LimitedFile:
     """A compressed file that is read as such, and no further than is plausible."""
 
     def __init__(self, inner: Any, most: int) -> None:
         self._inner, self._left, self._most = inner, most, most
 
-    def __enter__(self) -> "_Measured":
+    def __enter__(self) -> "_LimitedFile":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -74,17 +74,17 @@ def bound() -> None:
     zstd = vars(ros2)["zstd"]  # compression.zstd, or what stands for it before Python 3.14
 
     def lz4(data: bytes, size: int = 0) -> bytes:
-        return unpacked(LZ4FrameDecompressor, data, LZ4_RATIO)
+        return unpack(LZ4FrameDecompressor, data, LZ4_RATIO)
 
     def zstandard(data: bytes, size: int = 0) -> bytes:
-        return unpacked(zstd.ZstdDecompressor, data)
+        return unpack(zstd.ZstdDecompressor, data)
 
-    def opened(file: Any, mode: str = "rb") -> _Measured:
+    def opened(file: Any, mode: str = "rb") -> _LimitedFile:
         file.seek(0, 2)
         most = max(HARMLESS, MAX_RATIO * file.tell())
         file.seek(0)
-        return _Measured(zstd.open(file, mode), most)
+        return _LimitedFile(zstd.open(file, mode), most)
 
-    ros1.decompressors |= {"bz2": lambda data: unpacked(bz2.BZ2Decompressor, data), "lz4": lz4}
+    ros1.decompressors |= {"bz2": lambda data: unpack(bz2.BZ2Decompressor, data), "lz4": lz4}
     storage_mcap.DECOMPRESSORS |= {"lz4": lz4, "zstd": zstandard}
     vars(ros2)["zstd"] = SimpleNamespace(decompress=zstandard, open=opened)

@@ -61,7 +61,7 @@ def demonstration_motion() -> Motion:
     return Motion(tensor(t), q, qd, qdd, still, still)
 
 
-def illustrated(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
+def illustrate(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     """Return motion, torque without and with the effect (n, joints) N m, and the joint (from 0) where it shows most."""
     arm, motion = demonstration_arm(), demonstration_motion()
     loads = baseline("constant").start(arm)
@@ -112,7 +112,7 @@ def _dress(ax: "Axes", **labels: Any) -> None:
 
 def draw(effect: type[Effect], path: Path) -> Path:
     """Write the picture of `effect` to the PNG file `path`, and beside it as SVG and its data as CSV."""
-    motion, without, with_it, joint = illustrated(effect)
+    motion, without, with_it, joint = illustrate(effect)
     t, before, after = motion.t.numpy(), without[:, joint].numpy(), with_it[:, joint].numpy()
     figure = new_figure(10, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=[1.6, 1])

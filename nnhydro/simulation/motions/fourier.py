@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from nnhydro.errors import require
 from nnhydro.simulation.motions.motion_kind import Array, Setting, TimedMotion, Way
-from nnhydro.simulation.motions.profiles import ramped, slew_shape
+from nnhydro.simulation.motions.profiles import ramp_profile, slew_shape
 from nnhydro.simulation.recipe.per_joint import PerJoint, PerJointMagnitude, one_each, spread
 
 Frequency = Annotated[float, Field(gt=0, le=1000)]
@@ -63,7 +63,7 @@ class Fourier(TimedMotion):
     def _faded(self, t: Array, amplitude: Array, frequency: Array, phase: Array) -> tuple[Array, Array, Array]:
         """The windowed sum and its derivatives, by the product rule."""
         x, dx, ddx = sines(t, amplitude, frequency, phase)
-        _, w, dw = (y[:, None] for y in ramped("minimum_jerk", t, self.fade_s, self.duration_s - 2 * self.fade_s))
+        _, w, dw = (y[:, None] for y in ramp_profile("minimum_jerk", t, self.fade_s, self.duration_s - 2 * self.fade_s))
         bend = [slew_shape("minimum_jerk", (t - begin) / self.fade_s, 0.5)[2] / self.fade_s**2
                 for begin in (0.0, self.duration_s - self.fade_s)]
         ddw = (bend[0] - bend[1])[:, None]

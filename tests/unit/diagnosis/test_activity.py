@@ -20,7 +20,7 @@ from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
 from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
-from nnhydro.report.diagnosis.finding_law import _acting
+from nnhydro.report.diagnosis.finding_law import _active_rows
 
 ARM = arm(2)
 
@@ -60,8 +60,8 @@ def test_a_window_says_when_it_acts_and_whether_it_will_act_next(window, said, p
 def test_the_law_of_what_acts_in_a_part_is_drawn_over_the_rows_of_that_part():
     parts = [segment("run01", 1), segment("run02", 2)]
     traces = [SimpleNamespace(segment=part) for part in parts]
-    assert _acting(SimpleNamespace(activity=None), traces).all()
-    acting = _acting(SimpleNamespace(activity=ActivityWindow(("run02",))), traces)
+    assert _active_rows(SimpleNamespace(activity=None), traces).all()
+    acting = _active_rows(SimpleNamespace(activity=ActivityWindow(("run02",))), traces)
     assert acting.tolist() == [False] * int(parts[0].keep.sum()) + [True] * int(parts[1].keep.sum())
 
 

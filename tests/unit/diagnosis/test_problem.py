@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import arm
 
-from nnhydro.diagnosis.diagnose import drawn
+from nnhydro.diagnosis.diagnose import draw_names
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_ROWS, problem_of
@@ -140,9 +140,9 @@ def test_baselines_are_named_columns_files_or_refused(tmp_path):
 
 def test_of_a_large_campaign_recordings_are_drawn_from_every_stretch_of_it():
     names = tuple(f"{k:04d}" for k in range(1000))
-    assert [int(name) // 20 for name in drawn(names, 50, 0)] == list(range(50))
-    assert drawn(names, 50, 0) == drawn(names, 50, 0) != drawn(names, 50, 1)
-    assert drawn(names, 2000, 0) == names
+    assert [int(name) // 20 for name in draw_names(names, 50, 0)] == list(range(50))
+    assert draw_names(names, 50, 0) == draw_names(names, 50, 0) != draw_names(names, 50, 1)
+    assert draw_names(names, 2000, 0) == names
 
 
 def test_angles_alone_give_rows_close_to_those_of_recorded_derivatives():

@@ -4,29 +4,29 @@ import numpy as np
 import pytest
 
 from nnhydro.diagnosis.unexplained.spectral_lines import Line, _ratios, strongest
-from nnhydro.diagnosis.unexplained.where import Residual, _band, _explained, _region, locate
+from nnhydro.diagnosis.unexplained.where import Residual, _band, _explained_share, _region, locate
 
 
 def test_bins_of_equal_count_explain_the_variance_between_their_means():
     x = np.arange(100.0)
     y = np.repeat(np.arange(10.0), 10)
-    explained, edges, mean = _explained(x, y)
+    explained, edges, mean = _explained_share(x, y)
     assert explained == pytest.approx(1.0)
     np.testing.assert_allclose(mean, np.arange(10.0))
     assert len(edges) == 11
     assert (edges[0], edges[-1]) == (0.0, 99.0)
     mixed = y + np.tile([1.0, -1.0], 50)
-    assert _explained(x, mixed)[0] == pytest.approx(8.25 / 9.25)  # variance of 0..9, and of the ones
-    np.testing.assert_allclose(_explained(x, mixed)[2], np.arange(10.0))
+    assert _explained_share(x, mixed)[0] == pytest.approx(8.25 / 9.25)  # variance of 0..9, and of the ones
+    np.testing.assert_allclose(_explained_share(x, mixed)[2], np.arange(10.0))
 
 
 def test_a_state_of_one_value_explains_nothing_and_one_of_two_values_a_step():
-    explained, edges, mean = _explained(np.zeros(50), np.arange(50.0))
+    explained, edges, mean = _explained_share(np.zeros(50), np.arange(50.0))
     assert (explained, len(edges), len(mean)) == (0.0, 1, 0)
-    explained, _, mean = _explained(np.repeat([0.0, 1.0, 2.0], 20), np.repeat([5.0, 7.0, 7.0], 20))
+    explained, _, mean = _explained_share(np.repeat([0.0, 1.0, 2.0], 20), np.repeat([5.0, 7.0, 7.0], 20))
     assert explained == pytest.approx(1.0)
     np.testing.assert_allclose(mean, [5.0, 7.0])
-    assert _explained(np.arange(30.0), np.full(30, 3.0))[0] == 0.0
+    assert _explained_share(np.arange(30.0), np.full(30, 3.0))[0] == 0.0
 
 
 @pytest.mark.parametrize(("size", "region"), [
