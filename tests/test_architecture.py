@@ -21,7 +21,7 @@ ORDER = ("runtime", "recordings", "physics", "effects", "features", "models", "d
 FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "calibration.rehearsal",
           "unexplained", "experiment", "corrected_model", "trained_on", "result", "diagnose", "calibration.power")
 # these import nothing of diagnosis: anybody may cite them
-LEAVES = ("nnhydro.diagnosis.unexplained.where", "nnhydro.diagnosis.experiment.rig_limits")
+LEAVES = ("nnhydro.diagnosis.unexplained.residual_location", "nnhydro.diagnosis.experiment.rig_limits")
 DATA = ("demo",)  # folders that hold files, not modules
 ENTRY = ("__main__",)  # may import anything, is imported by nothing
 FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers; imports nothing of it at run time

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.evaluation import benchmark as evaluation
 from nnhydro.evaluation.protocols.protocol import DEFAULT
 from nnhydro.fitting.config import TrainingConfig, read_config
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Benchmark(Shown):
+class Benchmark(ResultView):
     """Every model on recordings held out of its fit; the data frame has a row a model, best first, shares as fractions of 1."""
 
     result: evaluation.Benchmark

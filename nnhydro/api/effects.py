@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.effects.catalogue import catalogue as known
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.effects.effect import Effect
@@ -15,7 +15,7 @@ from nnhydro.report.sheet import Column, Sheet
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Catalogue(Shown):
+class Catalogue(ResultView):
     """All effects by their id; the data frame has a row an effect."""
 
     effects: dict[str, type[Effect]]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from nnhydro.api.campaign import read_frame
 from nnhydro.api.prediction import Prediction
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.errors import ConfigError, require
 from nnhydro.exchange.curves import curves_csv
 from nnhydro.exchange.mujoco import mujoco_xml
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Model(Shown):
+class Model(ResultView):
     """A model of what the arm's torque sensors read; its data frame has a row a parameter.
 
     `torque_model` is the model that computes (`torque(motion)` on torch tensors, see docs/models.md).

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from nnhydro.blind_tests.oracle import true_torque
 from nnhydro.blind_tests.seal import KEY_FILE, new_key, read_key, seal, write_key, write_sealed
 from nnhydro.blind_tests.truth.campaign import SIZES, ConcealedCampaign, NotVisibleError, Wish, draw_campaign
-from nnhydro.blind_tests.truth.localised import KINDS
+from nnhydro.blind_tests.truth.partial_causes import KINDS
 from nnhydro.blind_tests.truth.registry import names
 from nnhydro.blind_tests.truth.visibility import FACTORS
 from nnhydro.errors import ConfigError, require

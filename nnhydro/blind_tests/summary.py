@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nnhydro.blind_tests.scoring import Verdict
-from nnhydro.blind_tests.truth.localised import PARTS
+from nnhydro.blind_tests.truth.partial_causes import PARTS
 
 SCHEMA = "nnhydro/score/2"
 CONFIDENT = 0.9  # findings said with at least this confidence must be right as often

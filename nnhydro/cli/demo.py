@@ -20,8 +20,8 @@ def demo(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network and a hybrid on a small tow-tank campaign, compare them with the physics on recordings held out of every fit, and
-    find the effect that is hidden in a second campaign.
+    """Train a network and a hybrid on a small tow-tank campaign, and compare them with the physics on recordings held out of every fit.
+    Then find the effect that is hidden in a second campaign.
     """
     from nnhydro.report.benchmark.tables import print_benchmark
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet

@@ -23,8 +23,8 @@ def _load(model: Path, kind: str, bare: bool) -> "TorqueModel":
     loaded = load_model(model)
     faults = sensor_faults(loaded) if kind in STEPS and not bare else ()
     if faults:
-        raise ModelError(f"{model}: holds faults of the rig's torque sensors ({', '.join(faults)}): a controller would act on what the "
-                         "sensors read, not on what the arm needs: add --without-instruments, which leaves them off")
+        raise ModelError(f"{model}: holds faults of the rig's torque sensors ({', '.join(faults)}): a controller would answer "
+                         "sensors, not the arm: add --without-instruments, which leaves them off")
     return loaded
 
 

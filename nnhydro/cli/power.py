@@ -21,7 +21,7 @@ def power(
 
     For a plan the baseline simulates the motions, with the noise that the recipe states.
     """
-    from nnhydro.diagnosis.calibration.planned import simulate_plan
+    from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan
     from nnhydro.diagnosis.calibration.power import power as find
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import verify_campaign

@@ -35,8 +35,8 @@ from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.trained_on import trained_on, with_record
+from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
-from nnhydro.diagnosis.unexplained.where import locate
 from nnhydro.errors import NnhydroError
 from nnhydro.fitting.identify import versions
 from nnhydro.models.strip_theory import StripTheory

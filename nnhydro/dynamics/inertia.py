@@ -75,6 +75,6 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
             share = torch.where(worse, share / 2, share)
         qdd, left = torch.where(open_rows[:, None], after, qdd), torch.where(open_rows[:, None], new, left)
     far = float((left.abs().amax(dim=1) / (1 + tau.abs().amax(dim=1))).max())
-    require(far < 1e-10, f"no acceleration was found at which the learned model gives this torque (off by {far:.1e} of it): the state lies "
-            "far from its training, or its inertia is not positive there; use a physics model or the hybrid's baseline", ModelError)
+    require(far < 1e-10, f"no acceleration gives this torque in the learned model (off by {far:.1e} of it): the state lies far from its "
+            "training, or its inertia is not positive there; use a physics model or the hybrid's baseline", ModelError)
     return qdd

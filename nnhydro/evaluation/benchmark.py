@@ -269,7 +269,7 @@ def honest(split: Split, entered: Sequence[ModelEntry]) -> tuple[Split, dict[str
     if not left:
         who, units = max(seen.items(), key=lambda pair: len(pair[1]))
         raise CampaignError(f"{who}: has seen {len(units)} of the {len(split.units)} recordings here in its own fit ({', '.join(units[:4])}"
-                            f"{', ...' if len(units) > 4 else ''}), and no other is left to compare on: name the model "
+                            f"{', ...' if len(units) > 4 else ''}). No other is left to compare on: name the model "
                             f"({', '.join(BASELINES)}) instead of its folder, or benchmark it on recordings that it has not seen")
     return replace(split, folds=left), seen
 

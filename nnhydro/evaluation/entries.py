@@ -54,8 +54,8 @@ def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
     """Return the model in `folder`; raises ConfigError where it is of another arm or does not say which recordings it has seen."""
     model = load_model(folder)
     if marks_seen_by(model) is None:
-        raise ConfigError(f"{folder}: does not say which recordings it has seen, so none here can be called new to it: make it again with "
-                          f"this version, or name the model ({', '.join((*BASELINES, *LEARNED))}) instead of its folder")
+        raise ConfigError(f"{folder}: does not say which recordings it has seen, so none here counts as new: make it again with this "
+                          f"version, or name the model ({', '.join((*BASELINES, *LEARNED))}) instead of its folder")
     if model.arm.n_links != campaigns[0].arm.n_links:
         raise ConfigError(f"{folder}: is a model of {model.arm.n_links} joint(s), the campaign's arm has {campaigns[0].arm.n_links}")
     return model

@@ -122,14 +122,14 @@ def _slenderness(choice: Identifier, fitted: Sequence[Unit], left: Sequence[Unit
     """Error on each arm left out of the training, on motions left out too."""
     arms = {factor: of_slenderness(base.arm, factor) for factor in SLENDER}
 
-    def shown(chosen: Sequence[Unit], factor: float) -> TrainingSet:
+    def training_set(chosen: Sequence[Unit], factor: float) -> TrainingSet:
         arm = arms[factor]
         return TrainingSet([replace(unit, arm=arm) for unit in chosen], arm, analytic(base, arm))
 
     found = {}
     for factor in SLENDER:
-        network = train_network(choice, [shown(fitted, slenderness) for slenderness in SLENDER if slenderness != factor], base.preparation)
-        found[factor] = shown(left, factor).error(network)
+        network = train_network(choice, [training_set(fitted, other) for other in SLENDER if other != factor], base.preparation)
+        found[factor] = training_set(left, factor).error(network)
     return found
 
 

@@ -67,7 +67,7 @@ class TrainingConfig(Settings):
 
     @field_validator("baseline")
     @classmethod
-    def _known(cls, value: str) -> str:
+    def _known_baseline(cls, value: str) -> str:
         if value != "auto" and value not in BASELINES and not _is_folder(value):
             raise ValueError(f"unknown baseline: one of auto, {', '.join(BASELINES)}, or the folder of a model")
         return value

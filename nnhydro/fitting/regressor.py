@@ -101,7 +101,7 @@ class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # s
         target = checked[1].astype(float).reshape(len(table), -1)
         random = check_random_state(self.random_state)
         config = self._config(int(random.randint(2**31)))
-        unit, watched = self._watched(len(table), groups, random)
+        unit, watched = self._watched_units(len(table), groups, random)
         odd = self._sign(table.shape[1]) < 0
         self.centre_ = np.where(odd, 0.0, table.mean(axis=0))
         spread = np.sqrt(((table - self.centre_) ** 2).mean(axis=0))
@@ -115,7 +115,7 @@ class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # s
         self._fit_network(x, left, unit, watched, config)
         return self
 
-    def _watched(self, n: int, groups: ArrayLike | None, random: np.random.RandomState) -> tuple[NDArray[np.int64], Tensor]:
+    def _watched_units(self, n: int, groups: ArrayLike | None, random: np.random.RandomState) -> tuple[NDArray[np.int64], Tensor]:
         """Return the unit of each row (n,) and which units are watched (members, units), by all members and for the penalty alike."""
         if groups is not None:
             _, unit = np.unique(np.asarray(groups), return_inverse=True)

@@ -71,10 +71,10 @@ class Domain:
 
     def document(self) -> dict[str, Any]:
         """Return the region as model files store it."""
-        def rounded(x: Array) -> Any:
+        def round_to(x: Array) -> Any:
             return np.vectorize(lambda value: float(f"{value:.{DIGITS}g}"))(x).tolist()
 
-        return {"spread": rounded(self.spread), "points": rounded(self.points), "reach": float(f"{self.reach:.{DIGITS}g}")}
+        return {"spread": round_to(self.spread), "points": round_to(self.points), "reach": float(f"{self.reach:.{DIGITS}g}")}
 
     @staticmethod
     def parse(document: Any) -> "Domain | None":

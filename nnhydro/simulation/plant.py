@@ -84,8 +84,8 @@ class Plant:
         """Raise ConfigError unless the mass matrix is positive definite at the angles `q` (m, joints)."""
         mass, _ = self.mass_and_rest(t, q, torch.zeros_like(q), u0, torch.zeros_like(u0))
         eigenvalues = torch.linalg.eigvalsh((mass + mass.transpose(1, 2)) / 2)
-        require(bool((eigenvalues[:, 0] > 1e-9 * eigenvalues[:, -1].abs()).all()), "the arm has no inertia that a torque could accelerate "
-                "(masses 0 in arm.yaml?): give it masses, or let it follow its motions with 'controller: none'")
+        require(bool((eigenvalues[:, 0] > 1e-9 * eigenvalues[:, -1].abs()).all()), "the arm has no inertia (masses 0 in "
+                "arm.yaml?), so no torque moves it: give it masses, or let it follow its motions with 'controller: none'")
 
 
 def _last_torque(term: LoadTerm, arm: Arm, past: float, qdd: Tensor, steady: bool = False) -> Tensor:

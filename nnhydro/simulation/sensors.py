@@ -61,7 +61,7 @@ class Sensors(Settings):
         share = spread(self.torque_noise_share, joints, "sensors.torque_noise_share") * np.sqrt((torque**2).mean(axis=0))
         return np.asarray(np.hypot(spread(self.torque_noise_Nm, joints, "sensors.torque_noise_Nm"), share))
 
-    def biased(self, torque: Array) -> Array:
+    def with_bias(self, torque: Array) -> Array:
         """Return the sensors' torque (n, joints) N m with their bias."""
         return torque + spread(self.torque_bias_Nm, torque.shape[1], "sensors.torque_bias_Nm")
 
@@ -139,7 +139,7 @@ def record(run: Run, arm: Arm, sensors: Sensors, substeps: int, rng: np.random.G
     """Return what `sensors` record of `run` at every `substeps`-th of its rows."""
     t = _instants(run, sensors, substeps, rng)
     true = sensed(tensor(run.tau), tensor(run.state.qd), arm).numpy()
-    clean = _lag(run, sensors.biased(true), sensors, t)
+    clean = _lag(run, sensors.with_bias(true), sensors, t)
     noisy = clean + sensors.noise_std(clean) * rng.standard_normal(clean.shape)
     keep = _surviving_rows(t, sensors, rng)
     motion = {name: x[keep] for name, x in _motion_columns(run, arm, sensors, t).items()}

@@ -31,7 +31,7 @@ def steady_table(runs: SteadyRuns, arm: Arm, loads: Loads, sensors: Sensors, sam
                  rng: np.random.Generator) -> RecordedRun:
     """Return the table of `runs` as recorded; the column tau.._std_Nm is there where the sensors are noisy."""
     state = runs.states(arm.n_links)
-    clean = sensors.biased(steady_torque(state, arm, loads))
+    clean = sensors.with_bias(steady_torque(state, arm, loads))
     std, samples = sensors.noise_std(clean), max(int(runs.duration_s * sample_rate_hz), 2)
     mean = clean + std / np.sqrt(samples) * rng.standard_normal(clean.shape)
     scatter = std * np.sqrt(rng.chisquare(samples - 1, clean.shape) / (samples - 1))

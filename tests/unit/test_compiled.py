@@ -174,7 +174,7 @@ def test_an_unknown_engine_is_refused():
 def test_a_term_that_remembers_in_another_way_is_refused():
     a = arm()
     loads = baseline("constant").start(a).plus("history", HistoryForce.started(a))
-    with pytest.raises(ModelError, match="remembers the motion before"):
+    with pytest.raises(ModelError, match="holds a memory that is not compiled"):
         compile_model(model_of(a, loads=loads), "numpy")
 
 

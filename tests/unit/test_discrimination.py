@@ -112,11 +112,11 @@ def test_the_planned_motions_keep_to_the_torque_and_each_adds_what_it_holds_so_o
     judge, problem = judged(found, ("torque_bias", "umbilical_stiffness")), found.design.problem
     rig = Rig.of(shown_by(problem))
     motions = draw(rig, problem.arm, 50.0, 6, np.random.default_rng(0))
-    planned = judge.planned(motions, np.full(2, np.inf))
+    planned = judge.feasible(motions, np.full(2, np.inf))
     assert [motion.motion for motion in planned] == motions
-    assert judge.planned(motions, np.zeros(2)) == []
-    one = max(planned, key=lambda x: judge.added(x, 6)[0].min())
-    once, often = judge.added(one, 1), judge.added(one, 6)
+    assert judge.feasible(motions, np.zeros(2)) == []
+    one = max(planned, key=lambda x: judge.expected_gain(x, 6)[0].min())
+    once, often = judge.expected_gain(one, 1), judge.expected_gain(one, 6)
     assert (often[0] >= once[0] - 1e-9).all()
     assert judge.chance(one, 6) >= judge.chance(one, 1) - 1e-9
 

@@ -9,7 +9,7 @@ from rigs import arm
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from nnhydro.fitting.linear.penalised import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised_fit, penalised_over_scales
+from nnhydro.fitting.linear.penalised_fit import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised_fit, penalised_over_scales
 from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduce, separable
 from nnhydro.fitting.linear.variable_projection import solve as solve_rows
 from nnhydro.fitting.travel import state_dependent

@@ -47,7 +47,7 @@ def test_a_ridge_takes_the_penalty_that_does_best_on_the_rows_it_does_not_train_
     (12, [1] * 12, 0.5, 0, 1), (100, list(range(50)) * 2, 0.1, 5, 50),
 ])
 def test_a_share_of_the_rows_or_groups_is_watched_where_there_are_enough(n, groups, share, watched, units):
-    unit, told = TorqueRegressor(members=2, validation_share=share)._watched(n, groups, np.random.RandomState(1))
+    unit, told = TorqueRegressor(members=2, validation_share=share)._watched_units(n, groups, np.random.RandomState(1))
     assert told.shape == (2, units)
     assert told.sum(dim=1).tolist() == [watched] * 2
     assert torch.equal(told[0], told[1])

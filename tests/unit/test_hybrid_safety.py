@@ -66,7 +66,7 @@ def test_a_joint_that_never_moved_is_unfamiliar_when_it_moves():
     model = train(Campaign.of(a, made), FAST)
 
     def phi(motion):
-        return float(model.familiarity(model.standardised(view_of(model.arm, motion, model.floor))).median())
+        return float(model.familiarity(model.standardised_features(view_of(model.arm, motion, model.floor))).median())
 
     assert phi(Motion.of(next(iter(units(Campaign.of(a, made), GIVEN))).segments()[0])) > 0.95
     assert phi(states(2, 200, seed=3)) < 0.2

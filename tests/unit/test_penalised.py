@@ -9,7 +9,7 @@ from rigs import arm
 
 from nnhydro.errors import ConfigError
 from nnhydro.evaluation.mclain.study import PHASES, Candidate, TowedMotion, fit_and_predict, leave_one_out
-from nnhydro.fitting.linear.penalised import CRITERIA, bend_rows, penalised_fit, penalised_over_scales
+from nnhydro.fitting.linear.penalised_fit import CRITERIA, bend_rows, penalised_fit, penalised_over_scales
 from nnhydro.fitting.linear.variable_projection import reduce
 from nnhydro.fitting.travel.state_dependent import with_linear
 from nnhydro.physics.flow import Flow

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nnhydro.diagnosis.calibration.injection import inject
-from nnhydro.diagnosis.calibration.planned import simulate_plan
+from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan
 from nnhydro.diagnosis.calibration.power import _typical, power, strength_needed
 from nnhydro.diagnosis.constants import RELEVANT
 from nnhydro.diagnosis.diagnose import search_design

@@ -103,7 +103,7 @@ def test_networks_learn_in_units_of_what_the_line_leaves():
 def test_whole_groups_are_watched():
     x, y, groups = table(240)
     model = TorqueRegressor(**QUICK)
-    unit, watched = model._watched(len(x), groups, np.random.RandomState(0))
+    unit, watched = model._watched_units(len(x), groups, np.random.RandomState(0))
     rows = watched[0].numpy()[unit]
     assert {tuple(np.unique(rows[groups == g])) for g in range(12)} == {(True,), (False,)}
     assert int(watched[0].sum()) == 2

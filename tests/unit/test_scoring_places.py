@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nnhydro.blind_tests.scoring_windows import placement_error
-from nnhydro.blind_tests.truth.localised import KINDS, draw_part
 from nnhydro.blind_tests.truth.motions import Plan, carry_out
+from nnhydro.blind_tests.truth.partial_causes import KINDS, draw_part
 
 RUNS = [carry_out(Plan("fourier", 0.0, False, 4.0, k), 2, 50.0, f"run_{k + 1:02d}", 100.0 * k, k) for k in range(10)]
 

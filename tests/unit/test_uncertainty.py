@@ -81,10 +81,10 @@ def test_intervals_are_wider_where_nothing_was_shown(kind):
     shown = Motion.of(whole.segments("run1", GIVEN)[0])
     faster = replace(shown, qd=6 * shown.qd, qdd=36 * shown.qdd, u0=6 * shown.u0)
     assert bool((model.std(faster).mean(0) > model.std(shown).mean(0)).all())
-    assert float(model.excess(view(model, faster), model.standardised(view(model, faster))).median()) > 0.1
+    assert float(model.excess(view(model, faster), model.standardised_features(view(model, faster))).median()) > 0.1
     strange = states(2, 50, seed=4, u0=6.0)
-    assert float(model.excess(view(model, shown), model.standardised(view(model, shown))).max()) < 1e-6  # rows are float32
-    assert float(model.excess(view(model, strange), model.standardised(view(model, strange))).min()) > 0
+    assert float(model.excess(view(model, shown), model.standardised_features(view(model, shown))).max()) < 1e-6  # rows are float32
+    assert float(model.excess(view(model, strange), model.standardised_features(view(model, strange))).min()) > 0
 
 
 def view(model, motion):

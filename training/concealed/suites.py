@@ -16,11 +16,12 @@ STEPS = (0.5, 0.8, 0.9, 0.95, 0.98, 1.0)  # of confidence
 
 def share(hits: int, tries: int) -> dict:
     """Return the share with its 95 % interval. Source: Clopper and Pearson (1934), Biometrika 26."""
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
-    low = float(beta.ppf(0.025, hits, tries - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(0.975, hits + 1, tries - hits)) if hits < tries else 1.0
-    return {"hits": hits, "tries": tries, "share": hits / max(tries, 1), "low": low, "high": high}
+    if not tries:
+        return {"hits": 0, "tries": 0, "share": 0.0, "low": 0.0, "high": 1.0}
+    span = binomtest(hits, tries).proportion_ci(method="exact")
+    return {"hits": hits, "tries": tries, "share": hits / tries, "low": float(span.low), "high": float(span.high)}
 
 
 def counted(score: dict) -> dict:

@@ -20,7 +20,7 @@ import torch
 import yaml
 from numpy.typing import NDArray
 from scipy.signal import lfilter
-from scipy.stats import beta
+from scipy.stats import binomtest
 
 from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import power
@@ -78,9 +78,8 @@ def rms(healthy: Campaign) -> Array:
 
 def share(hits: int, tries: int) -> dict[str, float]:
     """Return a share with its 95 % interval (Clopper and Pearson)."""
-    low = float(beta.ppf(0.025, hits, tries - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(0.975, hits + 1, tries - hits)) if hits < tries else 1.0
-    return {"share": hits / tries, "low": low, "high": high, "hits": hits, "tries": tries}
+    span = binomtest(hits, tries).proportion_ci(method="exact")
+    return {"share": hits / tries, "low": float(span.low), "high": float(span.high), "hits": hits, "tries": tries}
 
 
 def false_alarms(config: dict) -> None:

@@ -18,8 +18,8 @@ from scipy.interpolate import CubicSpline
 
 from nnhydro.blind_tests.truth import registry
 from nnhydro.blind_tests.truth.arms import document, draw_arm
-from nnhydro.blind_tests.truth.localised import Part, draw_part
 from nnhydro.blind_tests.truth.motions import Plan, carry_out, plans
+from nnhydro.blind_tests.truth.partial_causes import Part, draw_part
 from nnhydro.blind_tests.truth.rivals import RUNS, nearest
 from nnhydro.blind_tests.truth.sensors import FINE, TrueSensors, draw_sensors, record
 from nnhydro.blind_tests.truth.tank import motor_torque, plain_torque, read

@@ -58,7 +58,7 @@ class Yardstick:
     basis: Array  # orthonormal columns, rows as `weighted` stacks them and then the priors
     priors: int
 
-    def _seen(self, x: Array) -> Array:
+    def _low_pass(self, x: Array) -> Array:
         """Columns as a recorder gives them: low-passed where it gives angles alone."""
         x = x[::FINE]
         if self.sensors.given == "all":
@@ -69,7 +69,7 @@ class Yardstick:
 
     def weighted(self, torques: Sequence[Array]) -> Array:
         """Return torques (n, L) of all runs as one column in units of the noise, with zeros for the priors."""
-        rows = [(self._seen(x) / self.noise).ravel() for x in torques]
+        rows = [(self._low_pass(x) / self.noise).ravel() for x in torques]
         return np.concatenate([*rows, np.zeros(self.priors)])
 
     def column(self, causes: Sequence[Cause]) -> Array:

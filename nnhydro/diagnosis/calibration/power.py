@@ -143,7 +143,7 @@ class Sizing:
         strength = strength_needed(self.threshold - library.log_prior(k), 0.5 * np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1], len(R))
         moved = np.sqrt(((library.X[..., library.at(k)] @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
         size = max(strength / np.sqrt(left), RELEVANT / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
-        return self._bounded(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
+        return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
 
     def scaled(self, k: int, direction: Array) -> Array:
         """Return the scaled values of all its columns for a size of 1: the same in every recording where each has its own."""
@@ -152,7 +152,7 @@ class Sizing:
         return np.tile(d, self.view.columns(k).Xw.shape[2] // len(d))
 
     @staticmethod
-    def _bounded(row: Reveal, size: float, left: float) -> Reveal:
+    def _limit_size(row: Reveal, size: float, left: float) -> Reveal:
         possible = _within_bounds(row.hypothesis, row.direction * size)
         return replace(row, size=size if possible else None, strength=float(size * np.sqrt(left)) if possible else None)
 
@@ -172,7 +172,7 @@ class Sizing:
             size *= step
             if abs(step - 1) < 0.02:
                 break
-        return self._bounded(row, max(size, row.size), left)
+        return self._limit_size(row, max(size, row.size), left)
 
     def _gain(self, columns: Columns, values: Array) -> float:
         """The log evidence that the columns gain where they are put in at `values`, beside the unknown fitted to that."""

@@ -117,7 +117,7 @@ class Judge:
             place = found.places(self.search.view)[k]
             self.moments[a][np.ix_(at, at)] += found.fit.covariance(np.arange(place.start, place.stop))
         self.precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
-        self.H = self.recorded()
+        self.H = self.recorded_gram()
         self.before = self.apart(self.H)
 
     def _values(self, a: int) -> Array:
@@ -128,7 +128,7 @@ class Judge:
         values[self.places[self.laws[a][0]]] = found.fit.mean[found.places(self.search.view)[k]]
         return values
 
-    def recorded(self) -> Array:
+    def recorded_gram(self) -> Array:
         """Return the Gram matrix (q, q) over the recordings at hand."""
         whitened, columns = self.search.whitened, self.search.view.joined(self.numbers)
         assert columns is not None
@@ -136,7 +136,7 @@ class Judge:
         made: Array = np.block([[whitened.G[:p, :p], columns.cross[:p]], [columns.cross[:p].T, columns.gram]])
         return made
 
-    def planned(self, motions: Sequence[CandidateMotion], most: Array) -> list[PlannedMotion]:
+    def feasible(self, motions: Sequence[CandidateMotion], most: Array) -> list[PlannedMotion]:
         """Return those of `motions` whose torque stays within `most` (joints,) N m, with their Gram matrices."""
         from nnhydro.physics.motion import Motion
 
@@ -206,14 +206,14 @@ class Judge:
         np.fill_diagonal(ahead, occam)
         return size2, ahead - occam[:, None]
 
-    def added(self, motion: PlannedMotion, often: int) -> tuple[Array, Array]:
+    def expected_gain(self, motion: PlannedMotion, often: int) -> tuple[Array, Array]:
         """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
         size2, ahead = self.apart(self.H + often * motion.G)
         return np.maximum(size2 - self.before[0], 0.0), ahead - self.before[1]
 
     def chance(self, motion: PlannedMotion, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
-        return chance_settled(self.contest, *self.added(motion, often), self.limits(self.H + often * motion.G))
+        return chance_settled(self.contest, *self.expected_gain(motion, often), self.limits(self.H + often * motion.G))
 
     def limits(self, H: Array) -> Array:
         """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.

@@ -94,7 +94,7 @@ def _merit(judge: Judge, motion: PlannedMotion, often: int) -> tuple[float, floa
 
 
 def _least_pair(judge: Judge, motion: PlannedMotion, often: int) -> float:
-    ahead = judge.added(motion, often)[1]
+    ahead = judge.expected_gain(motion, often)[1]
     return float(ahead[~np.eye(len(ahead), dtype=bool)].min())
 
 
@@ -120,11 +120,11 @@ def next_experiment(search: Search, noise: Noise, claimed: Scored, model: StripT
         return None
     judge, rng = Judge(search, noise, model, contest), np.random.default_rng(seed)
     rig = Rig.of(segments).with_limits(limits)
-    drawn = judge.planned(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
+    drawn = judge.feasible(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
     if not drawn:
         return None
     first = sorted(drawn, key=lambda motion: _merit(judge, motion, MOST), reverse=True)[:BEST]
     near = neighbours([planned.motion for planned in first], rig, problem.arm, rate_hz, BETTERED, rng)
-    best, often = _choose(judge, [*first, *judge.planned(near, rig.tau)])
+    best, often = _choose(judge, [*first, *judge.feasible(near, rig.tau)])
     usual = float(np.median([judge.chance(motion, often) for motion in drawn]))
     return Proposal(contest, best.motion, often, _least_pair(judge, best, often), judge.chance(best, often), usual, problem.arm, rig.stated)

@@ -14,7 +14,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.fitting.linear.penalised import bend_rows, penalised_over_scales
+from nnhydro.fitting.linear.penalised_fit import bend_rows, penalised_over_scales
 from nnhydro.fitting.linear.variable_projection import reduce, separable, solve
 from nnhydro.fitting.travel.state_dependent import with_linear
 from nnhydro.fitting.travel.state_rows import rows_of

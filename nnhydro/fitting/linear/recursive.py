@@ -91,16 +91,16 @@ class RecursiveFit:
         K = torch.linalg.solve(Y @ PY + self.R, PY.T).T
         self.theta = self.theta + K @ off
         P = (self.P - K @ PY.T) / self.forgetting
-        self.P = self._capped((P + P.T) / 2)
-        self._bound()
+        self.P = self._cap((P + P.T) / 2)
+        self._clip_to_bounds()
         return np.asarray(off.numpy())
 
-    def _capped(self, P: Tensor) -> Tensor:
+    def _cap(self, P: Tensor) -> Tensor:
         """P with no variance above the one at first: forgetting without excitation would raise it without end."""
         shrink = torch.sqrt((self.cap / P.diagonal()).clamp(max=1.0))
         return P * shrink[:, None] * shrink
 
-    def _bound(self) -> None:
+    def _clip_to_bounds(self) -> None:
         for k in range(len(self.theta)):
             goal = self.theta[k].clamp(self.bounds[k, 0], self.bounds[k, 1])
             if bool(goal != self.theta[k]):

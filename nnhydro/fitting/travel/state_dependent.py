@@ -73,16 +73,16 @@ def fit_state(loads: Loads, pairs: Sequence[Pair], fixed: Sequence[str] = ("rigi
     scale, rows = _joint_scale(rest), rows_of(free, rest)
     ends = np.cumsum([len(tau) for _, tau in rest])[:-1]
 
-    def scaled(nu: tuple[float, ...]) -> tuple[Array, Array]:
+    def at_scale(nu: tuple[float, ...]) -> tuple[Array, Array]:
         X, y = rows(nu)
         return X / scale[:, None], y / scale
 
     def blocks(nu: tuple[float, ...]) -> Array:
-        X, y = scaled(nu)
+        X, y = at_scale(nu)
         return np.stack([reduce(a.reshape(-1, a.shape[2]), b.ravel()) for a, b in zip(np.split(X, ends), np.split(y, ends), strict=True)])
 
     def whole(nu: tuple[float, ...]) -> Array:
-        X, y = scaled(nu)
+        X, y = at_scale(nu)
         return reduce(X.reshape(-1, X.shape[2]), y.ravel())[None]
 
     found = separable(whole, grid, prior)

@@ -34,9 +34,9 @@ CLOSE: Final = 1e-9  # of the rms torque: far above rounding, far below any diff
 ROWS: Final = 60
 
 
-def trial_runs(links: int) -> list[Motion]:
-    """Return two runs in time order with reversals: the arm from rest, and under a carriage that was moving before."""
-    t = torch.linspace(0.0, 3.0, ROWS, dtype=torch.float64)
+def trial_runs(links: int, rows: int = ROWS) -> list[Motion]:
+    """Return two runs of `rows` instants with reversals: the arm from rest, and under a carriage that was moving before."""
+    t = torch.linspace(0.0, 3.0, rows, dtype=torch.float64)
     w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
     phase = w * t[:, None]
     q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
@@ -92,8 +92,8 @@ def _check(made: CompiledModel) -> CompiledModel:
     for run in trial_runs(made.arm.n_links):
         want = made.model.torque(run)
         far = float((made.torque(run) - want).abs().max() / (want.square().mean().sqrt() + 1e-12))
-        require(far < CLOSE, "this model remembers the motion before in a way that is not compiled (Basset's force, a wake that lags, "
-                "a contact that bends, instruments with a delay): use the model itself", ModelError)
+        require(far < CLOSE, "this model holds a memory that is not compiled (Basset's force, a wake that lags, a contact that bends, "
+                "instruments with a delay): use the model itself", ModelError)
     return made
 
 

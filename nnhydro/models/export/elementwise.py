@@ -117,11 +117,11 @@ def _bounds(p: Program) -> dict[str, Callable[..., Any]]:
     def smaller(a: Any, b: Any) -> Any:
         return (a if a < b else b) if not any(map(_expression, (a, b))) else p.apply("min", a, b)
 
-    def clamped(x: Any, min: Any = None, max: Any = None) -> Any:
+    def clamp(x: Any, min: Any = None, max: Any = None) -> Any:
         held = x if min is None else larger(x, min)
         return held if max is None else smaller(held, max)
 
-    return {"maximum": larger, "minimum": smaller, "clamp_min": larger, "clamp_max": smaller, "clamp": clamped, "where": p.where,
+    return {"maximum": larger, "minimum": smaller, "clamp_min": larger, "clamp_max": smaller, "clamp": clamp, "where": p.where,
             "relu": lambda x: larger(x, 0.0)}
 
 

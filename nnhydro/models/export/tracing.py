@@ -49,7 +49,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         """Take the elements of the contiguous `x` for `values`."""
         self._write(x, np.array(list(values), dtype=object).reshape(x.shape))
 
-    def _known(self, x: Any) -> bool:
+    def _is_traced(self, x: Any) -> bool:
         return isinstance(x, Tensor) and x.numel() > 0 and x.untyped_storage().data_ptr() in self.cells
 
     def _view(self, x: Tensor) -> Objects:
@@ -67,7 +67,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
             return [self.read(item) for item in x]
         if not isinstance(x, Tensor):
             return x
-        if not self._known(x):
+        if not self._is_traced(x):
             return _constants(x)
         cells = self._view(x)
         if not x.is_complex():
@@ -100,11 +100,11 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         name = func._overloadpacket.__name__
         outs = list(out) if isinstance(out, (list, tuple)) else [out]
         empty = all(isinstance(x, Tensor) and x.numel() == 0 for x in outs)
-        if not any(map(self._known, tensors)) or name in (*FRESH, *DECISIONS) or empty or not isinstance(outs[0], Tensor):
+        if not any(map(self._is_traced, tensors)) or name in (*FRESH, *DECISIONS) or empty or not isinstance(outs[0], Tensor):
             self.alive.append(out)
             return out
         in_place = name.endswith("_") and not name.startswith("_")
-        if not in_place and all(self._known(x) for x in outs):
+        if not in_place and all(self._is_traced(x) for x in outs):
             return out  # a view
         rule = self.rules.get(name.rstrip("_") if in_place else name)
         if rule is None:
@@ -164,7 +164,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
 
         return _reduce(x, dim, keepdim, fold)
 
-    def cumulated(x: Objects, dim: int) -> Objects:
+    def cumulate(x: Objects, dim: int) -> Objects:
         out = np.moveaxis(x.copy(), dim, 0)
         for k in range(1, len(out)):
             out[k] = plus(out[k - 1], out[k])
@@ -174,7 +174,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         summed = _reduce(x, dim, keepdim, total)
         return times(summed, summed.size / x.size)
 
-    def indexed(x: Objects, index: Sequence[Any]) -> Objects:
+    def select_rows(x: Objects, index: Sequence[Any]) -> Objects:
         at = tuple(slice(None) if i is None else np.asarray(i, dtype=float).astype(int) for i in index)
         return x[at]
 
@@ -190,7 +190,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
 
     return table | {
         "sum": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, total), "mean": mean, "var": variance, "std": std,
-        "cumsum": cumulated, "diag_embed": diagonal, "mm": mm, "bmm": bmm, "dot": lambda a, b: mm(a[None], b[:, None])[0, 0],
+        "cumsum": cumulate, "diag_embed": diagonal, "mm": mm, "bmm": bmm, "dot": lambda a, b: mm(a[None], b[:, None])[0, 0],
         "mv": lambda a, b: mm(a, b[:, None])[:, 0],
         "addmm": lambda c, a, b: plus(c, mm(a, b)), "baddbmm": lambda c, a, b: plus(c, bmm(a, b)),
         "amax": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, lambda v: program.apply("maxof", *v)),
@@ -199,7 +199,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         "cat": lambda parts, dim=0: np.concatenate([p for p in parts if p.shape != (0,)], axis=dim),
         "stack": lambda parts, dim=0: np.stack(parts, axis=dim), "flip": lambda x, dims: np.flip(x, dims),
         "repeat": lambda x, times_: np.tile(x, times_), "roll": lambda x, shifts, dims=(): np.roll(x, shifts, dims or None),
-        "index": indexed, "index_select": lambda x, dim, at: np.take(x, at.astype(float).astype(int), axis=dim),
+        "index": select_rows, "index_select": lambda x, dim, at: np.take(x, at.astype(float).astype(int), axis=dim),
         "fill": lambda x, value: np.broadcast_to(np.asarray(value, dtype=object), x.shape),
         "zero": lambda x: np.full(x.shape, 0.0, dtype=object),
     }

@@ -76,7 +76,7 @@ def carried_half_derivative(v: Tensor, carried: Carried) -> Tensor:
         none = torch.zeros_like(v)
         return torch.stack([*([none] * width), v, none], dim=2)
 
-    def following(old: Tensor) -> Tensor:
+    def next_memory(old: Tensor) -> Tensor:
         dt = carried.steps(2)
         past, slope = old[:, :, :width], (v - old[:, :, width]) / (dt + 1e-12)
         fades = torch.exp(-rates * dt)[:, None, :]
@@ -84,7 +84,7 @@ def carried_half_derivative(v: Tensor, carried: Carried) -> Tensor:
         half = (past * fades) @ weights + 2 * slope * torch.sqrt(dt)
         return torch.cat([past * fades + slope[..., None] * growth, v[..., None], half[..., None]], dim=2)
 
-    return carried.value("boundary layer", start, following)[:, :, width + 1]
+    return carried.value("boundary layer", start, next_memory)[:, :, width + 1]
 
 
 @final

@@ -77,7 +77,7 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
         origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2",
                         tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text),
                         tuple(sorted(stated | (names & table.units.keys()))))
-        require(_state(path) == before, f"{path}: changed while it was read, so that its rows and its sha256 may not belong together: wait "
+        require(_state(path) == before, f"{path}: changed while it was read, so its rows and its sha256 may differ: wait "
                 "until the logger has closed it, then run again", RecordingError)
     except OSError as cause:
         raise RecordingError(f"{path}: cannot be read ({cause.strerror or cause}): check the path and its permissions") from cause

@@ -18,7 +18,7 @@ import numpy as np
 from nnhydro.conventions import TIME, column
 from nnhydro.errors import NnhydroError, RecordingError, missing_extra
 from nnhydro.recordings.readers.table import Array, Columns, Request, Table, require_shape, require_size
-from nnhydro.recordings.readers.unpacking import bound
+from nnhydro.recordings.readers.unpacking import limit_rosbags
 
 KINDS = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
 CHANNELS = {"position": "q", "velocity": "qd", "effort": "tau"}
@@ -37,7 +37,7 @@ def _messages(path: Path, topic: str | None) -> Iterator[_Message]:
     from rosbags.rosbag2 import Reader as Reader2
     from rosbags.typesys import Stores, get_typestore
 
-    bound()
+    limit_rosbags()
     old = path.suffix.lower() == ".bag" and path.is_file()
     types = get_typestore(Stores.ROS1_NOETIC if old else Stores.ROS2_HUMBLE)
     with (Reader1(path) if old else Reader2(path)) as reader:

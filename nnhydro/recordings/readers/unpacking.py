@@ -64,7 +64,7 @@ class _LimitedFile:
 
 
 @cache
-def bound() -> None:
+def limit_rosbags() -> None:
     """Let rosbags unpack through these functions."""
     from lz4.frame import LZ4FrameDecompressor
     from rosbags.rosbag1 import reader as ros1
@@ -79,7 +79,7 @@ def bound() -> None:
     def zstandard(data: bytes, size: int = 0) -> bytes:
         return unpack(zstd.ZstdDecompressor, data)
 
-    def opened(file: Any, mode: str = "rb") -> _LimitedFile:
+    def open_limited(file: Any, mode: str = "rb") -> _LimitedFile:
         file.seek(0, 2)
         most = max(HARMLESS, MAX_RATIO * file.tell())
         file.seek(0)
@@ -87,4 +87,4 @@ def bound() -> None:
 
     ros1.decompressors |= {"bz2": lambda data: unpack(bz2.BZ2Decompressor, data), "lz4": lz4}
     storage_mcap.DECOMPRESSORS |= {"lz4": lz4, "zstd": zstandard}
-    vars(ros2)["zstd"] = SimpleNamespace(decompress=zstandard, open=opened)
+    vars(ros2)["zstd"] = SimpleNamespace(decompress=zstandard, open=open_limited)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.result import Diagnosis
-from nnhydro.diagnosis.unexplained.where import Residual
+from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.diagnosis.unexplained.spectral_lines import strongest
-from nnhydro.diagnosis.unexplained.where import Residual
 
 
 def noise(kind, shape, rng):

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.recordings.checks.clipped import clipped_plateaus
+from nnhydro.recordings.checks.clipping import clipped_plateaus
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading, quantum, rows, runs
 
@@ -89,13 +89,13 @@ class StuckTorque(RecordingCheck):
         if tau is None:
             return
         for joint in range(reading.arm.n_links):
-            spans = [span for span in _frozen_rows(tau[:, joint], reading.dt) if self._moved(reading, span) > 0.1]
+            spans = [span for span in _frozen_rows(tau[:, joint], reading.dt) if self._range_moved(reading, span) > 0.1]
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
-                what = f"keeps exactly {tau[span[0], joint]:.4g} N m while the arm moves by {self._moved(reading, span):.2g} rad"
+                what = f"keeps exactly {tau[span[0], joint]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
                 yield Oddity(reading.name, "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what, self.remedy)
 
-    def _moved(self, reading: Reading, span: tuple[int, int]) -> float:
+    def _range_moved(self, reading: Reading, span: tuple[int, int]) -> float:
         q = reading.recording.q[slice(*span)]
         return float(np.nanmax(np.ptp(q, axis=0), initial=0.0))
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from nnhydro.diagnosis.unexplained.residual_location import Residual, _band, _explained_share, _region, locate
 from nnhydro.diagnosis.unexplained.spectral_lines import Line, _ratios, strongest
-from nnhydro.diagnosis.unexplained.where import Residual, _band, _explained_share, _region, locate
 
 
 def test_bins_of_equal_count_explain_the_variance_between_their_means():

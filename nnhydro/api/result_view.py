@@ -13,7 +13,7 @@ STYLE = ".nnhydro table{border-collapse:collapse}.nnhydro td,.nnhydro th{padding
         ".nnhydro caption{text-align:left;font-weight:bold;padding:.4em .7em}.nnhydro .words{text-align:left}"
 
 
-class Shown(ABC):
+class ResultView(ABC):
     """A result that shows itself. `sheets()` are its tables, the first is its data frame; `verdict()` is one sentence."""
 
     @abstractmethod
