@@ -195,3 +195,9 @@ def test_the_wheel_holds_the_package_and_nothing_else(tmp_path):
     assert {f"nnhydro/{p.relative_to(PACKAGE)}" for p in SOURCES} <= set(names)
     demo = {f"nnhydro/{p.relative_to(PACKAGE)}" for p in (PACKAGE / "demo").rglob("*") if p.suffix not in (".py", ".pyc") and p.is_file()}
     assert demo <= set(names), f"the demo's {demo - set(names)} do not ship"
+
+
+def test_unit_tests_lie_in_the_folders_of_what_they_test():
+    unit = ROOT / "tests" / "unit"
+    folders = sorted({path.parent.relative_to(unit) for path in unit.rglob("test_*.py")})
+    assert [str(folder) for folder in folders if not (PACKAGE / folder).is_dir()] == [], "tests/unit has the folders of nnhydro"

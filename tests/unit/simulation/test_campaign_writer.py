@@ -270,7 +270,7 @@ def test_whatever_stands_in_a_recipe_it_is_understood_or_refused_in_one_line(pat
 
 
 def test_the_recipe_of_the_manual_works_as_it_stands(tmp_path: Path) -> None:
-    path = Path(__file__).parents[2] / "docs/examples/two_link_tank.yaml"
+    path = Path(__file__).parents[3] / "docs/examples/two_link_tank.yaml"
     made = write_campaign(read_recipe(path), tmp_path / "tank")
     assert len(made) == 8
     assert yaml.safe_load((tmp_path / "tank/recipe.yaml").read_text())["seed"] == 1

@@ -24,7 +24,7 @@ from nnhydro.errors import ConfigError
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.runtime.stamp import STAMP
 
-DATASET = Path(__file__).parents[2] / "datasets" / "concealed"
+DATASET = Path(__file__).parents[3] / "datasets" / "concealed"
 ANSWER = {"schema": "nnhydro/answer/1", "kind": "effect", "strength": "strong", "unseen": {}, "effects": [
     {"effect": "umbilical_stiffness", "family": "restoring", "joint": 2, "shape": "plain", "near": [],
      "parameters": {"stiffness": {"value": 0.5, "unit": "N m/rad"}, "free_angle": {"value": 0.2, "unit": "rad"}}}]}

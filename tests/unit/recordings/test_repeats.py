@@ -12,7 +12,7 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.repeats import expected_noise, group_names, noise_floor, repeated_recordings, repeated_rows
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 NOISE = 0.05
 PLAIN = Preparation(None)
 

@@ -20,7 +20,7 @@ from nnhydro.recordings.splitting import units
 from nnhydro.recordings.survey import survey
 from nnhydro.runtime.workers import WorkerError, Workers, spread
 
-DEMO = Path(__file__).parents[2] / "nnhydro" / "demo" / "campaign"
+DEMO = Path(__file__).parents[3] / "nnhydro" / "demo" / "campaign"
 TWO = Workers(jobs=2)
 MODELS = ["constant", "textbook", "rigid"]
 
@@ -125,7 +125,7 @@ time.sleep(1.5)
 list(spread(small, [(k,) for k in range(8)], two))
 print(list(spread(large, [(k % 2,) for k in range(8)], two)))
 """)
-    paths = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
+    paths = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[3])])}
     done = subprocess.run([sys.executable, "-W", "error::UserWarning", "main.py"], cwd=tmp_path, capture_output=True, text=True,
                           timeout=100, env=paths, check=False)
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "[0, 1, 0, 1, 0, 1, 0, 1]", "")
