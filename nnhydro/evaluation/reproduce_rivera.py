@@ -62,7 +62,7 @@ NOT_IN_TEXT: Final = (
 
 @final
 @dataclass(frozen=True, eq=False)
-class Reproduction:
+class RiveraReproduction:
     """Errors by choice, gains (n, joints, links) of network and analytic model by input, and one recording left out."""
 
     inputs: dict[str, dict[str, float]]  # set, layers
@@ -133,7 +133,7 @@ def _slenderness(choice: Identifier, fitted: Sequence[Unit], left: Sequence[Unit
     return found
 
 
-def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = lambda text: None) -> Reproduction:
+def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = lambda text: None) -> RiveraReproduction:
     """Return the study on `campaign`, two links and water; some thirty trainings, `say` is told each."""
     how, arm = campaign.plan(), campaign.arm
     every = units(campaign, how, seed, group_names(campaign))
@@ -159,11 +159,11 @@ def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = l
     unit = next(unit for unit in left if not unit.steady)
     segment = unit.segments()[0]
     assert segment.tau is not None
-    return Reproduction(inputs, neurons, training, judge.error(base), gains, gain_error, _slenderness(usual, fitted, left, base), unit.name,
-                        segment.t, segment.tau, segment.seen(best.torque(Motion.of(segment)).numpy()))
+    return RiveraReproduction(inputs, neurons, training, judge.error(base), gains, gain_error, _slenderness(usual, fitted, left, base),
+                              unit.name, segment.t, segment.tau, segment.seen(best.torque(Motion.of(segment)).numpy()))
 
 
-def table(result: Reproduction) -> list[tuple[str, str, str]]:
+def table(result: RiveraReproduction) -> list[tuple[str, str, str]]:
     """Return rows (what, common layers, parallel layers) for the screen."""
     def percent(value: float) -> str:
         return f"{100 * value:.1f} %"

@@ -123,7 +123,7 @@ def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Arr
 
 @final
 @dataclass(frozen=True, eq=False)
-class Material:
+class ChannelData:
     """What readings are judged on: the arm with loose masses, some segments with torques, how long their torques are alike, the physics."""
 
     arm: Arm
@@ -133,7 +133,7 @@ class Material:
     loads: Loads
 
 
-def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> Material | None:
+def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> ChannelData | None:
     """Return what the readings of `campaign` are judged on, masses `known_to` so much; None where nothing moves or no torque was read."""
     arm = campaign.arm.model_copy(update={"links": tuple(link.model_copy(update={"known_to": known_to}) for link in campaign.arm.links),
                                           "friction": None})
@@ -144,10 +144,10 @@ def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> M
     if not torques or not any(np.abs(tau).max() > 0 for tau in torques) or not any(np.ptp(s.q, axis=0).max() > 1e-3 for s in segments):
         return None
     correlation = np.median([[correlation_time(tau[:, j]) for j in range(arm.n_links)] for tau in torques], axis=0)
-    return Material(arm, segments, torques, correlation, _loads(arm))
+    return ChannelData(arm, segments, torques, correlation, _loads(arm))
 
 
-def columns_of(seen: Material, way: Assignment) -> list[tuple[Array, Array]]:
+def columns_of(seen: ChannelData, way: Assignment) -> list[tuple[Array, Array]]:
     """Return the columns X (n, joints, p) and the fixed torque c_0 (n, joints) N m of every segment read in one way."""
     columns = [columns_and_offset(seen.loads, _reread(segment, way), seen.arm) for segment in seen.segments]
     return [(X[s.keep], c0[s.keep]) for (X, c0), s in zip(columns, seen.segments, strict=True)]

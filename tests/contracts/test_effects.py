@@ -49,14 +49,14 @@ def view(a, motion, water=True):
     return SensorView(Flow(a, motion), lambda flow: sensed(loads.torque(flow), flow.motion.qd, flow.arm), place)
 
 
-def columns(one, a, motion):
-    return one.columns(view(a, motion)) if isinstance(one, InstrumentEffect) else one.columns(Flow(a, motion))
+def columns(hypothesis, a, motion):
+    return hypothesis.columns(view(a, motion)) if isinstance(hypothesis, InstrumentEffect) else hypothesis.columns(Flow(a, motion))
 
 
-def valued(one, size=1.0):
+def valued(hypothesis, size=1.0):
     """The effect with every linear value at `size` times the start, or times a hundredth of the bound where it starts at 0."""
-    starts = [v or 0.01 * high for v, (_, high) in zip(one.linear_values().tolist(), one.linear_bounds(), strict=True)]
-    return one.with_linear(size * torch.tensor(starts, dtype=torch.float64))
+    starts = [v or 0.01 * high for v, (_, high) in zip(hypothesis.linear_values().tolist(), hypothesis.linear_bounds(), strict=True)]
+    return hypothesis.with_linear(size * torch.tensor(starts, dtype=torch.float64))
 
 
 def test_the_catalogue_holds_the_contracts_names_in_their_families():
@@ -106,10 +106,10 @@ def test_it_can_be_seen_in_some_motion_of_a_two_link_arm(id_):
 def test_short_stretches_are_no_trouble(id_, rows):
     a, motion = arm(2), run(2)
     short = replace(motion, **{name: getattr(motion, name)[:rows] for name in ("t", "q", "qd", "qdd", "u0", "du0")})
-    one = found(id_, a)[0]
-    assert columns(one, a, short).shape[:2] == (rows, 2)
-    if isinstance(one, InstrumentEffect):
-        assert one.apply(view(a, short)).shape == (rows, 2)
+    hypothesis = found(id_, a)[0]
+    assert columns(hypothesis, a, short).shape[:2] == (rows, 2)
+    if isinstance(hypothesis, InstrumentEffect):
+        assert hypothesis.apply(view(a, short)).shape == (rows, 2)
 
 
 @IDS
@@ -263,9 +263,9 @@ def test_a_file_adds_a_hypothesis(tmp_path):
     path.write_text(PLUGIN)
     assert load_plugin(path) == ("squeak",)
     assert load_plugin(path) == ("squeak",)
-    one = candidates(catalogue()["squeak"], arm(2))[1]
-    assert term_of(one.document()) == one
-    assert "0.1 N m s^3/rad^3" in one.statement()
+    hypothesis = candidates(catalogue()["squeak"], arm(2))[1]
+    assert term_of(hypothesis.document()) == hypothesis
+    assert "0.1 N m s^3/rad^3" in hypothesis.statement()
 
 
 @pytest.mark.usefixtures("_register")

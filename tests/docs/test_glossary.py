@@ -96,6 +96,20 @@ def test_a_bare_participle_is_recognised(name, bare):
     assert bare_participle(name) is bare
 
 
+FACADES = {"Benchmark", "Diagnosis", "Finding", "Prediction"}  # public results, each of the class inside that bears its name
+TWICE = {"Baseline", "View"}  # names of earlier versions: this set may only shrink
+
+
+def test_a_class_name_stands_once_in_the_package():
+    files = {}
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                files.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    twice = {name: found for name, found in files.items() if len(found) > 1 and name not in TWICE}
+    assert {name for name, found in twice.items() if name not in FACADES or not any("/api/" in file for file in found)} == set()
+
+
 def test_no_retired_word_stands_in_a_page():
     for path in PAGES:
         text = path.read_text(encoding="utf-8").lower()

@@ -17,7 +17,7 @@ from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.vortex_wake.choices import SEPARATION_ONSET, WakeChoices
 from nnhydro.physics.vortex_wake.coefficients import _on_grid, coefficients_across_motions, vortex_coefficients
-from nnhydro.physics.vortex_wake.motion import power_start, sampled_motion
+from nnhydro.physics.vortex_wake.kinematics import power_start, sampled_motion
 from nnhydro.physics.vortex_wake.separation import circulation_flux, separation_angle, surface_speed
 from nnhydro.physics.vortex_wake.simulation import _steps, simulate_wake
 from nnhydro.physics.vortex_wake.wake import Wake, merge, wake_velocities, without_absorbed
@@ -97,8 +97,8 @@ def test_neighbours_in_the_order_of_shedding_become_one_where_both_are_far_and_n
     wake = Wake(z, gamma, born)
     assert merge(wake, 0.0, 2.0) is wake
     assert merge(wake, 0.05, 5.0) is wake
-    one = Wake(z[:1], gamma[:1], born[:1])
-    assert merge(one, 9.0, 0.0) is one
+    single = Wake(z[:1], gamma[:1], born[:1])
+    assert merge(single, 9.0, 0.0) is single
     opposite = Wake(z[:2], np.array([1.0, -1.0]), born[:2])
     assert merge(opposite, 9.0, 0.0) is opposite
 

@@ -80,8 +80,8 @@ def plants(found: Power, config: dict) -> None:
             if not path.is_file():
                 path.parent.mkdir(exist_ok=True)
                 write_json(path, plant(found, row, draw, config))
-                one = json.loads(path.read_text())
-                print(f"{path.stem:>28}  {one['found']!s:>5}  {one['named']}", flush=True)
+                result = json.loads(path.read_text())
+                print(f"{path.stem:>28}  {result['found']!s:>5}  {result['named']}", flush=True)
 
 
 def summary() -> dict:

@@ -61,7 +61,7 @@ class PaperSlew:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Reproduction:
+class McLainReproduction:
     """Everything that the figures and the table show."""
 
     fit: StateFit
@@ -125,7 +125,7 @@ def effective_drag(slenderness: float, laws: tuple[str, ...] = ()) -> float:
     return float(8 * state_loads(body, per_link=200, laws=laws).torque(flow)[0, 0] / (1000.0 * D * L**4))
 
 
-def reproduce(seed: int = 0, draws: int = 200) -> Reproduction:
+def reproduce(seed: int = 0, draws: int = 200) -> McLainReproduction:
     """Return the reproduction; `seed` draws the deviations, `draws` is the number of bootstrap draws. Takes a few seconds."""
     rng = np.random.default_rng(seed)
     fit, groups = _identify(rng)
@@ -141,12 +141,12 @@ def reproduce(seed: int = 0, draws: int = 200) -> Reproduction:
                   for motion, flow, tau in zip(VALIDATION, flows, measured, strict=True))
     anchor = effective_drag(LENGTH / DIAMETER, ("aspect_ratio",)) / effective_drag(LENGTH / DIAMETER)
     slender = {x: (effective_drag(x), effective_drag(x, ("aspect_ratio",)) / anchor) for x in SLENDERNESS}
-    return Reproduction(fit, {"C_D": drag_curve(fit.loads, s).numpy(), "C_M": added_mass_curve(fit.loads, s).numpy()},
+    return McLainReproduction(fit, {"C_D": drag_curve(fit.loads, s).numpy(), "C_M": added_mass_curve(fit.loads, s).numpy()},
                         curve_bands(fit, TRAVELS, draws, seed), groups, slews, constants, _errors(flows, exact, models),
                         _errors(flows, measured, seen), segment_errors(flows, rng), slender)
 
 
-def table(result: Reproduction) -> list[tuple[str, str, str]]:
+def table(result: McLainReproduction) -> list[tuple[str, str, str]]:
     """Return rows (what, published, here) for the screen."""
     features = curve_features(result.curves)
     rows = [(f"{name.strip()} (figure 7)", QUOTED[name], f"{value:.2f}") for name, value in features.items()]

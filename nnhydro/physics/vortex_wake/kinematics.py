@@ -21,7 +21,7 @@ TimeFunction = Callable[[Real], Real]
 
 @final
 @dataclass(frozen=True)
-class Motion:
+class CylinderMotion:
     """A forward motion from rest, as functions of time."""
 
     name: str
@@ -32,7 +32,7 @@ class Motion:
     farthest: float = np.inf  # m, travel up to which the motion is known
 
 
-def constant_acceleration(acceleration: float) -> Motion:
+def constant_acceleration(acceleration: float) -> CylinderMotion:
     """Give the motion U = a t; acceleration a in m/s^2, positive.
 
     Raises ConfigError for an acceleration that is not positive. Source: McLain & Rock 1998, section 2.
@@ -40,7 +40,7 @@ def constant_acceleration(acceleration: float) -> Motion:
     return power_start(acceleration, 1.0)
 
 
-def power_start(rate: float, exponent: float) -> Motion:
+def power_start(rate: float, exponent: float) -> CylinderMotion:
     """Give the motion U = rate * t^exponent: 0 an impulsive start, 1 constant acceleration.
 
         s = rate t^(n+1) / (n+1),   (D/U^2) dU/dt = n/(n+1) D/s
@@ -51,7 +51,7 @@ def power_start(rate: float, exponent: float) -> Motion:
     require(np.isfinite(rate) and rate > 0, f"rate of the start is {rate}: it must be positive (the motion goes along +X)")
     require(np.isfinite(exponent) and exponent >= 0, f"exponent of the start is {exponent}: it must be 0 (impulsive) or more")
     n = exponent
-    return Motion(
+    return CylinderMotion(
         name=f"U = {rate:g} t^{exponent:g}",
         travel=lambda t: rate * t ** (n + 1) / (n + 1),
         speed=lambda t: rate * t**n,
@@ -60,7 +60,7 @@ def power_start(rate: float, exponent: float) -> Motion:
     )
 
 
-def sampled_motion(t: ArrayLike, U: ArrayLike) -> Motion:
+def sampled_motion(t: ArrayLike, U: ArrayLike) -> CylinderMotion:
     """Give the motion through samples of the speed, by monotone cubic interpolation.
 
     t (n,) s, strictly increasing, starting at the moment of rest or of the impulsive start; U (n,) m/s, positive after t[0].
@@ -86,4 +86,4 @@ def sampled_motion(t: ArrayLike, U: ArrayLike) -> Motion:
             low, high = np.where(short, middle, low), np.where(short, high, middle)
         return np.asarray(0.5 * (low + high))
 
-    return Motion("sampled", travel, U_of_t, acceleration, time_at, farthest=float(travel(time[-1])))
+    return CylinderMotion("sampled", travel, U_of_t, acceleration, time_at, farthest=float(travel(time[-1])))

@@ -55,9 +55,9 @@ def test_of_several_angles_a_hose_lies_slack_at_the_least_that_is_one_and_toward
 
 
 def test_a_hose_is_also_tried_as_a_linear_spring():
-    one = bent(1.0, 0.0, 0.0, 0.0)
-    assert [len(law.linear_names()) for law in (one, *one.narrower())] == [4, 2]
-    assert one.linear
+    effect = bent(1.0, 0.0, 0.0, 0.0)
+    assert [len(law.linear_names()) for law in (effect, *effect.narrower())] == [4, 2]
+    assert effect.linear
     assert not bent(1.0, 0.0, 0.0, 0.1).linear
 
 
@@ -74,9 +74,9 @@ def test_a_hose_pulls_towards_an_angle_within_a_turn_and_bends_about_it(values, 
 @pytest.mark.parametrize("rest", [-1.6, -0.9, 0.9, 1.6])
 def test_a_hose_that_lies_slack_far_from_zero_may_be_soft_there(rest):
     k3, k2, k, p = np.poly1d([-0.15, 0.0, 1.0, 0.0])(np.poly1d([1.0, -rest])).coef
-    one = bent(k, p, k2, k3)
-    assert one.plausible()
-    assert all(low <= value <= high for value, (low, high) in zip(one.linear_values(), one.linear_bounds(), strict=True))
+    effect = bent(k, p, k2, k3)
+    assert effect.plausible()
+    assert all(low <= value <= high for value, (low, high) in zip(effect.linear_values(), effect.linear_bounds(), strict=True))
 
 
 @pytest.mark.parametrize("law", [np.ones_like, lambda q: -np.cos(q)])
@@ -111,9 +111,9 @@ def test_a_body_at_the_tip_drags_with_the_square_of_its_speed_and_some_in_propor
 
 def test_drag_at_the_tip_takes_the_power_of_its_force_along_the_way_of_the_tip():
     a, motion = arm(2), hub_at_rest(run(2))
-    flow, one = Flow(a, motion), made("tip_drag", a, drag_area=(0.003,), linear=(0.5,))
+    flow, effect = Flow(a, motion), made("tip_drag", a, drag_area=(0.003,), linear=(0.5,))
     v = torch.hypot(flow.A[:, 1] * flow.L[1] + flow.B[:, 1], flow.u_x[:, 1])
-    assert_close((one.torque(flow) * motion.qd).sum(1), (0.5 * 1000 * 0.003 * v + 0.5) * v**2)
+    assert_close((effect.torque(flow) * motion.qd).sum(1), (0.5 * 1000 * 0.003 * v + 0.5) * v**2)
 
 
 def test_a_law_with_another_power_of_the_speed_is_nearly_that_of_drag_at_the_tip_with_both_parts():
@@ -194,8 +194,8 @@ def test_a_contact_that_bends_little_is_dry_friction_and_gives_back_no_more_than
 
 
 def test_stribeck_friction_breaks_away_high_and_slides_low():
-    one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.3,))
-    tau = one.torque(Flow(arm(1), steady([[0.0]] * 3, [[0.06], [3.0], [0.3]])))[:, 0]
+    effect = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.3,))
+    tau = effect.torque(Flow(arm(1), steady([[0.0]] * 3, [[0.06], [3.0], [0.3]])))[:, 0]
     assert_close(tau, tensor([0.2 + 0.3 * np.exp(-0.04), 0.2, 0.2 + 0.3 / np.e]) * torch.tanh(tensor([12.0, 600.0, 60.0])))
 
 
@@ -203,10 +203,10 @@ def test_stribeck_friction_breaks_away_high_and_slides_low():
 def test_the_breakaway_of_a_joint_that_grips_as_sharply_as_it_turns_is_told(peak):
     t = np.arange(4000) * 0.005
     qd = peak * np.sin(2 * np.pi * 0.35 * t) * np.cos(2 * np.pi * 0.06 * t)
-    tau, one = (0.2 + 0.3 / (1 + (qd / 0.15) ** 2)) * np.sign(qd), made("stribeck_friction", arm(1), 1, tail=(1.0,))
+    tau, effect = (0.2 + 0.3 / (1 + (qd / 0.15) ** 2)) * np.sign(qd), made("stribeck_friction", arm(1), 1, tail=(1.0,))
     fits = []
     for speed in np.linspace(0.05, 0.3, 51):
-        X = replace(one, speed=(speed,)).columns(Flow(arm(1), steady(np.zeros((4000, 1)), qd[:, None])))[:, 0].numpy()
+        X = replace(effect, speed=(speed,)).columns(Flow(arm(1), steady(np.zeros((4000, 1)), qd[:, None])))[:, 0].numpy()
         values = np.linalg.lstsq(X, tau, rcond=None)[0]
         fits.append((((tau - X @ values) ** 2).sum(), speed, values.sum()))
     _, speed, breakaway = min(fits)
@@ -218,9 +218,9 @@ def test_the_breakaway_of_a_joint_that_grips_as_sharply_as_it_turns_is_told(peak
                                             ((1e-6,), lambda x: np.exp(-(x**2))), ((0.5,), lambda x: (1 + x**2 / 2) ** -2),
                                             ((1.0,), lambda x: 1 / (1 + x**2))])
 def test_a_grip_is_lost_as_Gauss_or_Lorentz_say_or_between_them(tail, grip):
-    one = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.4,), tail=tail)
+    effect = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.4,), tail=tail)
     qd = np.array([0.2, -0.4, 1.0, 2.0])
-    tau = one.torque(Flow(arm(1), steady([[0.0]] * 4, qd[:, None])))[:, 0]
+    tau = effect.torque(Flow(arm(1), steady([[0.0]] * 4, qd[:, None])))[:, 0]
     assert_close(tau, tensor((0.2 + 0.3 * grip(np.abs(qd) / 0.4)) * np.tanh(qd / 0.005)), rtol=1e-5)
 
 
@@ -248,9 +248,9 @@ def test_drag_at_the_tip_of_a_swinging_link():
 
 
 def test_drag_at_the_tip_is_the_same_in_any_direction():
-    one, a = made("tip_drag", arm(1), drag_area=(0.01,), linear=()), arm(1)
+    effect, a = made("tip_drag", arm(1), drag_area=(0.01,), linear=()), arm(1)
     q = np.linspace(-3, 3, 9)[:, None]
-    tau = one.torque(Flow(a, steady(q, 0.0, 0.0, 0.8)))[:, 0]
+    tau = effect.torque(Flow(a, steady(q, 0.0, 0.0, 0.8)))[:, 0]
     assert_close(tau, tensor(0.5 * 1000 * 0.01 * 0.64 * 0.55 * np.cos(q[:, 0])))
 
 
@@ -258,38 +258,38 @@ def test_drag_at_the_tip_is_the_same_in_any_direction():
     ({"linear": 0.2}, lambda w, s: 0.2 * w), ({"cubic": 0.2}, lambda w, s: 0.2 * w**3), ({"taper": 0.2}, lambda w, s: 0.2 * s * w**2),
 ])
 def test_other_drag_laws_of_a_swinging_link(values, force):
-    one = made("drag_form", arm(1), **{name: (values.get(name, 0.0),) for name in ("linear", "cubic", "taper", "ends")})
+    effect = made("drag_form", arm(1), **{name: (values.get(name, 0.0),) for name in ("linear", "cubic", "taper", "ends")})
     x = np.linspace(0, 0.55, 20001)
     tau = np.trapezoid(0.5 * 1000 * 0.07 * force(1.5 * x, 2 * x / 0.55 - 1) * x, x)  # s = -1 at the joint, 1 at the tip
-    assert_close(one.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[tau]]), rtol=0.01)
+    assert_close(effect.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[tau]]), rtol=0.01)
 
 
 def test_relief_at_the_ends_leaves_an_even_flow_its_torque_and_takes_that_of_a_swing():
-    one = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(0.0,), ends=(-0.4,))
-    assert_close(one.torque(Flow(arm(1), steady([[0.0]], 0.0, 0.0, 0.8))), tensor([[0.0]]), rtol=0, atol=2e-3)
+    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(0.0,), ends=(-0.4,))
+    assert_close(effect.torque(Flow(arm(1), steady([[0.0]], 0.0, 0.0, 0.8))), tensor([[0.0]]), rtol=0, atol=2e-3)
     x = np.linspace(0, 0.55, 20001)
     law = -0.4 * (3 * (2 * x / 0.55 - 1) ** 2 - 1) / 2
     swing = np.trapezoid(0.5 * 1000 * 0.07 * law * (1.5 * x) ** 2 * x, x)
-    assert_close(one.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[swing]]), rtol=0.02)
+    assert_close(effect.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[swing]]), rtol=0.02)
 
 
 def test_of_a_link_that_only_swings_taper_and_relief_are_one_torque():
     """int z^3 s dz = 0.15, int z^3 (3 s^2 - 1)/2 dz = 0.05: 1 of the one and -3 of the other cancel, so both may come out large."""
-    one = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(4.8,))
+    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(4.8,))
     part = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(0.0,))
     swings = Flow(arm(1), steady(np.zeros((9, 1)), np.linspace(-2, 2, 9)[:, None]))
-    assert float(one.torque(swings).abs().max()) < 0.02 * float(part.torque(swings).abs().max())
-    within = {f.name: f.metadata["bounds"] for f in type(one).parameters()}
+    assert float(effect.torque(swings).abs().max()) < 0.02 * float(part.torque(swings).abs().max())
+    within = {f.name: f.metadata["bounds"] for f in type(effect).parameters()}
     assert within["ends"][1] > 4.8
 
 
 @pytest.mark.parametrize("turn", [(), (0.2,)])
 def test_a_power_law_of_the_Reynolds_number_is_seen_in_a_tow(turn):
-    one, a = made("reynolds_drag", arm(1), slope=(0.3,), bend=(0.1,), turn=turn), arm(1)
+    effect, a = made("reynolds_drag", arm(1), slope=(0.3,), bend=(0.1,), turn=turn), arm(1)
     u0 = 0.9
     r = np.log10(u0 * 0.07 / 1e-6 / 3e4)
     drag = NormalDrag((0.3 * r + 0.1 * r**2 + sum(turn) * r**3,)).torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0)))
-    assert_close(one.torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0))), drag)
+    assert_close(effect.torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0))), drag)
 
 
 @pytest.mark.parametrize("steep", [3, 4])
@@ -365,10 +365,10 @@ def test_friction_under_load_is_a_share_of_the_torque_carried():
 def test_folding_back_changes_the_sheltered_links_drag_alone():
     a = arm(2)
     drag = NormalDrag((0.0, 1.0)).torque
-    one = made("link_interference", a, 2, shelter=(-0.4,), side=(0.0,), power=(1.0,))
+    effect = made("link_interference", a, 2, shelter=(-0.4,), side=(0.0,), power=(1.0,))
     flow = Flow(a, steady([[0.2, pi], [0.2, 0.0], [0.2, pi / 2]], [[0.0, 0.0]] * 3, 0.0, [0.7, 0.7, 0.7]))
     share = tensor([[-0.4], [0.0], [-0.2]])
-    assert_close(one.torque(flow), share * drag(flow), rtol=2e-3, atol=1e-9)
+    assert_close(effect.torque(flow), share * drag(flow), rtol=2e-3, atol=1e-9)
 
 
 @pytest.mark.parametrize(("value", "interval", "text"), [

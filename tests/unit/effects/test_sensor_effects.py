@@ -53,9 +53,9 @@ def test_a_lag_is_that_of_its_taylor_series_and_angles_that_are_late_are_a_delay
     t, lag = np.linspace(0, 6, 1201), 0.01
     seen, inner = of_time(t, np.sin(3 * t)), slice(300, -100)
     for share in (0.0, 0.5, 1.0):
-        one = made("sensor_timing", arm(1), lag=(lag,), low_pass=(share,))
+        effect = made("sensor_timing", arm(1), lag=(lag,), low_pass=(share,))
         series = np.sin(3 * t) - lag * 3 * np.cos(3 * t) - (lag**2 + (share * lag) ** 2) / 2 * 9 * np.sin(3 * t)
-        assert_close(one.apply(seen)[inner, 0], tensor(series)[inner], rtol=0, atol=6 * (3 * lag) ** 3)
+        assert_close(effect.apply(seen)[inner, 0], tensor(series)[inner], rtol=0, atol=6 * (3 * lag) ** 3)
     late = made("sensor_timing", arm(1), lag=(-lag,), low_pass=(1.0,))
     assert late.split() == (-lag, 0.0)
     assert_close(late.apply(seen)[inner, 0], tensor(np.sin(3 * (t + lag)))[inner], rtol=1e-6, atol=1e-6)
@@ -244,11 +244,11 @@ def test_less_is_foreseen_of_what_jumps_rings_clips_or_swirls_but_half_of_it_at_
 ])
 def test_what_cannot_be_is_not_looked_for_and_what_can_be_is(id_, name, value, may_be):
     a = arm(2)
-    one = REGISTER[id_].started(a, joint=1 if REGISTER[id_].acts == "joint" else 0)
-    for named, (low, high) in zip(one.linear_names(), one.linear_bounds(), strict=True):
+    effect = REGISTER[id_].started(a, joint=1 if REGISTER[id_].acts == "joint" else 0)
+    for named, (low, high) in zip(effect.linear_names(), effect.linear_bounds(), strict=True):
         if named.startswith(name):
             assert (low <= value <= high) == may_be
-    assert any(named.startswith(name) for named in one.linear_names())
+    assert any(named.startswith(name) for named in effect.linear_names())
 
 
 @pytest.mark.parametrize("n", [4, 5, 50])

@@ -87,9 +87,9 @@ def test_recordings_that_say_nothing_of_friction_leave_it_as_stated():
 @pytest.mark.parametrize("drive", ["direct", {"kind": "remote", "pulley_ratio": 1.5}])
 def test_a_stated_rotor_inertia_is_that_of_the_catalogue(drive):
     a, at = arm(2, drive=drive), motion(2)
-    one = RotorInertia((0.05,), joint=1).columns(Flow(a, at))[..., 0] * 0.05
+    inner = RotorInertia((0.05,), joint=1).columns(Flow(a, at))[..., 0] * 0.05
     other = RotorInertia((0.02,), joint=2).columns(Flow(a, at))[..., 0] * 0.02
-    assert_close(DriveInertia((0.05, 0.02)).torque(Flow(a, at)), one + other)
+    assert_close(DriveInertia((0.05, 0.02)).torque(Flow(a, at)), inner + other)
 
 
 @pytest.mark.parametrize(("keys", "words"), [

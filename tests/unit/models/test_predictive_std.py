@@ -58,10 +58,10 @@ def test_the_factor_makes_a_gaussian_cover_and_counts_recordings_alike():
 
 
 def test_the_spread_is_the_sum_of_its_parts():
-    one = torch.ones(3, 1, dtype=torch.float64)
+    ones = torch.ones(3, 1, dtype=torch.float64)
     doubt = torch.tensor([[2.0], [0.5], [0.1], [3.0]], dtype=torch.float64)
-    assert spread_of(doubt, 0.2 * one, 4 * one, one) == pytest.approx(np.sqrt(0.16 + 4.0 + 0.01))
-    assert spread_of(doubt, 0.2 * one, 4 * one, 0 * one) == pytest.approx(np.sqrt(0.16 + 4.0 + 0.01 + 144.0))
+    assert spread_of(doubt, 0.2 * ones, 4 * ones, ones) == pytest.approx(np.sqrt(0.16 + 4.0 + 0.01))
+    assert spread_of(doubt, 0.2 * ones, 4 * ones, 0 * ones) == pytest.approx(np.sqrt(0.16 + 4.0 + 0.01 + 144.0))
 
 
 @KINDS

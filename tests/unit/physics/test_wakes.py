@@ -60,8 +60,8 @@ def test_after_a_stop_the_wake_pushes_on_and_after_a_start_it_does_not():
 @pytest.mark.parametrize(("u0_after", "back"), [(-0.4, True), (0.1, False)])
 def test_all_of_the_wake_felt_the_drag_is_that_of_the_speed_through_moving_water(u0_after, back):
     flow, t = stopped(u0_after)
-    one = made("wake_reentry", flow.arm, length=(8.0,), fading=(0.5,))
-    columns = one.columns(flow)[:, 0]
+    effect = made("wake_reentry", flow.arm, length=(8.0,), fading=(0.5,))
+    columns = effect.columns(flow)[:, 0]
     w = Strips.of(flow, 10).w[:, 0, 0]
     m = overtaking(flow.motion.t, w[:, None, None], flow.D[:, None] * 8.0, 0.5)[:, 0, 0]
     o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)

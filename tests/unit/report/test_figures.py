@@ -97,11 +97,11 @@ def test_the_residual_map_adds_up_to_the_residual():
     maps = {m.key: m for m in residual_maps(traces, ["whole", "poor"])}
     for joint in (0, 1):
         truth = sum(float((t.residual("poor")[t.segment.keep, joint] ** 2).sum()) for t in traces)
-        one = maps[f"{joint + 1}|when|poor"]
-        cells = [cell for row in one.cells for cell in row if cell is not None]
+        panel = maps[f"{joint + 1}|when|poor"]
+        cells = [cell for row in panel.cells for cell in row if cell is not None]
         assert sum(cell.rms**2 * cell.rows for cell in cells) == pytest.approx(truth, rel=1e-9)
         assert sum(cell.rows for cell in cells) == sum(int(t.segment.keep.sum()) for t in traces)
-        for row, name in zip(one.cells, one.rows, strict=True):
+        for row, name in zip(panel.cells, panel.rows, strict=True):
             assert all(cell.recordings == ((name, pytest.approx(1.0)),) for cell in row if cell is not None and cell.rms > 0)
         assert maps[f"{joint + 1}|when|whole"].largest < 1e-9
 

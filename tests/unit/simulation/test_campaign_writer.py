@@ -168,9 +168,9 @@ def test_every_load_term_can_be_part_of_the_truth(kind: str) -> None:
 
 
 def test_a_term_may_stand_there_twice_under_names_of_its_own() -> None:
-    one = recipe(terms={"normal_drag": {"C_D": 1.0}})
+    plain = recipe(terms={"normal_drag": {"C_D": 1.0}})
     two = recipe(terms={"near": {"kind": "normal_drag", "C_D": 0.4}, "far": {"kind": "normal_drag", "C_D": [0.6, 0.6]}})
-    np.testing.assert_allclose(next(runs(two)).tau, next(runs(one)).tau, atol=1e-12)
+    np.testing.assert_allclose(next(runs(two)).tau, next(runs(plain)).tau, atol=1e-12)
 
 
 def test_a_controlled_campaign_comes_from_the_same_recipe(tmp_path: Path) -> None:

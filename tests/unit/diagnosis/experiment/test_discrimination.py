@@ -115,10 +115,10 @@ def test_the_planned_motions_keep_to_the_torque_and_each_adds_what_it_holds_so_o
     planned = judge.feasible(motions, np.full(2, np.inf))
     assert [motion.motion for motion in planned] == motions
     assert judge.feasible(motions, np.zeros(2)) == []
-    one = max(planned, key=lambda x: judge.expected_gain(x, 6)[0].min())
-    once, often = judge.expected_gain(one, 1), judge.expected_gain(one, 6)
+    best = max(planned, key=lambda x: judge.expected_gain(x, 6)[0].min())
+    once, often = judge.expected_gain(best, 1), judge.expected_gain(best, 6)
     assert (often[0] >= once[0] - 1e-9).all()
-    assert judge.chance(one, 6) >= judge.chance(one, 1) - 1e-9
+    assert judge.chance(best, 6) >= judge.chance(best, 1) - 1e-9
 
 
 def test_a_constant_is_not_in_doubt_for_a_hose_that_holds_it_as_a_special_case(found):

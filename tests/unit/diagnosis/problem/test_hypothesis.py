@@ -68,9 +68,9 @@ def test_where_nothing_is_driven_no_effect_of_a_drive_or_its_sensor_is_tried():
 def test_finer_values_stay_within_what_physics_allows_and_narrow_around_themselves():
     effect = effect_of_id("stribeck_friction").started(arm(2), joint=1)
     low, high = next(f.metadata["bounds"] for f in effect.parameters() if f.name == "speed")
-    one = Hypothesis(replace(effect, speed=(low,)), 5, {"speed": (low / 4, 4 * low)})
-    same, above = refine_grid(one)
-    assert same.effect is one.effect
+    hypothesis = Hypothesis(replace(effect, speed=(low,)), 5, {"speed": (low / 4, 4 * low)})
+    same, above = refine_grid(hypothesis)
+    assert same.effect is hypothesis.effect
     assert above.effect.speed[0] == pytest.approx(2 * low)
     assert above.spans["speed"] == pytest.approx((low * np.sqrt(2), low * np.sqrt(8)))
     top = Hypothesis(replace(effect, speed=(high,)), 5, {"speed": (high / 4, 4 * high)})
@@ -81,11 +81,11 @@ def test_finer_values_stay_within_what_physics_allows_and_narrow_around_themselv
 
 def test_refined_values_lie_half_way_and_close_in_on_the_best():
     effect = effect_of_id("stribeck_friction").started(arm(2), joint=1)
-    one = Hypothesis(replace(effect, speed=(0.2,)), 5, {"speed": (0.1, 0.4)})
-    best, *others = refine_grid(one)
+    hypothesis = Hypothesis(replace(effect, speed=(0.2,)), 5, {"speed": (0.1, 0.4)})
+    best, *others = refine_grid(hypothesis)
     assert best.spans["speed"] == pytest.approx((0.1 * 2**0.5, 0.2 * 2**0.5))
     assert sorted(other.effect.speed[0] for other in others) == pytest.approx([0.1 * 2**0.5, 0.2 * 2**0.5])
-    assert {refine_grid(other)[1].key for other in others} == {one.key}
+    assert {refine_grid(other)[1].key for other in others} == {hypothesis.key}
 
 
 @pytest.mark.parametrize("id_", catalogue())

@@ -73,8 +73,8 @@ def test_one_and_two_decay_times_are_found_from_clean_data(seed):
     rng = np.random.default_rng(seed)
     t, times = np.linspace(0, 10, 200), (rng.uniform(0.5, 1.2), rng.uniform(3.0, 5.0))
     amplitudes = rng.uniform(1, 2, 2)
-    one = separable(lambda nu: exponentials(t, nu, amplitudes[0] * np.exp(-t / times[0])), [np.linspace(0.3, 3.0, 10)])
-    assert one.nu[0] == pytest.approx(times[0], rel=1e-5)
+    fitted = separable(lambda nu: exponentials(t, nu, amplitudes[0] * np.exp(-t / times[0])), [np.linspace(0.3, 3.0, 10)])
+    assert fitted.nu[0] == pytest.approx(times[0], rel=1e-5)
     two = separable(lambda nu: exponentials(t, nu, amplitudes @ np.exp(-np.outer(1 / np.array(times), t))),
                     [np.linspace(0.3, 1.5, 5), np.linspace(2.0, 6.0, 5)])
     np.testing.assert_allclose(two.nu, times, rtol=1e-2)
