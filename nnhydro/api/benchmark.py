@@ -66,7 +66,7 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
               report: Callable[[str], None] | None = None, workers: Workers = HERE) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit.
 
-    `models`: baselines, network, hybrid, rivals or folders of models (all physics that suits the arm, network and hybrid by default);
+    `models`: baselines, network, hybrid, comparators or folders of models (all physics that suits the arm, network and hybrid by default);
     several campaigns are several arms; `protocol` says what is held out; `report=print` shows progress; `workers` share the fits
     (docs/cluster.md). Raises ConfigError for an unknown name, CampaignError where nothing can be held out.
     """

@@ -154,7 +154,7 @@ class Benchmark:
                     "has seen")
         else:
             text = f"On recordings that no fit has seen, {ranking[0]} predicts the torques best: {100 * best:.1f} % error"
-            text += self._beside_rival(ranking[0], best)
+            text += self._beside_reference(ranking[0], best)
         text += f"; a perfect model would leave {100 * self.noise_floor:.1f} %" if self.noise_floor is not None else ""
         left = sorted({name for units in self.seen.values() for name in units})
         if left:
@@ -162,16 +162,16 @@ class Benchmark:
                      f"{', '.join(left[:4])}{', ...' if len(left) > 4 else ''}")
         return text + "."
 
-    def _beside_rival(self, best_name: str, best: float) -> str:
+    def _beside_reference(self, best_name: str, best: float) -> str:
         """How much better the best is than a baseline that everybody knows."""
-        rival = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != best_name), None)
-        if rival is None:
+        reference = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != best_name), None)
+        if reference is None:
             return ""
-        rival_error = self.standings[rival].pooled.error
-        ratio = rival_error / max(best, 1e-12)
+        reference_error = self.standings[reference].pooled.error
+        ratio = reference_error / max(best, 1e-12)
         if ratio < MUCH:
-            return f", no better than {rival} ({100 * rival_error:.1f} %) to speak of"
-        return f", {ratio:.1f} times better than {rival} ({100 * rival_error:.1f} %)"
+            return f", no better than {reference} ({100 * reference_error:.1f} %) to speak of"
+        return f", {ratio:.1f} times better than {reference} ({100 * reference_error:.1f} %)"
 
     def following(self, campaign: str) -> str:
         """Return the command that comes next: a diagnosis where much is left, else the model that won, made of all recordings."""
@@ -285,7 +285,7 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
               workers: Workers = HERE) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.
 
-    `models`: baselines, `network`, `hybrid`, rivals or model folders (all physics that suits the arm, network and hybrid by default).
+    `models`: baselines, `network`, `hybrid`, comparators or model folders (all physics that suits the arm, network and hybrid by default).
     Several campaigns are several arms. `workers` share the fits, a model and fold each. Raises ConfigError for an unknown name,
     CampaignError where nothing can be held out.
     """

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import final
 
 from nnhydro.errors import ConfigError
-from nnhydro.evaluation.comparators.comparator import rivals
+from nnhydro.evaluation.comparators.comparator import comparators
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.fitting.network.gradient_fit import Progress
@@ -45,9 +45,9 @@ def _train_entry(name: str, campaigns: Sequence[Campaign], config: TrainingConfi
     return ModelEntry(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, own, progress=progress), seen or frozenset())
 
 
-def _rival(name: str, config: TrainingConfig) -> ModelEntry:
+def _comparator(name: str, config: TrainingConfig) -> ModelEntry:
     own = config.model_copy(update={"model": "network"})
-    return ModelEntry(name, lambda chosen, arm, how, progress: rivals()[name].fit(chosen, arm, how, own))
+    return ModelEntry(name, lambda chosen, arm, how, progress: comparators()[name].fit(chosen, arm, how, own))
 
 
 def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
@@ -72,12 +72,12 @@ def default_names(arm: Arm) -> tuple[str, ...]:
 
 
 def all_names(arm: Arm) -> tuple[str, ...]:
-    """Return who takes part where `--models all` is asked for: the default and every rival."""
-    return (*default_names(arm), *rivals())
+    """Return who takes part where `--models all` is asked for: the default and every comparator."""
+    return (*default_names(arm), *comparators())
 
 
 def entries(names: Sequence[str], campaigns: Sequence[Campaign], config: TrainingConfig) -> tuple[ModelEntry, ...]:
-    """Return the entries called `names`: baselines, `network`, `hybrid`, rivals, folders of stored models; `all` is all but folders.
+    """Return the entries called `names`: baselines, `network`, `hybrid`, comparators, folders of stored models; `all` is all but folders.
 
     Raises ConfigError for a name that is unknown or stands twice.
     """
@@ -87,13 +87,13 @@ def entries(names: Sequence[str], campaigns: Sequence[Campaign], config: Trainin
             made.append(_physics(name))
         elif name in LEARNED:
             made.append(_train_entry(name, campaigns, config))
-        elif name in rivals():
-            made.append(_rival(name, config))
+        elif name in comparators():
+            made.append(_comparator(name, config))
         elif Path(name).is_dir():
             made.append(_stored_entry(Path(name), campaigns))
         else:
-            raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED, *rivals()))}, a model's folder, "
-                              "or all")
+            raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED, *comparators()))}, a model's "
+                              "folder, or all")
     if len({entry.name for entry in made}) < len(made):
         raise ConfigError(f"--models: a name stands twice in {', '.join(names)}: name each model once")
     return tuple(made)

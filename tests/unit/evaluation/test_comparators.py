@@ -1,4 +1,4 @@
-"""Rivals are honest models: they learn what can be learned, and take part on request alone."""
+"""Comparators are honest models: they learn what can be learned, and take part on request alone."""
 
 import warnings
 
@@ -10,7 +10,7 @@ from rigs import arm, run
 
 from nnhydro.evaluation.benchmark import benchmark, misfit_of
 from nnhydro.evaluation.comparators import gp
-from nnhydro.evaluation.comparators.comparator import raw_states, rivals, thin_rows
+from nnhydro.evaluation.comparators.comparator import comparators, raw_states, thin_rows
 from nnhydro.evaluation.entries import all_names, default_names
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.recordings.splitting import units
@@ -28,14 +28,14 @@ def few_rows(monkeypatch):
 def fitted(name, count=6, links=1):
     a = arm(links)
     chosen = units(campaign(a, planted(a), count, seconds=4.0, rate=25.0), GIVEN)
-    return rivals()[name].fit(chosen[:-1], a, GIVEN, FEW), chosen[-1]
+    return comparators()[name].fit(chosen[:-1], a, GIVEN, FEW), chosen[-1]
 
 
 def test_the_catalogue_holds_the_three_of_the_table():
-    assert {"gp", "boosted-trees", "mlp-raw"} <= set(rivals())
+    assert {"gp", "boosted-trees", "mlp-raw"} <= set(comparators())
 
 
-@pytest.mark.parametrize("name", sorted(rivals()))
+@pytest.mark.parametrize("name", sorted(comparators()))
 @pytest.mark.parametrize("links", [1, 2])
 def test_a_rival_gives_finite_torques_for_every_row(name, links):
     model, _ = fitted(name, count=3, links=links)
@@ -54,8 +54,8 @@ def test_a_rival_learns_from_the_recordings(name):
 
 def test_rivals_take_part_where_they_are_asked_for():
     a = arm(2)
-    assert not set(default_names(a)) & set(rivals())
-    assert set(rivals()) <= set(all_names(a))
+    assert not set(default_names(a)) & set(comparators())
+    assert set(comparators()) <= set(all_names(a))
     whole = campaign(a, planted(a), 4, seconds=2.0, rate=25.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
