@@ -40,9 +40,9 @@ class MissingExtraError(NnhydroError):
     """An optional library is not installed."""
 
 
-def counted(number: int, thing: str) -> str:
-    """Return "1 row", "2 rows": `number` and `thing` in the plural where it has one."""
-    return f"{number} {thing}{'' if number == 1 else 's'}"
+def counted(number: int, noun: str) -> str:
+    """Return "1 row", "2 rows": `number` and `noun` in the plural where it has one."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def require(condition: bool, message: str, error: type[NnhydroError] = ConfigError) -> None:

@@ -73,7 +73,7 @@ def whitened(of, seed=2, even=False, rows=None, m=3, level=1.0):
 
 def library(of, laws, seed=3):
     """Random columns for `laws` beside the design."""
-    width = sum(one.width for one in laws)
+    width = sum(law.width for law in laws)
     X = np.random.default_rng(seed).standard_normal((*of.y.shape, width))
     return Library(of, tuple(laws), X, np.ones(width))
 

@@ -21,7 +21,7 @@ ORDER = ("runtime", "recordings", "physics", "effects", "features", "models", "d
 FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "calibration.rehearsal",
           "unexplained", "experiment", "corrected_model", "trained_on", "result", "diagnose", "calibration.power")
 # these import nothing of diagnosis: anybody may cite them
-LEAVES = ("nnhydro.diagnosis.unexplained.where", "nnhydro.diagnosis.experiment.rig_limits")
+LEAVES = ("nnhydro.diagnosis.unexplained.residual_location", "nnhydro.diagnosis.experiment.rig_limits")
 DATA = ("demo",)  # folders that hold files, not modules
 ENTRY = ("__main__",)  # may import anything, is imported by nothing
 FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers; imports nothing of it at run time
@@ -195,3 +195,9 @@ def test_the_wheel_holds_the_package_and_nothing_else(tmp_path):
     assert {f"nnhydro/{p.relative_to(PACKAGE)}" for p in SOURCES} <= set(names)
     demo = {f"nnhydro/{p.relative_to(PACKAGE)}" for p in (PACKAGE / "demo").rglob("*") if p.suffix not in (".py", ".pyc") and p.is_file()}
     assert demo <= set(names), f"the demo's {demo - set(names)} do not ship"
+
+
+def test_unit_tests_lie_in_the_folders_of_what_they_test():
+    unit = ROOT / "tests" / "unit"
+    folders = sorted({path.parent.relative_to(unit) for path in unit.rglob("test_*.py")})
+    assert [str(folder) for folder in folders if not (PACKAGE / folder).is_dir()] == [], "tests/unit has the folders of nnhydro"

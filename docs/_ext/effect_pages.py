@@ -12,22 +12,23 @@ PARITY = {"odd": "gives the mirrored torque", "even": "gives the same torque", "
 
 def page(effect: type[Effect], known: set[str]) -> str:
     """Return the page as Markdown."""
-    one = card(effect)
-    seen = one["signature"]
+    facts = card(effect)
+    seen = facts["signature"]
+    through = ", through what the sensors read" if facts["kind"] == "instrument" else ""
     alike = ", ".join(f"[{name}]({name}.md)" if name in known else name for name in seen["mistaken_for"]) or "nothing that is known"
     rows = "\n".join(f"| `{p['name']}` | {p['meaning']} | {p['unit']} | {p['bounds'][0]:g} to {p['bounds'][1]:g} |"
-                     for p in one["parameters"])
-    return f"""# {one['name'][0].upper()}{one['name'][1:]}
+                     for p in facts["parameters"])
+    return f"""# {facts['name'][0].upper()}{facts['name'][1:]}
 
-`{one['id']}`, family {one['family']}, acts on {ACTS[one['acts']]}{', through what the sensors read' if one['kind'] == 'instrument' else ''}
+`{facts['id']}`, family {facts['family']}, acts on {ACTS[facts['acts']]}{through}
 
-{one['mechanism']}
+{facts['mechanism']}
 
 ```text
-{one['equation']}
+{facts['equation']}
 ```
 
-![Torque of a demonstration motion without and with the effect, and the difference against what drives it]({one['id']}.png)
+![Torque of a demonstration motion without and with the effect, and the difference against what drives it]({facts['id']}.png)
 
 Size made up for the picture: a quarter of the largest torque.
 
@@ -39,7 +40,7 @@ Size made up for the picture: a quarter of the largest torque.
 | At rest | {'nothing is left of it' if seen['zero_at_rest'] else 'it is still there'} |
 | Brought out by | {seen['excited_by']} |
 | Mistaken for | {alike} |
-| Source | {one['source']} |
+| Source | {facts['source']} |
 
 | parameter | meaning | unit | bounds |
 | --- | --- | --- | --- |
@@ -49,7 +50,8 @@ Size made up for the picture: a quarter of the largest torque.
 
 def index(effects: dict[str, type[Effect]]) -> str:
     """Return the list of all effects as Markdown."""
-    rows = "\n".join(f"| [{one.id}]({one.id}.md) | {one.family} | {one.name} | {one.signature.region} |" for one in effects.values())
+    rows = "\n".join(f"| [{effect.id}]({effect.id}.md) | {effect.family} | {effect.name} | {effect.signature.region} |"
+                     for effect in effects.values())
     pages = "\n".join(effects)
     return f"""# What may be left out
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.evaluation import benchmark as evaluation
 from nnhydro.evaluation.protocols.protocol import DEFAULT
 from nnhydro.fitting.config import TrainingConfig, read_config
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Benchmark(Shown):
+class Benchmark(ResultView):
     """Every model on recordings held out of its fit; the data frame has a row a model, best first, shares as fractions of 1."""
 
     result: evaluation.Benchmark
@@ -66,7 +66,7 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
               report: Callable[[str], None] | None = None, workers: Workers = HERE) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit.
 
-    `models`: baselines, network, hybrid, rivals or folders of models (all physics that suits the arm, network and hybrid by default);
+    `models`: baselines, network, hybrid, comparators or folders of models (all physics that suits the arm, network and hybrid by default);
     several campaigns are several arms; `protocol` says what is held out; `report=print` shows progress; `workers` share the fits
     (docs/cluster.md). Raises ConfigError for an unknown name, CampaignError where nothing can be held out.
     """

@@ -7,9 +7,9 @@ import numpy as np
 
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.arm import read_arm as read_file
-from nnhydro.recordings.campaign import Campaign, verified
+from nnhydro.recordings.campaign import Campaign, verify_campaign
 from nnhydro.recordings.readers.files import channel_names
-from nnhydro.recordings.readers.from_columns import Named, recording_from_columns
+from nnhydro.recordings.readers.from_columns import NamedColumns, recording_from_columns
 from nnhydro.recordings.recording import Origin, Recording
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def load(folder: str | Path, columns: str | Path | None = None) -> Campaign:
     `columns` is a YAML file that says what foreign columns mean; by default columns.yaml in the folder. Raises NnhydroError
     (CampaignError, ArmError, RecordingError, ConfigError) with one line that says what is wrong, where, and what mends it.
     """
-    return verified(Path(folder), None if columns is None else Path(columns))
+    return verify_campaign(Path(folder), None if columns is None else Path(columns))
 
 
 def read_frame(frame: "pd.DataFrame", arm: Arm, name: str = "recording", torque: bool = True) -> Recording:
@@ -37,4 +37,5 @@ def read_frame(frame: "pd.DataFrame", arm: Arm, name: str = "recording", torque:
     """
     known = channel_names(arm, torque)
     columns = {str(label): np.asarray(frame[label], dtype=float) for label in frame.columns if str(label) in known}
-    return recording_from_columns(Named(dict(columns), tuple(map(str, frame.columns))), arm, name, Origin(name, "", "data frame"), torque)
+    named = NamedColumns(dict(columns), tuple(map(str, frame.columns)))
+    return recording_from_columns(named, arm, name, Origin(name, "", "data frame"), torque)

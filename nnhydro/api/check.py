@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import final
 
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.errors import ConfigError, require
 from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.recordings.campaign import Campaign
@@ -15,7 +15,7 @@ from nnhydro.runtime.workers import HERE, Workers
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Check(Shown):
+class Check(ResultView):
     """A campaign looked over: `survey` holds every number; the data frame has a row a recording."""
 
     survey: Survey

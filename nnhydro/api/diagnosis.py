@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, final
 
 from nnhydro.api.model import Model
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
 from nnhydro.diagnosis.result import Diagnosis as Result
@@ -28,7 +28,7 @@ class Parameter:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Finding(Shown):
+class Finding(ResultView):
     """One effect that the baseline leaves out; its data frame has a row a number."""
 
     effect: str
@@ -60,7 +60,7 @@ class Finding(Shown):
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Shown):
+class Diagnosis(ResultView):
     """What is missing, where, and how good the model with it is; the data frame has a row a finding."""
 
     result: Result

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.effects.catalogue import catalogue as known
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.effects.effect import Effect
@@ -15,7 +15,7 @@ from nnhydro.report.sheet import Column, Sheet
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Catalogue(Shown):
+class Catalogue(ResultView):
     """All effects by their id; the data frame has a row an effect."""
 
     effects: dict[str, type[Effect]]
@@ -38,10 +38,10 @@ class Catalogue(Shown):
         """Return one row an effect."""
         every = list(self.effects.values())
         return (Sheet("", (
-            Column("id", list(self.effects), words=True), Column("family", [one.family for one in every], words=True),
-            Column("acts on", [ACTS[one.acts] for one in every], key="acts", words=True),
-            Column("name", [one.name for one in every], words=True),
-            Column("what it looks like", [one.signature.region for one in every], key="region", words=True))),)
+            Column("id", list(self.effects), words=True), Column("family", [effect.family for effect in every], words=True),
+            Column("acts on", [ACTS[effect.acts] for effect in every], key="acts", words=True),
+            Column("name", [effect.name for effect in every], words=True),
+            Column("what it looks like", [effect.signature.region for effect in every], key="region", words=True))),)
 
 
 def catalogue(plugin: str | Path | None = None) -> Catalogue:

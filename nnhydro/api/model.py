@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from nnhydro.api.campaign import read_frame
 from nnhydro.api.prediction import Prediction
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.errors import ConfigError, require
 from nnhydro.exchange.curves import curves_csv
 from nnhydro.exchange.mujoco import mujoco_xml
@@ -15,7 +15,7 @@ from nnhydro.fitting.identify import identify as fit
 from nnhydro.fitting.network.gradient_fit import Progress
 from nnhydro.fitting.network.train import train as fit_network
 from nnhydro.models import prediction, storage
-from nnhydro.models.compiled.torque import Compiled, compiled
+from nnhydro.models.compiled.torque import CompiledModel, compile_model
 from nnhydro.models.export.onnx_file import export_onnx
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Model(Shown):
+class Model(ResultView):
     """A model of what the arm's torque sensors read; its data frame has a row a parameter.
 
     `torque_model` is the model that computes (`torque(motion)` on torch tensors, see docs/models.md).
@@ -87,13 +87,13 @@ class Model(Shown):
         write_own(out, curves_csv(self.torque_model) if made is None else made.xml)
         return () if made is None else made.lacks
 
-    def compiled(self, engine: str | None = None) -> Compiled:
+    def compiled(self, engine: str | None = None) -> CompiledModel:
         """Return the physics model compiled: `torque(motion)` for many states, `step(...)` for one, far faster (docs/speed.md).
 
         `engine` is numba (extra `fast`) or numpy; by default numba where it is installed. Raises ModelError for a network, or where the
         model remembers the motion in a way that is not compiled.
         """
-        return compiled(self.torque_model, engine)
+        return compile_model(self.torque_model, engine)
 
     def save(self, folder: str | Path) -> Path:
         """Write the model to `folder`, whole or not at all; a model that lies there is replaced. Returns the folder."""

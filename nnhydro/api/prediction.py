@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.api.shown import Shown
+from nnhydro.api.result_view import ResultView
 from nnhydro.conventions import TIME, column, joint_text
 from nnhydro.models import prediction
 from nnhydro.models.prediction_file import write_prediction
@@ -22,7 +22,7 @@ SHOWN = 5  # rows in text
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Prediction(Shown):
+class Prediction(ResultView):
     """Sensor torques `tau` (n, joints) N m at the times `t` (n,) s; `std` is their standard deviation where the model knows it."""
 
     name: str

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from nnhydro.blind_tests.oracle import true_torque
 from nnhydro.blind_tests.seal import KEY_FILE, new_key, read_key, seal, write_key, write_sealed
-from nnhydro.blind_tests.truth.campaign import SIZES, Concealed, NotVisibleError, Wish, draw_campaign
-from nnhydro.blind_tests.truth.localised import KINDS
+from nnhydro.blind_tests.truth.campaign import SIZES, ConcealedCampaign, NotVisibleError, Wish, draw_campaign
+from nnhydro.blind_tests.truth.partial_causes import KINDS
 from nnhydro.blind_tests.truth.registry import names
 from nnhydro.blind_tests.truth.visibility import FACTORS
 from nnhydro.errors import ConfigError, require
@@ -47,7 +47,7 @@ def known_names() -> tuple[str, ...]:
     return (*SPECIAL, *names(), *names("base_form"), *names("unlisted"))
 
 
-def checked(wish: Wish, count: int, seed: int) -> None:
+def check_request(wish: Wish, count: int, seed: int) -> None:
     """Raise ConfigError where something is asked for that cannot be made."""
     require(wish.effect in known_names(), f"--effect {wish.effect}: not known: choose one of {', '.join(known_names())}")
     require(wish.strength in FACTORS, f"--strength {wish.strength}: choose one of {', '.join(FACTORS)}")
@@ -72,7 +72,7 @@ def _csv(columns: dict[str, NDArray[np.float64]]) -> str:
     return "\n".join([",".join(columns), *(",".join(formats) % tuple(row) for row in rows)]) + "\n"
 
 
-def write_concealed(folder: Path, made: Concealed) -> None:
+def write_concealed(folder: Path, made: ConcealedCampaign) -> None:
     """Write the campaign's public files."""
     write_text(folder / "arm.yaml", yaml.safe_dump(made.arm, sort_keys=False))
     for file, columns in made.files.items():
@@ -91,7 +91,7 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
     is replaced whole if it is a suite or empty, and refused otherwise. Raises ConfigError also where an effect cannot be made visible.
     """
     for wish in wishes:
-        checked(wish, len(wishes), seed)
+        check_request(wish, len(wishes), seed)
     key, made = _key(key_file), []
     if key_file is not None and not key_file.is_file():
         write_key(key_file, key)  # before the answers: a key that was lost with a run that was ended could never open them

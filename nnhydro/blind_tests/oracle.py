@@ -14,7 +14,7 @@ import yaml
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.blind_tests.truth.campaign import Unseen
+from nnhydro.blind_tests.truth.campaign import UnseenRun
 from nnhydro.models.prediction import predict
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
@@ -29,7 +29,7 @@ from nnhydro.runtime.files import write_text
 class TrueModel(TorqueModel):
     """What the torque sensors of a concealed arm read, on any motion; it lives only while a suite is written."""
 
-    unseen: Unseen
+    unseen: UnseenRun
 
     def torque(self, motion: Motion) -> Tensor:
         """Return the sensor torques (n, joints) N m without noise, the mean over chance."""
@@ -41,7 +41,7 @@ class TrueModel(TorqueModel):
         return {}
 
 
-def true_torque(unseen: Unseen, document: dict[str, Any], csv: str) -> NDArray[Any]:
+def true_torque(unseen: UnseenRun, document: dict[str, Any], csv: str) -> NDArray[Any]:
     """Return the sensor torques (n, joints) N m of the truth for its motion as recorded in `csv`, by the arm of arm.yaml's `document`.
 
     Derivatives that the recorder left out are taken as for any model (`predict`).

@@ -14,7 +14,7 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.blind_tests.scoring_windows import Placed, number, placed
+from nnhydro.blind_tests.scoring_windows import PlacementError, number, placement_error
 from nnhydro.errors import ConfigError
 
 HONEST = 3  # names: a longer class says too little
@@ -79,7 +79,7 @@ class Verdict:
     error_true: float | None = None  # of the truth itself, given the motions as they were recorded
     notes: tuple[str, ...] = field(default=())
     part: str = "always"  # in what part of the campaign the effect acts
-    placed: Placed | None = None  # how well that was told, where the effect was named
+    placed: PlacementError | None = None  # how well that was told, where the effect was named
     confined: bool = False  # whether a claim that fits is confined to a part though its effect always acts
 
 
@@ -100,7 +100,7 @@ def claims_of(diagnosis: Any, where: str) -> tuple[Claim, ...]:
                           "findings need effect, class, joint, confidence") from cause
 
 
-def matched(truth: Sequence[str], claims: Sequence[Claim]) -> list[int | None]:
+def match_claims(truth: Sequence[str], claims: Sequence[Claim]) -> list[int | None]:
     """Return for every hidden effect which claim fits it, exact names first; each claim is used once."""
     result: list[int | None] = [None] * len(truth)
     for exact in (True, False):
@@ -140,7 +140,7 @@ def _near(entries: Sequence[dict[str, Any]], claim: Claim) -> bool:
     return any(claim.fits(name) for entry in entries for name in entry["near"])
 
 
-def _detected(diagnosis: dict[str, Any], key: str) -> bool:
+def _says_detected(diagnosis: dict[str, Any], key: str) -> bool:
     part = diagnosis.get(key)
     return bool(part.get("detected", False)) if isinstance(part, dict) else False
 
@@ -161,15 +161,15 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
     """Return the verdict on `diagnosis` (the document in the file `where`), without the errors of unseen motions."""
     claims, entries, listed = claims_of(diagnosis, where), answer["effects"], answer["kind"] == "effect"
     truth = tuple(entry["effect"] for entry in entries) if listed else ()
-    match = matched(truth, claims)
+    match = match_claims(truth, claims)
     correct = [c in match or (not listed and _near(entries, claim)) for c, claim in enumerate(claims)]
     fitting = [(entry, claims[c]) for entry, c in zip(entries, match, strict=False) if c is not None]
     plain = [(entry, claim) for entry, claim in fitting if entry["shape"] == "plain" and claim.effect == entry["effect"]]
     right, families = all(correct) and None not in match, {claim.family for claim in claims}
-    detected = _detected(diagnosis, "mismatch")
+    detected = _says_detected(diagnosis, "mismatch")
     local = next((entry for entry in entries if entry.get("acts")), None)
     mine = [claim for entry, claim in fitting if entry is local]
-    place = placed(local["acts"], mine[0].acts, answer["recordings"]) if local is not None and mine else None
+    place = placement_error(local["acts"], mine[0].acts, answer["recordings"]) if local is not None and mine else None
     return Verdict(
         campaign=campaign, kind=answer["kind"], strength=answer["strength"], truth=tuple(entry["effect"] for entry in entries),
         other_shape=any(entry["shape"] == "other" for entry in entries), named=tuple(claim.effect for claim in claims), detected=detected,
@@ -178,8 +178,8 @@ def score(campaign: str, answer: dict[str, Any], diagnosis: dict[str, Any], wher
         joint=bool(fitting) and all(claim.joint == entry["joint"] for entry, claim in fitting),
         false_claims=correct.count(False), class_sizes=tuple(len(claim.names) for _, claim in fitting),
         claims=tuple((claim.confidence, ok) for claim, ok in zip(claims, correct, strict=True)), pairs=_pairs(answer, truth, claims, match),
-        alarm=detected or bool(claims) or _detected(diagnosis, "unexplained"),
-        parameters=tuple(one for entry, claim in plain for one in _numbers(entry, claim)),
+        alarm=detected or bool(claims) or _says_detected(diagnosis, "unexplained"),
+        parameters=tuple(value for entry, claim in plain for value in _numbers(entry, claim)),
         rivals=tuple(entry.get("rivals", {}) for entry in entries), limit=answer.get("limit"),
         seconds=number(diagnosis.get("seconds")), part="always" if local is None else local["acts"]["kind"],
         placed=place, confined=any(claim.acts is not None for entry, claim in fitting if not entry.get("acts")))

@@ -11,7 +11,7 @@ from typing import Any, final
 
 @final
 @dataclass(frozen=True)
-class Placed:
+class PlacementError:
     """What was said of when or where a hidden effect acts: overlap 0 to 1, and the error of the moment (None: none was named there)."""
 
     kind: str
@@ -45,13 +45,13 @@ def _sector(claimed: Any, true: dict[str, Any]) -> float:
     return max(both, 0.0) / either if either > 0 else 0.0
 
 
-def placed(true: dict[str, Any], claimed: Any, recordings: int) -> Placed:
+def placement_error(true: dict[str, Any], claimed: Any, recordings: int) -> PlacementError:
     """Return how well `claimed` (a finding's "acts", None where it always acts) tells where the effect of an answer acts."""
     acts = claimed if isinstance(claimed, dict) else {}
     if true["region"] is not None:
-        return Placed(true["kind"], _sector(acts.get("region"), true["region"]))
+        return PlacementError(true["kind"], _sector(acts.get("region"), true["region"]))
     names = [f"run_{k + 1:02d}" for k in range(recordings)]
     said, right = _names(acts, names), set(true["recordings"])
     at, there = number(acts.get("since_s")), true["moment_s"] is not None and acts.get("since") == true["moment_in"]
     error = abs(at - float(true["moment_s"])) if there and at is not None else None
-    return Placed(true["kind"], len(said & right) / len(said | right), error)
+    return PlacementError(true["kind"], len(said & right) / len(said | right), error)

@@ -31,7 +31,7 @@ LARGEST = 200_000_000  # bytes of an answer; a longer one was not made here
 
 @final
 @dataclass(frozen=True)
-class Sealed:
+class SealedAnswer:
     """An answer as it lies in the suite."""
 
     name: str
@@ -70,7 +70,7 @@ def _mac(key: bytes, purpose: str, *parts: bytes) -> bytes:
     return hmac.new(key, framed, hashlib.sha256).digest()
 
 
-def _mixed(key: bytes, iv: bytes, text: bytes) -> bytes:
+def _mix(key: bytes, iv: bytes, text: bytes) -> bytes:
     stream = hashlib.shake_256(b"stream" + key + iv).digest(len(text))
     return (int.from_bytes(text, "big") ^ int.from_bytes(stream, "big")).to_bytes(len(text), "big")
 
@@ -79,40 +79,40 @@ def _commitment(salt: bytes, plain: bytes) -> str:
     return hashlib.sha256(salt + plain).hexdigest()
 
 
-def seal(name: str, answer: dict[str, Any], key: bytes) -> Sealed:
+def seal(name: str, answer: dict[str, Any], key: bytes) -> SealedAnswer:
     """Return `answer` sealed under `key` for the campaign `name`."""
     plain = json_text(answer).encode()
     salt = _mac(key, "salt", name.encode())[:16]
     inside = zlib.compress(salt + plain, 9)
     iv = _mac(key, "iv", name.encode(), inside)[:16]
-    text = _mixed(key, iv, inside)
-    return Sealed(name, iv, text, _mac(key, "tag", name.encode(), iv, text), _commitment(salt, plain))
+    text = _mix(key, iv, inside)
+    return SealedAnswer(name, iv, text, _mac(key, "tag", name.encode(), iv, text), _commitment(salt, plain))
 
 
-def write_sealed(path: Path, sealed: Sealed) -> None:
+def write_sealed(path: Path, sealed: SealedAnswer) -> None:
     """Write the .sealed file."""
     write_text(path, json_text(sealed.document()))
 
 
-def _parsed(path: Path) -> Sealed:
+def _parse(path: Path) -> SealedAnswer:
     """A sealed answer as read; raises ConfigError where it is none."""
     try:
         raw = read_json(path, ConfigError)
         require(raw["schema"] == SCHEMA, f"{path}: schema is {raw['schema']!r}, expected {SCHEMA!r}: made by another version?")
         iv, text, tag = (bytes.fromhex(raw[k]) for k in ("iv", "text", "tag"))
-        return Sealed(str(raw["name"]), iv, text, tag, str(raw["commitment"]))
+        return SealedAnswer(str(raw["name"]), iv, text, tag, str(raw["commitment"]))
     except (ValueError, KeyError, TypeError) as cause:
         raise ConfigError(f"{path}: is no sealed answer ({type(cause).__name__}): make the suite again with nnhydro conceal") from cause
 
 
 def open_sealed(path: Path, key: bytes, commitment: str | None = None) -> dict[str, Any]:
     """Return the answer in `path`; raise ConfigError where the key is wrong or the file was changed since it was sealed."""
-    sealed = _parsed(path)
+    sealed = _parse(path)
     require(hmac.compare_digest(sealed.tag, _mac(key, "tag", sealed.name.encode("utf-8", "replace"), sealed.iv, sealed.text)),
             f"{path}: cannot be opened: this is not its key, or the file was changed since it was sealed")
     require(sealed.name == path.stem, f"{path}: was sealed for {sealed.name}: the answers have been exchanged")
     unpacked = zlib.decompressobj()
-    inside = unpacked.decompress(_mixed(key, sealed.iv, sealed.text), LARGEST)
+    inside = unpacked.decompress(_mix(key, sealed.iv, sealed.text), LARGEST)
     salt, plain = inside[:16], inside[16:]
     found = _commitment(salt, plain)
     require(found == sealed.commitment and commitment in (None, found),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nnhydro.blind_tests.scoring import Verdict
-from nnhydro.blind_tests.truth.localised import PARTS
+from nnhydro.blind_tests.truth.partial_causes import PARTS
 
 SCHEMA = "nnhydro/score/2"
 CONFIDENT = 0.9  # findings said with at least this confidence must be right as often
@@ -34,7 +34,7 @@ def _in_part(part: str, v: Verdict) -> bool:
     return v.part == part
 
 
-def _placed(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+def _placement_rows(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     """How well it was told when and where effects act; an effect that was not named was not placed."""
     local = [v for v in verdicts if v.part != "always"]
     moments = [v.placed.moment_error_s if v.placed else None for v in local if v.part == "onset"]
@@ -78,7 +78,7 @@ def _group(name: str, members: Sequence[Verdict]) -> dict[str, Any]:
             "error_after": _median([v.error_after for v in members if v.error_after is not None])}
 
 
-def _unseen(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+def _prediction_rows(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     """How well unseen motions are predicted, and what share of the improvement that the truth itself would make, for hidden effects.
 
     The median is over the campaigns in which the truth is better than the baseline, the pooled share over all, whatever it is there.
@@ -113,6 +113,6 @@ def summary(verdicts: Sequence[Verdict], missing: Sequence[str]) -> dict[str, An
             "parameters": {"compared": len(numbers), "median_error": _median([p.error for p in numbers if p.error is not None]),
                            "coverage": _share([p.covered for p in numbers if p.covered is not None])},
             "confidence": {"threshold": CONFIDENT, "claims": len(confident), "right": _share(confident)},
-            "unseen": _unseen(verdicts), "placed": _placed(verdicts),
+            "unseen": _prediction_rows(verdicts), "placed": _placement_rows(verdicts),
             "median_seconds": _median([v.seconds for v in verdicts if v.seconds is not None]),
             "confusion": confusion(verdicts), "campaigns": [asdict(v) for v in verdicts]}

@@ -17,8 +17,8 @@ def arm(
 ) -> None:
     """Make arm.yaml from a URDF, and say what it does not hold: offsets of angles, friction, the water."""
     from nnhydro.errors import ConfigError, require
+    from nnhydro.exchange.arm_text import arm_yaml
     from nnhydro.exchange.urdf import read_urdf
-    from nnhydro.exchange.written import arm_yaml
     from nnhydro.runtime.files import write_own
 
     try:

@@ -11,7 +11,7 @@ from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 def benchmark(
     campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, each with its own arm.yaml."),
     out: Path = typer.Option(..., "--out", help="Folder for benchmark.json and the plots."),
-    models: str = typer.Option("", "--models", help="Comma-separated: baselines, network, hybrid, rivals, model folders; or all."),
+    models: str = typer.Option("", "--models", help="Comma-separated: baselines, network, hybrid, comparators, model folders; or all."),
     protocol: str = typer.Option("leave-recordings-out", "--protocol", help="leave-recordings-out, leave-speed-range-out, "
                                  "leave-angle-sector-out, leave-kind-out, leave-arm-out or learning-curve."),
     folds: int = typer.Option(5, "--folds", min=2, help="Number of folds; each recording is held out once."),
@@ -44,9 +44,9 @@ def benchmark(
     chosen = chosen.model_copy(update={key: value for key, value in given.items() if value is not None})
     names = [name.strip() for name in models.split(",") if name.strip()]
     campaigns = open_campaigns(campaign, column_map)
-    for one in campaigns:
-        one.verify()
-    unusable = [warn_of_errors(one) for one in campaigns]
+    for opened in campaigns:
+        opened.verify()
+    unusable = [warn_of_errors(opened) for opened in campaigns]
     total = folds * len(names or default_names(campaigns[0].arm)) if protocol == DEFAULT and names != ["all"] else None
     with steps_on_screen(total) as report:
         result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol, workers)

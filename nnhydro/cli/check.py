@@ -29,14 +29,14 @@ def check(
     workers = Workers(jobs, backend, scheduler)
     documents, failed = [], []
     campaigns = open_campaigns(campaign, column_map)
-    for one in campaigns:
-        found, name = survey_with_physics(one, cutoff, workers), str(one.root)
+    for opened in campaigns:
+        found, name = survey_with_physics(opened, cutoff, workers), str(opened.root)
         failed += [f"{name}: {oddity.message}" for oddity in found.errors]
         if json:
             documents.append(document(found, name))
             continue
         if len(campaigns) > 1:
-            say(f"== {one.arm.name} ({name})")
+            say(f"== {opened.arm.name} ({name})")
         print_survey(found, shell_words(name, column_map))
     if json:
         emit(documents[0] if len(documents) == 1 else {"campaigns": documents})

@@ -20,16 +20,16 @@ def demo(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network and a hybrid on a small tow-tank campaign, compare them with the physics on recordings held out of every fit, and
-    find the effect that is hidden in a second campaign.
+    """Train a network and a hybrid on a small tow-tank campaign, and compare them with the physics on recordings held out of every fit.
+    Then find the effect that is hidden in a second campaign.
     """
     from nnhydro.report.benchmark.tables import print_benchmark
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
 
-    result, paths = _compared(out, seed)
+    result, paths = _compare(out, seed)
     if not json:
         print_benchmark(result, [path for path in paths if path.suffix not in (".svg", ".csv") or path.parent.name == "torques"], "")
-    found, score, answer, written = _diagnosed(out / "diagnosis", seed)
+    found, score, answer, written = _diagnose(out / "diagnosis", seed)
     diagnosis = found.document()
     if json:
         emit({**result.document(), "verdict": result.verdict(), "diagnosis": {**diagnosis, "verdict": found.verdict()},
@@ -39,11 +39,11 @@ def demo(
         if len(sheet):
             show(sheet)
     conclude(found.verdict(), written)
-    conclude(_opened(answer, score), following="nnhydro check MY_CAMPAIGN   (your own folder of recordings), then nnhydro benchmark "
+    conclude(_open_answer(answer, score), following="nnhydro check MY_CAMPAIGN   (your own folder of recordings), then nnhydro benchmark "
              "MY_CAMPAIGN --out RESULTS and nnhydro diagnose MY_CAMPAIGN --out FOUND")
 
 
-def _compared(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
+def _compare(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
     """Train and compare; return the benchmark and the files written."""
     from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS, MEMBERS
     from nnhydro.evaluation.benchmark import benchmark
@@ -73,18 +73,18 @@ def _compared(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
     return result, paths
 
 
-def _diagnosed(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]]:
+def _diagnose(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]]:
     """Diagnose the concealed campaign, and only then open its answer; return diagnosis, its score, the answer and the files written."""
     from nnhydro.blind_tests.reveal import read_suite, reveal
     from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key
     from nnhydro.demo import CONCEALED, CONCEALED_EXPECTED, CONCEALED_NAME
     from nnhydro.diagnosis.diagnose import diagnose
-    from nnhydro.recordings.campaign import verified
+    from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.diagnosis.folder import write_diagnosis
     from nnhydro.report.progress import steps_on_screen
 
     note(f"Reading {CONCEALED_EXPECTED}.")
-    public, campaign = read_suite(CONCEALED)[CONCEALED_NAME], verified(CONCEALED / CONCEALED_NAME)
+    public, campaign = read_suite(CONCEALED)[CONCEALED_NAME], verify_campaign(CONCEALED / CONCEALED_NAME)
     with steps_on_screen() as report:
         found = diagnose(campaign, public["baseline"], seed, progress=report)
     paths = write_diagnosis(found, campaign, out / CONCEALED_NAME)
@@ -93,7 +93,7 @@ def _diagnosed(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path
     return found, score, open_sealed(sealed, read_key(CONCEALED / KEY_FILE), public["commitment"]), paths
 
 
-def _opened(answer: Json, score: Json) -> str:
+def _open_answer(answer: Json, score: Json) -> str:
     """Return what was hidden and whether the diagnosis was right, in words."""
     (hidden,) = answer["effects"]
     numbers = ", ".join(f"{name} {p['value']:.4g} {p['unit']}" for name, p in hidden["parameters"].items())

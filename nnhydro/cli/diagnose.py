@@ -11,36 +11,36 @@ from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import Diagnosis
     from nnhydro.recordings.campaign import Campaign
-    from nnhydro.report.diagnosis.batch import Asked, BatchOutcome
+    from nnhydro.report.diagnosis.batch import BatchOutcome, DiagnosisRequest
     from nnhydro.runtime.workers import Workers
 
 
-def _links(one: "BatchOutcome") -> list[str]:
+def _links(outcome: "BatchOutcome") -> list[str]:
     """Slenderness of the links and the coefficients of the calibrated baseline, link by link: how drag follows L/D from arm to arm."""
     from nnhydro.recordings.arm import read_arm
     from nnhydro.recordings.campaign import arm_file
 
-    found = {} if one.document is None else one.document["recalibrated"]
-    described = arm_file(one.asked.campaign) or one.asked.campaign / "arm.yaml"
-    slender = [] if one.document is None else [link.length_m / link.diameter_m for link in read_arm(described).links]
+    found = {} if outcome.document is None else outcome.document["recalibrated"]
+    described = arm_file(outcome.asked.campaign) or outcome.asked.campaign / "arm.yaml"
+    slender = [] if outcome.document is None else [link.length_m / link.diameter_m for link in read_arm(described).links]
     return [", ".join(f"{x:.3g}" for x in values) for values in (slender, found.get("cd", []), found.get("cm", []))]
 
 
-def _many(asked: "list[Asked]", workers: "Workers", json: bool) -> None:
+def _many(asked: "list[DiagnosisRequest]", workers: "Workers", json: bool) -> None:
     """Diagnose several campaigns; what went wrong with one is told at the end, when all others are done."""
     from nnhydro.errors import CampaignError
     from nnhydro.report.diagnosis.batch import diagnose_all
 
     outcomes = []
-    for one in diagnose_all(asked, workers):
-        outcomes.append(one)
-        note(f"{len(outcomes)} of {len(asked)}: {one.asked.campaign.name}: {one.verdict}")
+    for outcome in diagnose_all(asked, workers):
+        outcomes.append(outcome)
+        note(f"{len(outcomes)} of {len(asked)}: {outcome.asked.campaign.name}: {outcome.verdict}")
     if json:
-        emit({"campaigns": {one.asked.campaign.name: one.document for one in outcomes}})
+        emit({"campaigns": {outcome.asked.campaign.name: outcome.document for outcome in outcomes}})
     else:
-        rows = [[one.asked.campaign.name, *_links(one), one.verdict] for one in outcomes]
+        rows = [[outcome.asked.campaign.name, *_links(outcome), outcome.verdict] for outcome in outcomes]
         table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "left out"], rows, (True,) * 5)
-    failed = [f"{one.asked.campaign}: {one.verdict}" for one in outcomes if one.document is None]
+    failed = [f"{outcome.asked.campaign}: {outcome.verdict}" for outcome in outcomes if outcome.document is None]
     if failed:
         raise CampaignError(f"{len(failed)} of {len(outcomes)} campaigns could not be diagnosed; the first: {failed[0]}")
     if not json:
@@ -66,7 +66,7 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
              f"{', ...' if len(seen) > 4 else ''}): its errors on these are no predictions")
 
 
-def following(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
+def next_steps(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
     from nnhydro.diagnosis.experiment.proposal import FAIR
     from nnhydro.diagnosis.result import NEXT, TOO_NOISY
@@ -106,7 +106,7 @@ def diagnose(
     from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin
-    from nnhydro.recordings.campaign import inner_campaigns, verified
+    from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
     from nnhydro.report.diagnosis.folder import RESULT, SHOWN, write_diagnosis
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
     from nnhydro.report.progress import steps_on_screen
@@ -115,12 +115,13 @@ def diagnose(
 
     workers, stated = Workers(jobs, backend, scheduler), None if limits is None else read_limits(limits)
     inside = inner_campaigns(campaign)
-    for folder in (out / one.name for one in inside):
+    for folder in (out / inner.name for inner in inside):
         check_folder(folder, RESULT)
     if inside:
-        from nnhydro.report.diagnosis.batch import Asked
+        from nnhydro.report.diagnosis.batch import DiagnosisRequest
 
-        asked = [Asked(one, out / one.name, baseline or None, seed, cutoff, effects, column_map, rehearse, stated) for one in inside]
+        asked = [DiagnosisRequest(inner, out / inner.name, baseline or None, seed, cutoff, effects, column_map, rehearse, stated)
+                 for inner in inside]
         _many(asked, workers, json)
         return
     check_folder(out, RESULT)
@@ -128,7 +129,7 @@ def diagnose(
         note("one campaign is worked on by one process: --jobs and --backend share out several")
     if effects is not None:
         load_plugin(effects)
-    opened = verified(campaign, column_map)
+    opened = verify_campaign(campaign, column_map)
     unusable = warn_of_errors(opened)
     warn_of_seen(baseline, opened)
     with steps_on_screen() as report:
@@ -141,7 +142,7 @@ def diagnose(
     for sheet in (findings_sheet(document), parameters_sheet(document), location_sheet(document)):
         if len(sheet):
             show(sheet)
-    then = following(result, out, campaign, column_map)
+    then = next_steps(result, out, campaign, column_map)
     if unusable:
         then = f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)"
     conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], then)

@@ -26,11 +26,11 @@ def effects(
     if name is None:
         every = list(catalogue().values())
         if json:
-            emit([card(one) for one in every])
+            emit([card(effect) for effect in every])
         else:
             print_list(every)
         return
-    one = effect_of_id(name)
+    effect = effect_of_id(name)
     if out is not None:
         from nnhydro.report.effects.effect_figure import draw
         from nnhydro.report.figure_file import paths_of
@@ -38,11 +38,11 @@ def effects(
 
         for path in paths_of(out.with_suffix("")):
             refuse_foreign(path)
-        draw(one, out)
+        draw(effect, out)
         for path in paths_of(out.with_suffix("")):
             stamp_file(path)
     if json:
-        emit(card(one))
+        emit(card(effect))
         return
-    print_card(one)
+    print_card(effect)
     say(f"Picture: {out}" if out is not None else f"A picture of what it looks like: nnhydro effects {name} --out {name}.png")

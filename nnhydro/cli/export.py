@@ -14,7 +14,7 @@ STEPS = ("onnx", "c", "casadi")
 FORMATS = (*STEPS, "mujoco", "curves")
 
 
-def _loaded(model: Path, kind: str, bare: bool) -> "TorqueModel":
+def _load(model: Path, kind: str, bare: bool) -> "TorqueModel":
     """The model in a folder; refused where a controller would be given faults of its rig's sensors, unless these are left out."""
     from nnhydro.errors import ModelError
     from nnhydro.models.storage import load_model
@@ -23,8 +23,8 @@ def _loaded(model: Path, kind: str, bare: bool) -> "TorqueModel":
     loaded = load_model(model)
     faults = sensor_faults(loaded) if kind in STEPS and not bare else ()
     if faults:
-        raise ModelError(f"{model}: holds faults of the rig's torque sensors ({', '.join(faults)}): a controller would act on what the "
-                         "sensors read, not on what the arm needs: add --without-instruments, which leaves them off")
+        raise ModelError(f"{model}: holds faults of the rig's torque sensors ({', '.join(faults)}): a controller would answer "
+                         "sensors, not the arm: add --without-instruments, which leaves them off")
     return loaded
 
 
@@ -88,7 +88,7 @@ def export(
 
     require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")
     require(kind in STEPS or not without_instruments, f"--without-instruments belongs to --format onnx, c and casadi, not to {kind}")
-    loaded = _loaded(model, kind, without_instruments)
+    loaded = _load(model, kind, without_instruments)
     written, verdict = (_step(model, loaded, out, kind, precision, without_instruments) if kind in STEPS else
                      (_mujoco if kind == "mujoco" else _curves)(loaded, out))
     if json:

@@ -23,12 +23,12 @@ def identify(
     from nnhydro.fitting.dry_model import identify_in_water as fit_in_water
     from nnhydro.fitting.identify import identify as fit
     from nnhydro.models.storage import DIGEST, save_model
-    from nnhydro.recordings.campaign import verified
+    from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
     from nnhydro.runtime.files import check_folder
 
     check_folder(out, DIGEST)
-    opened = verified(campaign, column_map)
+    opened = verify_campaign(campaign, column_map)
     unusable = warn_of_errors(opened)
     fitted = fit(opened, model, cutoff, seed) if dry is None else fit_in_water(opened, dry_model(dry), model, cutoff, seed)
     save_model(fitted, out)

@@ -21,16 +21,16 @@ def power(
 
     For a plan the baseline simulates the motions, with the noise that the recipe states.
     """
-    from nnhydro.diagnosis.calibration.planned import planned
+    from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan
     from nnhydro.diagnosis.calibration.power import power as find
     from nnhydro.effects.catalogue import load_plugin
-    from nnhydro.recordings.campaign import verified
+    from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.effects.power_table import power_sheet, power_verdict
     from nnhydro.report.progress import steps_on_screen
 
     if effects is not None:
         load_plugin(effects)
-    opened, left_off = planned(campaign, baseline or None) if campaign.is_file() else (verified(campaign, column_map), ())
+    opened, left_off = simulate_plan(campaign, baseline or None) if campaign.is_file() else (verify_campaign(campaign, column_map), ())
     warn_of_errors(opened)
     with steps_on_screen() as report:
         result = find(opened, baseline or None, seed, cutoff, progress=report).document()

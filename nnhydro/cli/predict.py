@@ -63,10 +63,10 @@ def predict(
         share = prediction.outside_share
         far = "" if not share else f", {share:.0%} of them outside what the model was trained on (column outside)"
         say(f"{path}: {len(prediction.t)} rows{far}")
-    conclude(_verdict(predictions, out), following=_following(model, odd, predictions))
+    conclude(_verdict(predictions, out), following=_next_steps(model, odd, predictions))
 
 
-def _following(model: Path, odd: list[str], predictions: "list[Prediction]") -> str:
+def _next_steps(model: Path, odd: list[str], predictions: "list[Prediction]") -> str:
     """What comes next: mending the motions, recording such motions, else a look at the model."""
     if odd:
         return "mend what is named above, then nnhydro predict again   (--strict refuses such motions)"

@@ -49,7 +49,7 @@ def train(
     from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.fitting.network.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
-    from nnhydro.recordings.campaign import verified
+    from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
     from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
     from nnhydro.runtime.files import check_folder, write_json
@@ -60,7 +60,7 @@ def train(
     if tensorboard is not None:
         refuse_among_recordings(tensorboard, "--tensorboard")
     chosen = read_config(config) if config is not None else TrainingConfig()
-    opened = verified(campaign, column_map)
+    opened = verify_campaign(campaign, column_map)
     unusable = warn_of_errors(opened)
     checkpoint, beside = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
     identity = {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()}

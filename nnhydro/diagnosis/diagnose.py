@@ -35,8 +35,8 @@ from nnhydro.diagnosis.search.library import Library, View
 from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.trained_on import trained_on, with_record
+from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
-from nnhydro.diagnosis.unexplained.where import locate
 from nnhydro.errors import NnhydroError
 from nnhydro.fitting.identify import versions
 from nnhydro.models.strip_theory import StripTheory
@@ -49,7 +49,7 @@ MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Studied:
+class SearchedCampaign:
     """A searched campaign: what was decided, in which search, beside which noise and model."""
 
     design: Design
@@ -60,7 +60,7 @@ class Studied:
     null: Scored
 
 
-def drawn(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
+def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
     """Return at most `most` of `names`, one drawn from each of as many consecutive stretches."""
     rng = np.random.default_rng(seed)
     stretches = np.array_split(np.arange(len(names)), min(most, max(len(names), 1)))
@@ -76,13 +76,14 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
 
 
 def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[str] = (),
-          progress: Callable[[str], None] = lambda line: None) -> Studied:
+          progress: Callable[[str], None] = lambda line: None) -> SearchedCampaign:
     """Return what is left out of `baseline` on the rows of `problem`."""
-    return studied(design_on(problem, baseline), seed, without, progress)
+    return search_design(design_on(problem, baseline), seed, without, progress)
 
 
 @one_thread()
-def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None) -> Studied:
+def search_design(design: Design, seed: int, without: Sequence[str] = (),
+                  progress: Callable[[str], None] = lambda line: None) -> SearchedCampaign:
     """Return what the baseline of `design` leaves out on its rows."""
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
     progress("noise and baseline")
@@ -110,10 +111,10 @@ def studied(design: Design, seed: int, without: Sequence[str] = (), progress: Ca
     search = parts.search
     best = simplest(search, plain(search, parts.best))
     decided = decide(search, best, seed)
-    return Studied(design, noise, search, decided, model, search.score(()))
+    return SearchedCampaign(design, noise, search, decided, model, search.score(()))
 
 
-def _recalibrated(model: StripTheory) -> dict[str, list[float]]:
+def _recalibration(model: StripTheory) -> dict[str, list[float]]:
     pairs = (("cd", "normal_drag", "C_D"), ("cm", "added_mass", "C_M"))
     return {key: list(getattr(model.loads.terms[term], symbol)) for key, term, symbol in pairs if term in model.loads.terms}
 
@@ -131,10 +132,10 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     if limits is not None:
         limits.check(campaign.arm.n_links)
     copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
-    names = drawn([name for name in campaign.names if name not in copies], most, seed)
+    names = draw_names([name for name in campaign.names if name not in copies], most, seed)
     found = study(problem_of(campaign, names, cutoff_hz), baseline, seed, without, progress)
     progress("held-out errors")
-    found, proof = _proved(found, seed)
+    found, proof = _prove(found, seed)
     search, claimed = found.search, found.decided.claimed
     findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
@@ -142,7 +143,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     progress("other bands")
     bands = _other_bands(campaign, names, baseline, found) if findings else ()
     progress("next experiment")
-    following, why = _following(found, campaign, seed, limits)
+    following, why = _plan_next(found, campaign, seed, limits)
     floor = noise_error(search, proof, found.noise.own)
     rest = unexplained_of(search, claimed, proof, found.decided.decisions)
     off = none(search.whitened).vector(search.whitened)
@@ -155,11 +156,11 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
     return Diagnosis(before, corrected, base.name, time.perf_counter() - start,
                      _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                     _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following, _recalibrated(base.at(z_before)),
+                     _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following, _recalibration(base.at(z_before)),
                      versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
-def _proved(found: Studied, seed: int) -> tuple[Studied, Proof]:
+def _prove(found: SearchedCampaign, seed: int) -> tuple[SearchedCampaign, Proof]:
     """What was found with its errors on recordings held out; nothing is claimed that makes them no smaller."""
     claimed = found.decided.claimed
     proof = prove(found.search, claimed, found.model, seed)
@@ -171,7 +172,7 @@ def _proved(found: Studied, seed: int) -> tuple[Studied, Proof]:
     return replace(found, decided=Decided(nothing, decisions, {})), prove(found.search, nothing, found.model, seed)
 
 
-def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: Studied) -> tuple[OtherBand, ...]:
+def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:
     """The claims at other edges of the band; none where too little is left there: it never costs the verdict."""
     claimed = [found.search.view.library.hypotheses[k] for k in found.decided.claimed.chosen]
     made = []
@@ -181,7 +182,7 @@ def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | Non
     return tuple(made)
 
 
-def _following(found: Studied, campaign: Campaign, seed: int, limits: Limits | None) -> tuple[Proposal | None, dict[str, str]]:
+def _plan_next(found: SearchedCampaign, campaign: Campaign, seed: int, limits: Limits | None) -> tuple[Proposal | None, dict[str, str]]:
     """The next experiment, and why there is none where planning it failed: it never costs the verdict."""
     try:
         names = found.design.problem.names
@@ -191,7 +192,7 @@ def _following(found: Studied, campaign: Campaign, seed: int, limits: Limits | N
         return None, {"next_experiment": f"not planned: {error}"}
 
 
-def _p_value(found: Studied, rest: Unexplained) -> float:
+def _p_value(found: SearchedCampaign, rest: Unexplained) -> float:
     """p of "nothing is missing": by the claims, by the unknown beside the baseline alone, by what remains."""
     gains = [d.statistic for d in found.decided.decisions if d.claimed]
     claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1.0)) for g in gains]
@@ -200,7 +201,7 @@ def _p_value(found: Studied, rest: Unexplained) -> float:
     return max(1e-12, min([1.0, rest.p_value, p_of(found.search, found.null) if real else 1.0, *claimed]))
 
 
-def _checks(found: Studied, before: float, after: float, recordings: int) -> dict[str, Any]:
+def _checks(found: SearchedCampaign, before: float, after: float, recordings: int) -> dict[str, Any]:
     """What the errors are of, and how much of what the unknown gained the claims explain."""
     null, claimed = found.null.unknown_nats, found.decided.claimed.unknown_nats
     return {"error_before": before, "error_after": after, "recordings": recordings,

@@ -8,8 +8,8 @@ from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.decision.proof import Proof
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained
-from nnhydro.diagnosis.unexplained.where import Location
 from nnhydro.models.torque_model import TorqueModel
 
 SCHEMA = "nnhydro/diagnosis/1"

@@ -19,7 +19,7 @@ from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer, Form, Number, rows
 from nnhydro.dynamics.hub import HubWrench, hub_wrench
-from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solved, tangent
+from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solve_inertia, tangent
 from nnhydro.dynamics.joint_model import JointModel, joint_model
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
@@ -129,14 +129,14 @@ class Dynamics:
                 worst = max(worst, float((self.model.torque(row)[0] - want[k]).abs().max()))
                 memory = carried.after
             far = worst / (float(want.square().mean().sqrt()) + 1e-12)
-            require(far < FOLLOWS, f"this model remembers the motion in a way that cannot be stepped through time (a run of steps differs "
-                    f"by {far:.1e} from the run as a whole): use a model without that term", ModelError)
+            require(far < FOLLOWS, f"this model holds a memory that cannot be stepped through time: steps differ by {far:.1e} from the "
+                    "whole run: use a model without that term", ModelError)
 
     def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
                 base: Base | None = None) -> Motion:
         return Motion(torch.zeros(len(q), dtype=torch.float64), q, qd, qdd, u0, du0, steady=True, carried=carried, base=base)
 
-    def _carried(self, state: ArmState | None, count: int, dt: float | None = None) -> Carried | None:
+    def _memory_of(self, state: ArmState | None, count: int, dt: float | None = None) -> Carried | None:
         """The memory of `state` for `count` rows, `dt` s later, or as it is."""
         if state is None or not state.memory:
             return None
@@ -167,17 +167,17 @@ class Dynamics:
             base: BaseMotion = None) -> Answer:
         """Return the torques (..., joints) N m at the joints of a motion; q, qd, qdd (..., joints), u0, du0 (...,) of the carriage."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        return form.out(self.model.torque(self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form))))
+        return form.out(self.model.torque(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form))))
 
     def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
                base: Base | None = None) -> Tensor:
         torque = self._at(q, qd, u0, du0, carried, base)
         if self.affine:
             mass, bias = mass_and_bias(torque, q)
-            return solved(mass, tau - bias)
+            return solve_inertia(mass, tau - bias)
         with torch.no_grad():
             none = torch.zeros_like(q)
-            start = solved(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
+            start = solve_inertia(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
             return acceleration(torque, tau, start)
 
     def forward_dynamics(self, q: Number, qd: Number, tau: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
@@ -187,7 +187,7 @@ class Dynamics:
         Raises ModelError where the arm has no inertia, or a learned model gives that torque at no acceleration.
         """
         form, (q_, qd_, tau_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "tau": tau}, {"u0": u0, "du0": du0})
-        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
+        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form)))
 
     def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0,
                     state: ArmState | None = None) -> Answer:
@@ -198,7 +198,7 @@ class Dynamics:
         zero = [0.0] * self.nq
         vectors = {"q": q, "qd": zero if qd is None else qd, "qdd": [1e-3] * self.nq if qdd is None else qdd}
         form, (q_, qd_, qdd_, u0_) = rows(self.nq, vectors, {"u0": u0})
-        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._carried(state, len(q_)))
+        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._memory_of(state, len(q_)))
         return form.out(mass_and_bias(torque, q_)[0] if self.affine else tangent(torque, qdd_))
 
     def bias(self, q: Number, qd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
@@ -210,22 +210,22 @@ class Dynamics:
             base: BaseMotion = None) -> Jacobians:
         """Return d tau / d (q, qd, qdd, u0, du0) at a fixed memory: exact, at kinks the mean of the slopes on both sides."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
+        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form)))
         return Jacobians(*(form.out(getattr(found, name)) for name in ("q", "qd", "qdd", "u0", "du0")))
 
     def hub_wrench(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
             base: BaseMotion = None) -> HubWrench:
         """Return force and moment that the arm exerts on its base at joint 1, in world axes, rigid and fluid part (dynamics/hub.py)."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._carried(state, len(q_)), _base(base, form)))
+        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form)))
         return HubWrench(form.out(found.rigid), form.out(found.fluid))
 
     def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:
         """Return the state at the beginning of a run: what is at rest starts in water at rest, what moves has moved for ever."""
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": [0.0] * self.nq if qd is None else qd}, {"u0": u0})
-        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._remembered(q_, qd_, u0_, None, 0.0))
+        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._step_memory(q_, qd_, u0_, None, 0.0))
 
-    def _remembered(self, q: Tensor, qd: Tensor, u0: Tensor, before: Memory | None, dt: float) -> Memory:
+    def _step_memory(self, q: Tensor, qd: Tensor, u0: Tensor, before: Memory | None, dt: float) -> Memory:
         carried = Carried(torch.full((len(q),), dt, dtype=torch.float64), before)
         with torch.no_grad():
             self.model.torque(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried))
@@ -235,7 +235,7 @@ class Dynamics:
         """Return the state after the arm has moved to `q`, `qd` in `dt` s: for a motion that is measured, not computed."""
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": qd}, {"u0": state.u0 if u0 is None else u0})
         require(dt > 0, f"dt = {dt!r}: give the seconds since the state", ModelError)
-        memory = self._remembered(q_, qd_, u0_, state.memory, dt) if state.memory else {}
+        memory = self._step_memory(q_, qd_, u0_, state.memory, dt) if state.memory else {}
         return ArmState(form.out(q_), form.out(qd_), form.out(u0_), state.t + dt, memory)
 
     def step(self, state: ArmState, tau: Number, dt: float, du0: Number = 0.0) -> ArmState:
@@ -247,7 +247,7 @@ class Dynamics:
         form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})
 
         def slope(h: float, q: Tensor, qd: Tensor) -> Tensor:
-            return self._solve(q, qd, tau_, u0 + h * du0_, du0_, self._carried(state, len(q), h) if h else self._carried(state, len(q)))
+            return self._solve(q, qd, tau_, u0 + h * du0_, du0_, self._memory_of(state, len(q), h) if h else self._memory_of(state, len(q)))
 
         a1 = slope(0.0, q, qd)
         v2 = qd + dt / 2 * a1
@@ -260,5 +260,5 @@ class Dynamics:
                            u0 + dt * du0_, dt)
 
     def _after(self, state: ArmState, form: Form, q: Tensor, qd: Tensor, u0: Tensor, dt: float) -> ArmState:
-        memory = self._remembered(q, qd, u0, state.memory, dt) if state.memory else {}
+        memory = self._step_memory(q, qd, u0, state.memory, dt) if state.memory else {}
         return ArmState(form.out(q), form.out(qd), form.out(u0), state.t + dt, memory)

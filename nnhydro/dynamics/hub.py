@@ -47,9 +47,9 @@ class HubWrench:
 def _flow(part: StripTheory, motion: Motion) -> Flow:
     """The flow that the loads meet, in water that flows where the model has a current."""
     flow = Flow(part.arm, motion, hub=True)
-    for one in part.instruments:
-        if isinstance(one, AmbientCurrent):
-            velocity = torch.tensor([one.current_X[0], one.current_Y[0]], dtype=torch.float64).expand(len(motion), 2)
+    for instrument in part.instruments:
+        if isinstance(instrument, AmbientCurrent):
+            velocity = torch.tensor([instrument.current_X[0], instrument.current_Y[0]], dtype=torch.float64).expand(len(motion), 2)
             own = Water(velocity, torch.zeros_like(velocity))
             flow = Flow(part.arm, motion, own if flow.water is None else flow.water + own, hub=True)
     return flow

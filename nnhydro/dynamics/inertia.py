@@ -40,7 +40,7 @@ def tangent(torque: TorqueOf, qdd: Tensor, step: float = STEP) -> Tensor:
     return slopes.transpose(1, 2)
 
 
-def solved(mass: Tensor, torque: Tensor) -> Tensor:
+def solve_inertia(mass: Tensor, torque: Tensor) -> Tensor:
     """Return M^-1 tau (m, joints); raises ModelError where a mass matrix is singular."""
     found: Tensor
     found, info = torch.linalg.solve_ex(mass, torque)
@@ -63,7 +63,8 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
         open_rows = left.abs().amax(dim=1) > goal
         if not bool(open_rows.any()):
             return qdd
-        step, share = solved(tangent(torque, qdd, REACHES[number % len(REACHES)]), left), torch.ones(len(qdd), 1, dtype=torch.float64)
+        step = solve_inertia(tangent(torque, qdd, REACHES[number % len(REACHES)]), left)
+        share = torch.ones(len(qdd), 1, dtype=torch.float64)
         size = left.abs().amax(dim=1, keepdim=True)
         for _ in range(HALVINGS):
             after = qdd + share * step
@@ -74,6 +75,6 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
             share = torch.where(worse, share / 2, share)
         qdd, left = torch.where(open_rows[:, None], after, qdd), torch.where(open_rows[:, None], new, left)
     far = float((left.abs().amax(dim=1) / (1 + tau.abs().amax(dim=1))).max())
-    require(far < 1e-10, f"no acceleration was found at which the learned model gives this torque (off by {far:.1e} of it): the state lies "
-            "far from its training, or its inertia is not positive there; use a physics model or the hybrid's baseline", ModelError)
+    require(far < 1e-10, f"no acceleration gives this torque in the learned model (off by {far:.1e} of it): the state lies far from its "
+            "training, or its inertia is not positive there; use a physics model or the hybrid's baseline", ModelError)
     return qdd

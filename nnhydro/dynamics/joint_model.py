@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final, final
 
 from torch import Tensor
 
-from nnhydro.dynamics.travel_terms import stepped
+from nnhydro.dynamics.travel_terms import fast_stepper
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.errors import ModelError
 from nnhydro.models.corrected_simulation import CorrectedSimulation
@@ -37,13 +37,13 @@ def _mechanical(model: StripTheory, left_out: list[str], retained: Sequence[str]
         if getattr(term, "own_in_every_recording", False):
             left_out.append(f"{name}: its phase belongs to one recording")
         else:
-            terms[name] = stepped(term)
+            terms[name] = fast_stepper(term)
     instruments: list[InstrumentEffect] = []
-    for one in model.instruments:
-        if one.id in retained:
-            instruments.append(one)
+    for instrument in model.instruments:
+        if instrument.id in retained:
+            instruments.append(instrument)
         else:
-            left_out.append(f"{one.id}: {REASONS.get(one.id, SENSOR)}")
+            left_out.append(f"{instrument.id}: {REASONS.get(instrument.id, SENSOR)}")
     return replace(model, loads=Loads(terms), instruments=tuple(instruments))
 
 
@@ -68,7 +68,7 @@ def mechanics(model: TorqueModel, left_out: list[str], retained: Sequence[str] =
 def steppable(model: TorqueModel) -> TorqueModel:
     """Return `model` with all its instruments, its terms such that they can be stepped through time."""
     if isinstance(model, StripTheory):
-        return replace(model, loads=Loads({name: stepped(term) for name, term in model.loads.terms.items()}))
+        return replace(model, loads=Loads({name: fast_stepper(term) for name, term in model.loads.terms.items()}))
     if isinstance(model, JointModel):
         return model
     if isinstance(model, LearnedTorque) and model.baseline is not None:

@@ -31,8 +31,8 @@ class SteppedTravel(LoadTerm):
         return state.strips.to_joints(self.term.unit_load(state, self.term.added_mass) * curves).sum(-1)
 
 
-def stepped(term: LoadTerm) -> LoadTerm:
+def fast_stepper(term: LoadTerm) -> LoadTerm:
     """Return `term`, or what gives the same torques faster where a few rows are asked for."""
     if isinstance(term, InSector):
-        return replace(term, term=stepped(term.term))
+        return replace(term, term=fast_stepper(term.term))
     return SteppedTravel(term) if isinstance(term, TravelTerm) else term

@@ -154,7 +154,7 @@ class Benchmark:
                     "has seen")
         else:
             text = f"On recordings that no fit has seen, {ranking[0]} predicts the torques best: {100 * best:.1f} % error"
-            text += self._beside_rival(ranking[0], best)
+            text += self._beside_reference(ranking[0], best)
         text += f"; a perfect model would leave {100 * self.noise_floor:.1f} %" if self.noise_floor is not None else ""
         left = sorted({name for units in self.seen.values() for name in units})
         if left:
@@ -162,16 +162,16 @@ class Benchmark:
                      f"{', '.join(left[:4])}{', ...' if len(left) > 4 else ''}")
         return text + "."
 
-    def _beside_rival(self, best_name: str, best: float) -> str:
+    def _beside_reference(self, best_name: str, best: float) -> str:
         """How much better the best is than a baseline that everybody knows."""
-        rival = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != best_name), None)
-        if rival is None:
+        reference = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != best_name), None)
+        if reference is None:
             return ""
-        other = self.standings[rival].pooled.error
-        ratio = other / max(best, 1e-12)
+        reference_error = self.standings[reference].pooled.error
+        ratio = reference_error / max(best, 1e-12)
         if ratio < MUCH:
-            return f", no better than {rival} ({100 * other:.1f} %) to speak of"
-        return f", {ratio:.1f} times better than {rival} ({100 * other:.1f} %)"
+            return f", no better than {reference} ({100 * reference_error:.1f} %) to speak of"
+        return f", {ratio:.1f} times better than {reference} ({100 * reference_error:.1f} %)"
 
     def following(self, campaign: str) -> str:
         """Return the command that comes next: a diagnosis where much is left, else the model that won, made of all recordings."""
@@ -186,7 +186,7 @@ class Benchmark:
         return f"nnhydro diagnose {campaign} --out diagnosis   (what does {best_name} know that the physics does not?)"
 
 
-def modelled(model: TorqueModel, segment: Segment) -> Array:
+def model_torque(model: TorqueModel, segment: Segment) -> Array:
     """Return the model's torque (n, joints) N m on a segment, through the same filter as the measured one."""
     return segment.seen(model.torque(Motion.of(segment)).numpy())
 
@@ -194,7 +194,7 @@ def modelled(model: TorqueModel, segment: Segment) -> Array:
 def misfit_of(model: TorqueModel, unit: Unit) -> Misfit | None:
     """Return the misfit of `model` on the compared rows of `unit`; None where it has none."""
     model = on_arm(model, arm_of(unit, model.arm))
-    parts = [Misfit.of(segment.tau[segment.keep], modelled(model, segment)[segment.keep])
+    parts = [Misfit.of(segment.tau[segment.keep], model_torque(model, segment)[segment.keep])
              for segment in unit.segments() if segment.tau is not None and segment.keep.any()]
     return Misfit.total(parts) if parts else None
 
@@ -208,11 +208,11 @@ def coverage_of(model: TorqueModel, chosen: Sequence[Unit]) -> Coverage | None:
             std = own.std(Motion.of(segment)) if segment.tau is not None and segment.keep.any() else None
             if std is not None and segment.tau is not None:
                 keep = segment.keep
-                parts.append(Coverage.of(segment.tau[keep], modelled(own, segment)[keep], std.numpy()[keep]))
+                parts.append(Coverage.of(segment.tau[keep], model_torque(own, segment)[keep], std.numpy()[keep]))
     return sum(parts[1:], start=parts[0]) if parts else None
 
 
-def _judged(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:
+def _judge_fold(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:
     """What one fold says of a model."""
     found = {unit.name: misfit_of(model, unit) for unit in held_out}
     known = {unit: misfit for unit, misfit in found.items() if misfit is not None}
@@ -227,7 +227,7 @@ def _fitted_and_judged(entry: ModelEntry, fitted: Sequence[Unit], held_out: Sequ
     """One entry in one fold: the piece of work that goes to a worker."""
     start = time.perf_counter()
     model = entry.fit(fitted, arm, how, epochs)
-    return _judged(model, time.perf_counter() - start, fitted, held_out, entry.name)
+    return _judge_fold(model, time.perf_counter() - start, fitted, held_out, entry.name)
 
 
 def _in_turn(split: Split, entered: Sequence[ModelEntry], arm: Arm, how: Preparation, report: Report,
@@ -267,9 +267,9 @@ def honest(split: Split, entered: Sequence[ModelEntry]) -> tuple[Split, dict[str
     left = tuple(fold for fold in folds if fold.held_out)
     seen = {name: tuple(split.units[i].name for i in sorted(units)) for name, units in known.items() if units}
     if not left:
-        who, units = max(seen.items(), key=lambda one: len(one[1]))
+        who, units = max(seen.items(), key=lambda pair: len(pair[1]))
         raise CampaignError(f"{who}: has seen {len(units)} of the {len(split.units)} recordings here in its own fit ({', '.join(units[:4])}"
-                            f"{', ...' if len(units) > 4 else ''}), and no other is left to compare on: name the model "
+                            f"{', ...' if len(units) > 4 else ''}). No other is left to compare on: name the model "
                             f"({', '.join(BASELINES)}) instead of its folder, or benchmark it on recordings that it has not seen")
     return replace(split, folds=left), seen
 
@@ -285,7 +285,7 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
               workers: Workers = HERE) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.
 
-    `models`: baselines, `network`, `hybrid`, rivals or model folders (all physics that suits the arm, network and hybrid by default).
+    `models`: baselines, `network`, `hybrid`, comparators or model folders (all physics that suits the arm, network and hybrid by default).
     Several campaigns are several arms. `workers` share the fits, a model and fold each. Raises ConfigError for an unknown name,
     CampaignError where nothing can be held out.
     """
@@ -303,6 +303,7 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
     rounds = _in_turn(split, entered, campaigns[0].arm, material.hows[0], report or (lambda text: None), workers)
     for (_, entry), standing in zip(product(split.folds, entered), rounds, strict=True):
         standings[entry.name].add(standing)
-    floors = [floor.error for one, how in zip(campaigns, material.hows, strict=True) if (floor := noise_floor(one, how)) is not None]
+    floors = [floor.error for campaign, how in zip(campaigns, material.hows, strict=True)
+              if (floor := noise_floor(campaign, how)) is not None]
     mean_floor = float(np.mean(floors)) if floors else None
     return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable, seen)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import final
 
 from nnhydro.errors import ConfigError
-from nnhydro.evaluation.comparators.comparator import rivals
+from nnhydro.evaluation.comparators.comparator import comparators
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.fitting.network.gradient_fit import Progress
@@ -38,30 +38,30 @@ def _physics(name: str) -> ModelEntry:
     return ModelEntry(name, lambda chosen, arm, how, progress: calibrated_on(BASELINES[name], chosen, arm, how))
 
 
-def _learned(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> ModelEntry:
+def _train_entry(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> ModelEntry:
     own = config.model_copy(update={"model": name})
     stored = name == "hybrid" and config.baseline != "auto" and config.baseline not in BASELINES
     seen = marks_seen_by(_stored_model(Path(config.baseline), campaigns)) if stored else frozenset[str]()
     return ModelEntry(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, own, progress=progress), seen or frozenset())
 
 
-def _rival(name: str, config: TrainingConfig) -> ModelEntry:
+def _comparator(name: str, config: TrainingConfig) -> ModelEntry:
     own = config.model_copy(update={"model": "network"})
-    return ModelEntry(name, lambda chosen, arm, how, progress: rivals()[name].fit(chosen, arm, how, own))
+    return ModelEntry(name, lambda chosen, arm, how, progress: comparators()[name].fit(chosen, arm, how, own))
 
 
 def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:
     """Return the model in `folder`; raises ConfigError where it is of another arm or does not say which recordings it has seen."""
     model = load_model(folder)
     if marks_seen_by(model) is None:
-        raise ConfigError(f"{folder}: does not say which recordings it has seen, so none here can be called new to it: make it again with "
-                          f"this version, or name the model ({', '.join((*BASELINES, *LEARNED))}) instead of its folder")
+        raise ConfigError(f"{folder}: does not say which recordings it has seen, so none here counts as new: make it again with this "
+                          f"version, or name the model ({', '.join((*BASELINES, *LEARNED))}) instead of its folder")
     if model.arm.n_links != campaigns[0].arm.n_links:
         raise ConfigError(f"{folder}: is a model of {model.arm.n_links} joint(s), the campaign's arm has {campaigns[0].arm.n_links}")
     return model
 
 
-def _stored(folder: Path, campaigns: Sequence[Campaign]) -> ModelEntry:
+def _stored_entry(folder: Path, campaigns: Sequence[Campaign]) -> ModelEntry:
     model = _stored_model(folder, campaigns)
     return ModelEntry(folder.name, lambda chosen, arm, how, progress: model, marks_seen_by(model) or frozenset())
 
@@ -72,12 +72,12 @@ def default_names(arm: Arm) -> tuple[str, ...]:
 
 
 def all_names(arm: Arm) -> tuple[str, ...]:
-    """Return who takes part where `--models all` is asked for: the default and every rival."""
-    return (*default_names(arm), *rivals())
+    """Return who takes part where `--models all` is asked for: the default and every comparator."""
+    return (*default_names(arm), *comparators())
 
 
 def entries(names: Sequence[str], campaigns: Sequence[Campaign], config: TrainingConfig) -> tuple[ModelEntry, ...]:
-    """Return the entries called `names`: baselines, `network`, `hybrid`, rivals, folders of stored models; `all` is all but folders.
+    """Return the entries called `names`: baselines, `network`, `hybrid`, comparators, folders of stored models; `all` is all but folders.
 
     Raises ConfigError for a name that is unknown or stands twice.
     """
@@ -86,14 +86,14 @@ def entries(names: Sequence[str], campaigns: Sequence[Campaign], config: Trainin
         if name in BASELINES:
             made.append(_physics(name))
         elif name in LEARNED:
-            made.append(_learned(name, campaigns, config))
-        elif name in rivals():
-            made.append(_rival(name, config))
+            made.append(_train_entry(name, campaigns, config))
+        elif name in comparators():
+            made.append(_comparator(name, config))
         elif Path(name).is_dir():
-            made.append(_stored(Path(name), campaigns))
+            made.append(_stored_entry(Path(name), campaigns))
         else:
-            raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED, *rivals()))}, a model's folder, "
-                              "or all")
+            raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED, *comparators()))}, a model's "
+                              "folder, or all")
     if len({entry.name for entry in made}) < len(made):
         raise ConfigError(f"--models: a name stands twice in {', '.join(names)}: name each model once")
     return tuple(made)

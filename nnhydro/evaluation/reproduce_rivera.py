@@ -19,7 +19,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.evaluation.rivera import Identifier, Shown, trained
+from nnhydro.evaluation.rivera import Identifier, TrainingSet, train_network
 from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.gains.matrix import gain_matrix
@@ -62,7 +62,7 @@ NOT_IN_TEXT: Final = (
 
 @final
 @dataclass(frozen=True, eq=False)
-class Reproduction:
+class RiveraReproduction:
     """Errors by choice, gains (n, joints, links) of network and analytic model by input, and one recording left out."""
 
     inputs: dict[str, dict[str, float]]  # set, layers
@@ -122,27 +122,27 @@ def _slenderness(choice: Identifier, fitted: Sequence[Unit], left: Sequence[Unit
     """Error on each arm left out of the training, on motions left out too."""
     arms = {factor: of_slenderness(base.arm, factor) for factor in SLENDER}
 
-    def shown(chosen: Sequence[Unit], factor: float) -> Shown:
+    def training_set(chosen: Sequence[Unit], factor: float) -> TrainingSet:
         arm = arms[factor]
-        return Shown([replace(unit, arm=arm) for unit in chosen], arm, analytic(base, arm))
+        return TrainingSet([replace(unit, arm=arm) for unit in chosen], arm, analytic(base, arm))
 
     found = {}
     for factor in SLENDER:
-        network = trained(choice, [shown(fitted, other) for other in SLENDER if other != factor], base.preparation)
-        found[factor] = shown(left, factor).error(network)
+        network = train_network(choice, [training_set(fitted, other) for other in SLENDER if other != factor], base.preparation)
+        found[factor] = training_set(left, factor).error(network)
     return found
 
 
-def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = lambda text: None) -> Reproduction:
+def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = lambda text: None) -> RiveraReproduction:
     """Return the study on `campaign`, two links and water; some thirty trainings, `say` is told each."""
     how, arm = campaign.plan(), campaign.arm
     every = units(campaign, how, seed, group_names(campaign))
     out = folds(every, FOLDS, seed)[0]
     left, fitted = [every[i] for i in out], [unit for i, unit in enumerate(every) if i not in out]
-    judge, usual = Shown(left, arm), Identifier(INPUT_SETS[USUAL], epochs=epochs, seed=seed)
+    judge, usual = TrainingSet(left, arm), Identifier(INPUT_SETS[USUAL], epochs=epochs, seed=seed)
 
     def error(choice: Identifier, chosen: Sequence[Unit] = fitted) -> float:
-        found = judge.error(trained(choice, [Shown(chosen, arm)], how))
+        found = judge.error(train_network(choice, [TrainingSet(chosen, arm)], how))
         say(f"{', '.join(choice.inputs)}; {choice.layers}; {choice.neurons} neurons; {len(chosen)} units: {100 * found:.1f} %")
         return found
 
@@ -152,18 +152,18 @@ def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = l
     sizes = [max(2, round(share * len(fitted))) for share in SHARES]
     training = {size: error(usual, [fitted[i] for i in sorted(order[:size])]) for size in sizes}
     base = calibrated_on(BASELINES["constant"], fitted, arm, how)
-    taught = trained(usual, [Shown(fitted, arm, base)], how)
+    taught = train_network(usual, [TrainingSet(fitted, arm, base)], how)
     gains = _gains(taught, base, states_of(left))
     gain_error = {name: float(np.abs(a - b).sum() / np.abs(b).sum()) for name, (a, b) in gains.items()}
-    best = trained(usual, [Shown(fitted, arm)], how)
+    best = train_network(usual, [TrainingSet(fitted, arm)], how)
     unit = next(unit for unit in left if not unit.steady)
     segment = unit.segments()[0]
     assert segment.tau is not None
-    return Reproduction(inputs, neurons, training, judge.error(base), gains, gain_error, _slenderness(usual, fitted, left, base), unit.name,
-                        segment.t, segment.tau, segment.seen(best.torque(Motion.of(segment)).numpy()))
+    return RiveraReproduction(inputs, neurons, training, judge.error(base), gains, gain_error, _slenderness(usual, fitted, left, base),
+                              unit.name, segment.t, segment.tau, segment.seen(best.torque(Motion.of(segment)).numpy()))
 
 
-def table(result: Reproduction) -> list[tuple[str, str, str]]:
+def table(result: RiveraReproduction) -> list[tuple[str, str, str]]:
     """Return rows (what, common layers, parallel layers) for the screen."""
     def percent(value: float) -> str:
         return f"{100 * value:.1f} %"

@@ -53,7 +53,7 @@ class Identifier:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Shown:
+class TrainingSet:
     """Units to train on, the arm of them, and the analytic model whose torque stands in for the measured one (None: the measured)."""
 
     units: Sequence[Unit]
@@ -73,7 +73,7 @@ class Shown:
         return float((wanted - base_rows(self.units, self.arm, model)).abs().sum() / wanted.abs().sum())
 
 
-def _joined(parts: Sequence[Rows]) -> Rows:
+def _join(parts: Sequence[Rows]) -> Rows:
     """All rows, units numbered through."""
     first, numbers, start = parts[0], [], 0
     for part in parts:
@@ -83,13 +83,13 @@ def _joined(parts: Sequence[Rows]) -> Rows:
     return Rows(x, first.parity, scale, target, torch.cat(numbers))
 
 
-def trained(choice: Identifier, shown: Sequence[Shown], how: Preparation) -> LearnedTorque:
+def train_network(choice: Identifier, shown: Sequence[TrainingSet], how: Preparation) -> LearnedTorque:
     """Return the network trained on all that is `shown`, of one arm or of several."""
     config, arm = choice.config(), shown[0].arm
     floor = FLOOR * torque_rms(shown[0].units)
-    rows = _joined([one.rows(config, floor) for one in shown])
+    rows = _join([part.rows(config, floor) for part in shown])
     centre, spread, lowest, highest = standardised(rows)
-    watched = watched_units([unit for one in shown for unit in one.units], config)
+    watched = watched_units([unit for part in shown for unit in part.units], config)
     layout = Ensemble.fresh((rows.x.shape[1], choice.neurons, arm.n_links), MEMBERS, choice.seed, choice.layers == "parallel")
     ensemble = gradient_fit(layout, rows, watched, config, TrainingState.fresh(layout))
     none = torch.zeros(MEMBERS, rows.x.shape[1], arm.n_links, dtype=torch.float64)

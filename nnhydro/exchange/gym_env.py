@@ -72,12 +72,12 @@ class ArmInWater(gymnasium.Env[Array, Array]):
         if self.native is not None:
             self.native.begin()
             self.native.torque(self.q, self.qd, self.qd)
-        return self._seen(), {}
+        return self._observation(), {}
 
     def _off(self) -> Array:
         return np.asarray((self.goal - self.q + np.pi) % (2 * np.pi) - np.pi)
 
-    def _seen(self) -> Array:
+    def _observation(self) -> Array:
         return np.concatenate([np.cos(self.q), np.sin(self.q), self.qd, self._off()])
 
     def _advance(self, tau: Array, h: float) -> None:
@@ -95,7 +95,7 @@ class ArmInWater(gymnasium.Env[Array, Array]):
         for _ in range(self.substeps):
             self._advance(push * self.torque, self.dt / self.substeps)
         reward = -float((self._off()**2).sum()) - 1e-3 * float((push**2).sum())
-        return self._seen(), reward, bool(np.abs(self.qd).max() > FASTEST), False, {}
+        return self._observation(), reward, bool(np.abs(self.qd).max() > FASTEST), False, {}
 
 
 def register() -> None:

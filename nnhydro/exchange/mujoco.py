@@ -25,7 +25,7 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 
 @final
 @dataclass(frozen=True)
-class Exported:
+class MujocoFile:
     """The file's text, what it holds of the model, term by term, and what it cannot hold."""
 
     xml: str
@@ -57,7 +57,7 @@ def _per_joint(key: str, symbol: str) -> Callable[[_Parts, Any], None]:
     return fill
 
 
-def _rubbing(parts: _Parts, term: Any) -> None:
+def _friction(parts: _Parts, term: Any) -> None:
     _per_joint("frictionloss", "level")(parts, term)
     if any(term.bending):
         parts.lacks.append(f"dry friction at joint {term.joint}: MuJoCo's frictionloss does not bend before it slips")
@@ -83,7 +83,7 @@ HELD: dict[str, tuple[str, Callable[[_Parts, Any], None]]] = {
     "viscous_friction": ("joint damping", _per_joint("damping", "b")),
     "effect:viscous_friction": ("joint damping", _per_joint("damping", "coefficient")),
     "coulomb_friction": ("joint frictionloss", _per_joint("frictionloss", "level")),
-    "effect:coulomb_friction": ("joint frictionloss", _rubbing),
+    "effect:coulomb_friction": ("joint frictionloss", _friction),
     "effect:rotor_inertia": ("joint armature", _per_joint("armature", "inertia")),
     "effect:umbilical_stiffness": ("joint stiffness and springref", _spring),
     "effect:payload_mass": ("mass at the tip of the last link", _payload),
@@ -94,7 +94,7 @@ WHY_NOT = {"added_mass": "MuJoCo has no inertia of the water on accelerations", 
            "axial_drag": "skin friction along a link"}
 
 
-def _filled(model: StripTheory) -> _Parts:
+def _fill(model: StripTheory) -> _Parts:
     """What of the model MuJoCo's joints and geometries can hold, and what they lack."""
     parts = _Parts([{} for _ in model.arm.links], [0.0] * model.arm.n_links)
     for name, term in model.loads.terms.items():
@@ -106,7 +106,7 @@ def _filled(model: StripTheory) -> _Parts:
             parts.holds.append(f"{name}: {what}")
         else:
             parts.lacks.append(f"{name}: {WHY_NOT.get(term.kind, 'no element of MuJoCo has this law')}")
-    parts.lacks += [f"{one.id}: a fault of sensors or of the drive, not of the arm" for one in model.instruments]
+    parts.lacks += [f"{instrument.id}: a fault of sensors or of the drive, not of the arm" for instrument in model.instruments]
     if model.arm.drive.kind == "remote":
         parts.lacks.append("the belt drive: torques of the file are those at the joints, angles are joint-relative")
     if any(model.arm.gear_of(j).efficiency < 1 for j in range(model.arm.n_links)):
@@ -145,7 +145,7 @@ def _body(parent: ET.Element, model: StripTheory, rigid: RigidBody, parts: _Part
     return body
 
 
-def mujoco_xml(model: TorqueModel) -> Exported:
+def mujoco_xml(model: TorqueModel) -> MujocoFile:
     """Return `model` as MuJoCo XML; raises ModelError for a learned model and for links without mass.
 
     World axes are those of conventions.py: joints turn about +Z, weight (where there is any) pulls along -Y.
@@ -157,7 +157,7 @@ def mujoco_xml(model: TorqueModel) -> Exported:
     rigid = next((term for term in model.loads.terms.values() if isinstance(term, RigidBody)), None)
     require(rigid is not None, "the model has no rigid body: MuJoCo needs masses", ModelError)
     assert rigid is not None
-    parts = _filled(model)
+    parts = _fill(model)
     root = ET.Element("mujoco", model=model.arm.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     drag = any(value > 0 for value in parts.C_D)
@@ -173,4 +173,4 @@ def mujoco_xml(model: TorqueModel) -> Exported:
     holds = ("rigid_body: mass, mass centre and inertia of every link", *parts.holds)
     said = "\n".join(["Made by nnhydro from the model " + model.name, "holds", *(f"  {x}" for x in holds), "cannot hold",
                       *(f"  {x}" for x in parts.lacks)]).replace("--", "- -")
-    return Exported(f"<!--\n{said}\n-->\n{ET.tostring(root, encoding='unicode')}\n", holds, tuple(parts.lacks))
+    return MujocoFile(f"<!--\n{said}\n-->\n{ET.tostring(root, encoding='unicode')}\n", holds, tuple(parts.lacks))

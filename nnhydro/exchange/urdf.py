@@ -29,7 +29,7 @@ DENSITY, VISCOSITY = 1000.0, 1e-6
 
 @final
 @dataclass(frozen=True)
-class Imported:
+class ImportedArm:
     """The arm, and what a reader must know: offsets of angles, and what of the file it does not hold."""
 
     arm: Arm
@@ -94,7 +94,7 @@ def _angle_notes(chain: Chain, lines: list[Array], axis: Array) -> None:
                                f"recordings hold the URDF's angle in degrees, write into columns.yaml  {entry}")
 
 
-def read_urdf(path: Path, diameters: tuple[float, ...] = (), density: float = DENSITY, viscosity: float = VISCOSITY) -> Imported:
+def read_urdf(path: Path, diameters: tuple[float, ...] = (), density: float = DENSITY, viscosity: float = VISCOSITY) -> ImportedArm:
     """Return the planar arm in the URDF file `path`; `diameters` [m] replace those of its shapes, the water is fresh by default.
 
     Raises ArmError with one line where the file is no URDF, branches, has axes that are not parallel or lacks a mass or a diameter.
@@ -117,4 +117,4 @@ def read_urdf(path: Path, diameters: tuple[float, ...] = (), density: float = DE
     if len(apart) == 1 and apart[0] > 0:
         document["parallel_distance_m"] = _round(apart[0])
     chain.notes.append("a URDF says nothing of the water and of how well it knows its masses: see fluid and known_to")
-    return Imported(parse_arm(document, str(path)), tuple(chain.notes))
+    return ImportedArm(parse_arm(document, str(path)), tuple(chain.notes))

@@ -123,9 +123,9 @@ def _cylinders(link: ET.Element, pose: Pose, where: str) -> Iterator[tuple[float
 def _add(body: Body, link: ET.Element, pose: Pose, where: str) -> None:
     """Add mass, shapes and frame of one link to the body that it moves with."""
     body.points.append(pose.p)
-    for radius, one, other in _cylinders(link, pose, where):
+    for radius, start, end in _cylinders(link, pose, where):
         body.radii.append(radius)
-        body.points += [one, other]
+        body.points += [start, end]
     inertial = link.find("inertial")
     if inertial is None:
         return

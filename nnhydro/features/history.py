@@ -65,7 +65,7 @@ def _carried_since(flow: Flow, carried: Carried, w: Tensor) -> tuple[Tensor, Ten
         moved = torch.where(each_under_way(flow)[:, None, None], torch.full_like(w, FOREVER), none)
         return torch.stack([moved, moved, none, none, none, none], dim=-1)
 
-    def following(old: Tensor) -> Tensor:
+    def next_memory(old: Tensor) -> Tensor:
         step = w * dt
         s, t, ahead, heading, now, ago = old.unbind(-1)  # ahead: how far the end is beyond its farthest point, 0 or less
         along = torch.where(heading == 0, step, heading * step)
@@ -79,7 +79,7 @@ def _carried_since(flow: Flow, carried: Carried, w: Tensor) -> tuple[Tensor, Ten
         ahead, now, ago = (torch.where(farthest, torch.zeros_like(x), x) for x in (ahead, now, ago))
         return torch.stack([s, t, ahead, heading, now, ago], dim=-1)
 
-    found = carried.value("reversal", start, following)
+    found = carried.value("reversal", start, next_memory)
     return found[..., 0], found[..., 1]
 
 

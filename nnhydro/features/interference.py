@@ -36,7 +36,7 @@ def strip_paths(flow: Flow, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     return position, speed[:, :, None] + 1j * (flow.A * e)[:, :, None] * x, joints
 
 
-def shielded(flow: Flow, x: Tensor, p: int, i: int) -> list[Tensor]:
+def shielding(flow: Flow, x: Tensor, p: int, i: int) -> list[Tensor]:
     """Return for each reach how strongly the strips of link i (n, s) lie in the wake of link p, 0 to 1."""
     position, velocity, joints = strip_paths(flow, x)
     back = torch.exp(-1j * flow.phi[:, p, None])
@@ -65,7 +65,7 @@ def interference(view: View) -> Features:
     columns: list[Tensor] = []
     for i in range(flow.arm.n_links):
         for p in (p for p in range(flow.arm.n_links) if p != i):
-            for share in shielded(flow, x, p, i):
+            for share in shielding(flow, x, p, i):
                 for y in (w, a, b):
                     load = torch.zeros_like(w)
                     load[:, i] = share * (pressure * w.abs() * y)[:, i]
@@ -79,5 +79,5 @@ def shadow(view: StripView) -> Tensor:
     """Return how strongly each strip lies in the wakes of the other links, one variable a reach."""
     links = range(view.flow.arm.n_links)
     none = torch.zeros(len(view.w), len(REACHES), view.x.shape[1], dtype=torch.float64)
-    return torch.stack([sum((torch.stack(shielded(view.flow, view.x, p, i), dim=1) for p in links if p != i), start=none)
+    return torch.stack([sum((torch.stack(shielding(view.flow, view.x, p, i), dim=1) for p in links if p != i), start=none)
                         for i in links], dim=1)

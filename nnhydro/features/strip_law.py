@@ -42,7 +42,7 @@ def _products(k: int, of_three: tuple[int, ...]) -> tuple[Tensor, ...]:
     pairs = list(combinations_with_replacement(range(k), 2))
     place = {pair: i for i, pair in enumerate(pairs)}
     triples = [(place[a, b], c) for a, b, c in combinations_with_replacement(of_three, 3)]
-    return tuple(torch.tensor([one[side] for one in chosen], dtype=torch.long) for chosen in (pairs, triples) for side in (0, 1))
+    return tuple(torch.tensor([indices[side] for indices in chosen], dtype=torch.long) for chosen in (pairs, triples) for side in (0, 1))
 
 
 def size(k: int, of_three: Sequence[int] = ()) -> int:
@@ -67,8 +67,8 @@ def monomials(z: Tensor, of_three: Sequence[int]) -> Tensor:
     a, b, c, d = _products(z.shape[2], tuple(of_three))
     two = z.index_select(2, a) * z.index_select(2, b)
     three = two.index_select(2, c) * z.index_select(2, d)
-    one = z.new_ones((*z.shape[:2], 1, z.shape[3]))
-    return torch.cat([one, z, two, three], dim=2)
+    ones = z.new_ones((*z.shape[:2], 1, z.shape[3]))
+    return torch.cat([ones, z, two, three], dim=2)
 
 
 def unit_loads(view: StripView, rows: slice = slice(None)) -> Tensor:

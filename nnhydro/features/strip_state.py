@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ConfigError
-from nnhydro.features.wake import lasting, memories, stations, travelled
+from nnhydro.features.wake import memories, stations, time_memories, travel_memories
 from nnhydro.physics.flow import Flow
 
 
@@ -49,12 +49,12 @@ class StripView:
     @cached_property
     def travelled(self) -> list[Tensor]:
         """Memories over travel (n, links, s) m/s."""
-        return travelled(self.wake)
+        return travel_memories(self.wake)
 
     @cached_property
     def lasting(self) -> list[Tensor]:
         """Memories over time (n, links, s) m/s."""
-        return lasting(self.wake)
+        return time_memories(self.wake)
 
 
 StateSet = Callable[[StripView], Tensor]  # (n, links, k, s), even

@@ -24,7 +24,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
 
-def held(x: Tensor) -> Tensor:
+def soft_limit(x: Tensor) -> Tensor:
     """Return x / sqrt(1 + (x/LARGE)^2): a link that stops in the wake of a fast motion has scaled loads without bound."""
     return x / torch.hypot(torch.ones_like(x), x / LARGE)
 
@@ -36,7 +36,7 @@ def link_columns(view: View, load: Tensor, x: Tensor, only: int | None = None) -
     """
     flow = view.flow
     torque = to_drives(flow.normal_columns(load.sum(dim=2), (load * x).sum(dim=2)), flow.arm)
-    scaled = held(torque / view.scale[..., None])
+    scaled = soft_limit(torque / view.scale[..., None])
     links = range(flow.arm.n_links) if only is None else (only,)
     return [scaled[:, j, i] for i in links for j in range(i + 1)]
 

@@ -62,7 +62,7 @@ def _hold(rate: Tensor) -> tuple[Tensor, Tensor]:
     return torch.exp(-r), -torch.expm1(-r) / r
 
 
-def following(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Tensor:
+def next_state(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Tensor:
     """Return the state (..., STATES, links, s) after dt s in which the speed went straight to w (..., links, s) m/s, from that before."""
     first, second, slow, before = torch.split(state, [len(TRAVEL), len(TRAVEL), len(LASTING), 1], dim=-3)
     w = w.unsqueeze(-3)
@@ -121,15 +121,15 @@ def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
         every = w[:, None].expand(-1, STATES - 1, -1, -1)
         return torch.cat([torch.where(moves, every, torch.zeros_like(every)), w[:, None]], dim=1)
 
-    return carried.value(f"wake/{w.shape[2]}", start, lambda old: following(w, carried.steps(4), flow.D, flow.nu, old))
+    return carried.value(f"wake/{w.shape[2]}", start, lambda old: next_state(w, carried.steps(4), flow.D, flow.nu, old))
 
 
-def travelled(state: Sequence[Tensor]) -> list[Tensor]:
+def travel_memories(state: Sequence[Tensor]) -> list[Tensor]:
     """Return the memories over travel, second stage."""
     return list(state[len(TRAVEL):2 * len(TRAVEL)])
 
 
-def lasting(state: Sequence[Tensor]) -> list[Tensor]:
+def time_memories(state: Sequence[Tensor]) -> list[Tensor]:
     """Return the memories over time."""
     return list(state[2 * len(TRAVEL):-1])
 

@@ -28,6 +28,6 @@ def absurdities(loads: Loads, solution: Solution, blocks: Sequence[Statistics], 
     size = np.sqrt(summed.s / np.maximum(summed.n, 1))
     for joint, (left, whole) in enumerate(zip(solution.rms, size, strict=True), 1):
         if whole > 0 and left > LEFT * whole:
-            found.append(arm.text(f"joint {joint}: {left / whole:.0%} of the torque is left ({left:.3g} of {whole:.3g} N m, rms): the "
+            found.append(arm.text(f"joint {joint}: {left / whole:.0%} of the torque is left ({left:.3g} of {whole:.3g} N m, rms). The "
                                   "model does not explain these recordings: see nnhydro check, then nnhydro diagnose"))
     return found

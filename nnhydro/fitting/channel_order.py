@@ -73,7 +73,7 @@ def ways(arm: Arm) -> Iterator[Assignment]:
         yield Assignment(angles, r, torques, s)
 
 
-def _turned(segment: Segment, way: Assignment) -> Segment:
+def _reread(segment: Segment, way: Assignment) -> Segment:
     """The motion of a segment read in another way."""
     index, sign = list(way.angles), np.array(way.angle_signs, dtype=float)
     return replace(segment, q=sign * segment.q[:, index], qd=sign * segment.qd[:, index], qdd=sign * segment.qdd[:, index])
@@ -98,7 +98,7 @@ def _some(segment: Segment) -> Segment:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Judged:
+class WayFit:
     """How well one way to read the columns obeys the physics."""
 
     way: Assignment
@@ -106,7 +106,7 @@ class Judged:
     error: float  # rms of what is left over rms of the torque
 
 
-def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Array], loads: Loads, arm: Arm, correlation: Array) -> Judged:
+def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Array], loads: Loads, arm: Arm, correlation: Array) -> WayFit:
     """The likelihood of one way, given the columns X, c_0 of its motion and the torques as recorded."""
     index, sign = list(way.torques), np.array(way.torque_signs, dtype=float)
     stats: Statistics = total([block(X, sign * tau[:, index] - c0) for (X, c0), tau in zip(motions, torques, strict=True)])
@@ -118,12 +118,12 @@ def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Arr
     z = np.linalg.lstsq(before.F, found.theta - before.mean, rcond=None)[0]
     size = sum(float((tau**2).sum()) for tau in torques)
     nats = -float((stats.n / correlation[index] / 2 * np.log(left)).sum()) - float(z @ z) / 2 - CHANGE * way.changes
-    return Judged(way, nats, float(np.sqrt(left.sum() / max(size, 1e-300))))
+    return WayFit(way, nats, float(np.sqrt(left.sum() / max(size, 1e-300))))
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Material:
+class ChannelData:
     """What readings are judged on: the arm with loose masses, some segments with torques, how long their torques are alike, the physics."""
 
     arm: Arm
@@ -133,7 +133,7 @@ class Material:
     loads: Loads
 
 
-def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> Material | None:
+def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> ChannelData | None:
     """Return what the readings of `campaign` are judged on, masses `known_to` so much; None where nothing moves or no torque was read."""
     arm = campaign.arm.model_copy(update={"links": tuple(link.model_copy(update={"known_to": known_to}) for link in campaign.arm.links),
                                           "friction": None})
@@ -144,17 +144,17 @@ def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> M
     if not torques or not any(np.abs(tau).max() > 0 for tau in torques) or not any(np.ptp(s.q, axis=0).max() > 1e-3 for s in segments):
         return None
     correlation = np.median([[correlation_time(tau[:, j]) for j in range(arm.n_links)] for tau in torques], axis=0)
-    return Material(arm, segments, torques, correlation, _loads(arm))
+    return ChannelData(arm, segments, torques, correlation, _loads(arm))
 
 
-def columns_of(seen: Material, way: Assignment) -> list[tuple[Array, Array]]:
+def columns_of(seen: ChannelData, way: Assignment) -> list[tuple[Array, Array]]:
     """Return the columns X (n, joints, p) and the fixed torque c_0 (n, joints) N m of every segment read in one way."""
-    columns = [columns_and_offset(seen.loads, _turned(segment, way), seen.arm) for segment in seen.segments]
+    columns = [columns_and_offset(seen.loads, _reread(segment, way), seen.arm) for segment in seen.segments]
     return [(X[s.keep], c0[s.keep]) for (X, c0), s in zip(columns, seen.segments, strict=True)]
 
 
 @one_thread()
-def judged_ways(campaign: Campaign, how: Preparation) -> list[Judged]:
+def judged_ways(campaign: Campaign, how: Preparation) -> list[WayFit]:
     """Return every way to read the columns with its likelihood, the likeliest first; empty where nothing moves or no torque was read."""
     seen = material(campaign, how)
     if seen is None:
@@ -165,7 +165,7 @@ def judged_ways(campaign: Campaign, how: Preparation) -> list[Judged]:
         if key not in motions:
             motions[key] = columns_of(seen, way)
         found.append(judge(way, motions[key], seen.torques, seen.loads, seen.arm, seen.correlation))
-    return sorted(found, key=lambda one: -one.likelihood)
+    return sorted(found, key=lambda way: -way.likelihood)
 
 
 def _source(channel: str, joint: int, column: int, sign: int, arm: Arm) -> str:
@@ -184,7 +184,7 @@ def _lines(way: Assignment, arm: Arm, given: set[str]) -> list[str]:
     return lines
 
 
-def _said(way: Assignment, arm: Arm) -> str:
+def _complaint(way: Assignment, arm: Arm) -> str:
     """What would be wrong, in words."""
     parts = []
     for what, order, signs in (("torque", way.torques, way.torque_signs), ("angle", way.angles, way.angle_signs)):
@@ -204,7 +204,7 @@ def channel_order(campaign: Campaign, how: Preparation) -> Oddity | None:
     if not found:
         return None
     best = found[0]
-    here = next(one for one in found if one.way.changes == 0)
+    here = next(judged for judged in found if judged.way.changes == 0)
     if best is here or best.likelihood - here.likelihood < SURE or best.error > EXPLAINS or best.error > BETTER * here.error:
         return None
     first = campaign.load(campaign.names[0])
@@ -212,7 +212,7 @@ def channel_order(campaign: Campaign, how: Preparation) -> Oddity | None:
     lines = _lines(best.way, campaign.arm, given)
     odds = float(np.exp(min(best.likelihood - here.likelihood, np.log(CERTAIN))))
     much = "more than " if odds >= CERTAIN else ""
-    what = campaign.arm.text(f"{_said(best.way, campaign.arm)}: so read, the physics leaves {best.error:.0%} of the torque, as recorded "
-                             f"{here.error:.0%} (odds {much}{odds:.0f} to 1)")
+    what = campaign.arm.text(f"{_complaint(best.way, campaign.arm)}: so read, the physics leaves {best.error:.0%} of the torque, "
+                             f"as recorded {here.error:.0%} (odds {much}{odds:.0f} to 1)")
     remedy = "all of these lines together under 'columns:' in columns.yaml or --map FILE: " + "; ".join(lines)
     return Oddity(None, "warning", ", ".join(line.partition(":")[0] for line in lines), what, remedy, "channel_order")

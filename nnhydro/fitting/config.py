@@ -11,7 +11,7 @@ from nnhydro.errors import ConfigError
 from nnhydro.features.feature_set import feature_sets
 from nnhydro.features.strip_state import state_sets
 from nnhydro.models.baselines import BASELINES
-from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.validation import Settings, validate
 
 MAX_BYTES = 100_000
 
@@ -67,7 +67,7 @@ class TrainingConfig(Settings):
 
     @field_validator("baseline")
     @classmethod
-    def _known(cls, value: str) -> str:
+    def _known_baseline(cls, value: str) -> str:
         if value != "auto" and value not in BASELINES and not _is_folder(value):
             raise ValueError(f"unknown baseline: one of auto, {', '.join(BASELINES)}, or the folder of a model")
         return value
@@ -92,4 +92,4 @@ def read_config(path: Path) -> TrainingConfig:
         raise ConfigError(f"{path}: cannot be read ({cause.strerror or cause}): check the path") from cause
     except (ValueError, RecursionError) as cause:  # no UTF-8, no TOML, numbers of thousands of digits
         raise ConfigError(f"{path}: is not valid TOML: {cause}") from cause
-    return validated(TrainingConfig, document, str(path), ConfigError)
+    return validate(TrainingConfig, document, str(path), ConfigError)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nnhydro.errors import ModelError, require
 from nnhydro.fitting.absurdities import absurdities
-from nnhydro.fitting.identify import estimates, fit_units, started, versions, with_parameters
+from nnhydro.fitting.identify import estimates, fit_units, start_terms, versions, with_parameters
 from nnhydro.fitting.linear.prior import WIDE, Prior, prior
 from nnhydro.models.baselines import baseline
 from nnhydro.models.domain import DOMAIN, domain_of
@@ -38,7 +38,7 @@ LEAST = 1e-3  # relative: no dry run knows a friction or a mass in water better
 
 @final
 @dataclass(frozen=True, eq=False)
-class Known:
+class KnownTerms:
     """A sum of terms before its fit and what is known of it."""
 
     loads: Loads
@@ -63,7 +63,7 @@ def _spread(dry: StripTheory, term: str, names: Sequence[str], values: Array) ->
     return least
 
 
-def in_water(dry: StripTheory, arm: Arm, chosen: Sequence[Unit], name: str = "constant") -> Known:
+def in_water(dry: StripTheory, arm: Arm, chosen: Sequence[Unit], name: str = "constant") -> KnownTerms:
     """Return the baseline `name` for `arm` with every term of the model `dry` in it, and the prior that its fit leaves behind.
 
     Raises ModelError where `dry` was made in water, is of another number of joints, or `arm` is dry itself.
@@ -73,7 +73,7 @@ def in_water(dry: StripTheory, arm: Arm, chosen: Sequence[Unit], name: str = "co
     require(dry.arm.n_links == arm.n_links, f"the model is of {dry.arm.n_links} joint(s), the campaign's arm has {arm.n_links}", ModelError)
     from scipy.linalg import block_diag
 
-    fresh = started(baseline(name), chosen, arm)
+    fresh = start_terms(baseline(name), chosen, arm)
     water = {key: term for key, term in fresh.terms.items() if key not in dry.loads.terms and not key.startswith("stated_")}
     loads = Loads({**dry.loads.terms, **water})
     means, parts, low, high = [], [], [], []
@@ -91,7 +91,7 @@ def in_water(dry: StripTheory, arm: Arm, chosen: Sequence[Unit], name: str = "co
         parts.append(part)
         low.append(bounds[0])
         high.append(bounds[1])
-    return Known(loads, Prior(np.concatenate([*means, wide.mean]), block_diag(*parts, wide.F), np.concatenate([*low, wide.lowest]),
+    return KnownTerms(loads, Prior(np.concatenate([*means, wide.mean]), block_diag(*parts, wide.F), np.concatenate([*low, wide.lowest]),
                               np.concatenate([*high, wide.highest])))
 
 
@@ -115,7 +115,7 @@ def identify_in_water(campaign: Campaign, dry: StripTheory, model: str = "consta
                               SEEN: seen_record(chosen, dry), "rms_residual_Nm": solution.rms.tolist(), "recordings": len(blocks),
                               "condition_number": solution.condition, "last_change": solution.last_change}
     found = estimates(loads, solution, blocks, before, seed)
-    record["parameters"] = {one.name: replace(one, unit=campaign.arm.text(one.unit)).document() for one in found}
+    record["parameters"] = {parameter.name: replace(parameter, unit=campaign.arm.text(parameter.unit)).document() for parameter in found}
     record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
     domain = domain_of(chosen, campaign.arm)
     record[DOMAIN] = None if domain is None else domain.document()

@@ -28,7 +28,7 @@ Ranges = dict[str, Sequence[Any]]  # choice: values to try; two floats are the e
 
 @final
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """What a search gave: the best choices, every trial, and the error on recordings that the search never saw."""
 
     config: TrainingConfig
@@ -60,7 +60,7 @@ def inner_error(chosen: Sequence[Unit], campaign: Campaign, how: Preparation, co
     return sum(errors) / len(errors)
 
 
-def _suggested(trial: Any, ranges: Ranges) -> dict[str, Any]:
+def _suggest(trial: Any, ranges: Ranges) -> dict[str, Any]:
     """The choices of one trial."""
     made: dict[str, Any] = {}
     for name, values in ranges.items():
@@ -72,7 +72,7 @@ def _suggested(trial: Any, ranges: Ranges) -> dict[str, Any]:
 
 
 def search(campaign: Campaign, config: TrainingConfig, ranges: Ranges, trials: int, score: Score, outer_folds: int = 5,
-           inner_folds: int = 3, progress: Callable[[int, float], None] | None = None, workers: Workers = HERE) -> Found:
+           inner_folds: int = 3, progress: Callable[[int, float], None] | None = None, workers: Workers = HERE) -> SearchResult:
     """Return the best of `trials` choices within `ranges`, judged once on a fold that the search did not see.
 
     `workers` share the inner folds of a trial; trials follow one another, for each learns from those before.
@@ -92,7 +92,7 @@ def search(campaign: Campaign, config: TrainingConfig, ranges: Ranges, trials: i
     found: list[tuple[dict[str, Any], float]] = []
 
     def objective(trial: Any) -> float:
-        choices = _suggested(trial, ranges)
+        choices = _suggest(trial, ranges)
         tried = TrainingConfig.model_validate({**config.model_dump(), **choices})
         found.append((choices, inner_error(chosen, campaign, how, tried, score, inner_folds, workers)))
         if progress is not None:
@@ -102,5 +102,5 @@ def search(campaign: Campaign, config: TrainingConfig, ranges: Ranges, trials: i
     optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config.seed)).optimize(objective, n_trials=trials)
     choices, inner = min(found, key=lambda pair: pair[1])
     best = TrainingConfig.model_validate({**config.model_dump(), **choices})
-    errors = [score(train_units(chosen, campaign.arm, how, one), held_out) for one in (best, config)]
-    return Found(best, tuple(found), inner, errors[0], errors[1], tuple(unit.name for unit in held_out))
+    errors = [score(train_units(chosen, campaign.arm, how, settings), held_out) for settings in (best, config)]
+    return SearchResult(best, tuple(found), inner, errors[0], errors[1], tuple(unit.name for unit in held_out))

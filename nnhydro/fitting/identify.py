@@ -98,15 +98,15 @@ def with_measured_water(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads
     return loads.plus("water_pressure", WaterPressure()) if moving else loads
 
 
-def started(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
+def start_terms(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
     """Return the baseline's terms before the linear fit; a travel scale, where it has one, is chosen for the units `chosen`."""
     loads = with_measured_water(chosen_baseline.start(arm), chosen, arm)
     return with_best_travel_scale(loads, chosen, arm).loads if has_travel_scale(loads) else loads
 
 
-def calibrated(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
+def calibrate(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
     """Return the baseline as a model, fitted to the units `chosen` where its definition says so (no intervals)."""
-    loads = started(chosen_baseline, chosen, arm)
+    loads = start_terms(chosen_baseline, chosen, arm)
     if chosen_baseline.calibrated:
         loads = with_parameters(loads, fit_units(loads, chosen, arm)[0].theta)
     return StripTheory(arm, how, {SEEN: seen_record(chosen if chosen_baseline.calibrated else ())}, chosen_baseline.name, loads)
@@ -157,7 +157,7 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
     chosen = baseline(model)
     how = campaign.plan(cutoff_hz)
     all_units = units(campaign, how, seed)
-    loads = started(chosen, all_units, campaign.arm)
+    loads = start_terms(chosen, all_units, campaign.arm)
     record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
                               SEEN: seen_record(all_units if chosen.calibrated else ())}
     if chosen.calibrated:

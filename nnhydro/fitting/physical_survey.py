@@ -16,7 +16,8 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
     says nothing: these are to be mended first.
     """
     found = survey(campaign, cutoff_hz, workers)
-    if found.how is None or not campaign.names or any(one.check == "rates" and one.severity == "warning" for one in found.oddities):
+    if found.how is None or not campaign.names or any(
+            oddity.check == "rates" and oddity.severity == "warning" for oddity in found.oddities):
         return found
     oddity = channel_order(campaign, found.how)
     replaced = "torque_sign" if oddity is not None else ""
@@ -24,6 +25,6 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
         oddity = torque_unit(campaign, found.how)
     if oddity is None:
         return found
-    rest = tuple(one for one in found.oddities if one.check != replaced)
-    at = sum(one.severity == "error" for one in rest)
+    rest = tuple(oddity for oddity in found.oddities if oddity.check != replaced)
+    at = sum(oddity.severity == "error" for oddity in rest)
     return replace(found, oddities=(*rest[:at], oddity, *rest[at:]))

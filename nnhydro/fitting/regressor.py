@@ -23,7 +23,7 @@ from torch import Tensor
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
 from nnhydro.fitting.network.rows import Rows
-from nnhydro.models.learned.network import Ensemble, bounded, mirrored
+from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
 
 Array = NDArray[np.float64]
 PENALTIES = tuple(10.0**-k for k in range(8))  # of the ridge, times the number of rows
@@ -101,7 +101,7 @@ class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # s
         target = checked[1].astype(float).reshape(len(table), -1)
         random = check_random_state(self.random_state)
         config = self._config(int(random.randint(2**31)))
-        unit, watched = self._watched(len(table), groups, random)
+        unit, watched = self._watched_units(len(table), groups, random)
         odd = self._sign(table.shape[1]) < 0
         self.centre_ = np.where(odd, 0.0, table.mean(axis=0))
         spread = np.sqrt(((table - self.centre_) ** 2).mean(axis=0))
@@ -115,7 +115,7 @@ class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # s
         self._fit_network(x, left, unit, watched, config)
         return self
 
-    def _watched(self, n: int, groups: ArrayLike | None, random: np.random.RandomState) -> tuple[NDArray[np.int64], Tensor]:
+    def _watched_units(self, n: int, groups: ArrayLike | None, random: np.random.RandomState) -> tuple[NDArray[np.int64], Tensor]:
         """Return the unit of each row (n,) and which units are watched (members, units), by all members and for the penalty alike."""
         if groups is not None:
             _, unit = np.unique(np.asarray(groups), return_inverse=True)
@@ -147,7 +147,7 @@ class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # s
         """Return the estimate (n,) or (n, outputs); with `return_std` also the scatter of the members, of the same shape."""
         check_is_fitted(self)
         x = self._inputs(validate_data(self, X, reset=False, dtype=np.float64))
-        g = bounded(mirrored(self.ensemble_, torch.from_numpy(x), torch.from_numpy(self.sign_)), FREE).numpy()
+        g = soft_bound(mirrored(self.ensemble_, torch.from_numpy(x), torch.from_numpy(self.sign_)), FREE).numpy()
         mean, std = self.offset_ + x @ self.linear_ + self.scale_ * g.mean(axis=0), self.scale_ * g.std(axis=0)
         if self.one_output_:
             mean, std = mean[:, 0], std[:, 0]

@@ -8,7 +8,7 @@ sum_j n_j / k_j log u. Only units far from 1 N m are asked, and only where the p
 
 import numpy as np
 
-from nnhydro.fitting.channel_order import SURE, Assignment, Judged, columns_of, judge, material
+from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, columns_of, judge, material
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
@@ -21,7 +21,7 @@ EXPLAINS, BETTER = 0.3, 0.5  # the likeliest unit leaves less than so much of th
 
 
 @one_thread()
-def judged_units(campaign: Campaign, how: Preparation) -> dict[str, Judged]:
+def judged_units(campaign: Campaign, how: Preparation) -> dict[str, WayFit]:
     """Return every unit that the torques may have with its likelihood, SI under ""; empty where nothing moves or no torque was read."""
     seen = material(campaign, how, KNOWN_TO)
     if seen is None:
@@ -33,7 +33,7 @@ def judged_units(campaign: Campaign, how: Preparation) -> dict[str, Judged]:
     found = {}
     for name, unit in {"": 1.0, **{name: unit for name, unit in known.items() if not 1 / FAR < unit < FAR}}.items():
         judged = judge(way, columns, [unit * tau for tau in seen.torques], seen.loads, seen.arm, seen.correlation)
-        found[name] = Judged(way, judged.likelihood + float((rows / seen.correlation).sum() * np.log(unit)), judged.error)
+        found[name] = WayFit(way, judged.likelihood + float((rows / seen.correlation).sum() * np.log(unit)), judged.error)
     return found
 
 
@@ -45,12 +45,12 @@ def torque_unit(campaign: Campaign, how: Preparation) -> Oddity | None:
     found = judged_units(campaign, how)
     if not found:
         return None
-    here, unit = found[""], max(found, key=lambda one: found[one].likelihood)
+    here, unit = found[""], max(found, key=lambda symbol: found[symbol].likelihood)
     best = found[unit]
     if not unit or best.likelihood - here.likelihood < SURE or best.error > EXPLAINS or best.error > BETTER * here.error:
         return None
     known = UNITS[TARGETS[name]]
-    alike = [one for one in found if one and known[one] != known[unit] and best.likelihood - found[one].likelihood < SURE]
+    alike = [symbol for symbol in found if symbol and known[symbol] != known[unit] and best.likelihood - found[symbol].likelihood < SURE]
     what = (f"seem to be in {' or '.join([unit, *alike])}: so read, the physics of this arm leaves {best.error:.0%} of the torque, as "
             f"recorded {here.error:.0%}")
     remedy = (f"is the unit right, or is it a motor's before its gear? Map every joint, '{name}: {{from: {name}, unit: {unit}}}' in "

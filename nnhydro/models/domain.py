@@ -71,10 +71,10 @@ class Domain:
 
     def document(self) -> dict[str, Any]:
         """Return the region as model files store it."""
-        def rounded(x: Array) -> Any:
+        def round_to(x: Array) -> Any:
             return np.vectorize(lambda value: float(f"{value:.{DIGITS}g}"))(x).tolist()
 
-        return {"spread": rounded(self.spread), "points": rounded(self.points), "reach": float(f"{self.reach:.{DIGITS}g}")}
+        return {"spread": round_to(self.spread), "points": round_to(self.points), "reach": float(f"{self.reach:.{DIGITS}g}")}
 
     @staticmethod
     def parse(document: Any) -> "Domain | None":
@@ -100,7 +100,7 @@ def _held_out(groups: Sequence[Array]) -> Array:
     chosen = groups[::max(1, -(-len(groups) // GROUPS))]
     found = []
     for group in chosen:
-        others = np.concatenate([other for other in groups if other is not group])
+        others = np.concatenate([elsewhere for elsewhere in groups if elsewhere is not group])
         found.append(_nearest(group, _spread_out(others, POINTS)))
     distances: Array = np.concatenate(found)
     return distances

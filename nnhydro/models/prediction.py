@@ -54,7 +54,7 @@ def _finite_motion(recording: Recording) -> Recording:
     return motion
 
 
-def _bridged(motion: Recording) -> Recording:
+def _bridge(motion: Recording) -> Recording:
     """The motion on an even grid across gaps and jitter, monotone between its rows: for rows that no stretch of `prepare` holds."""
     from scipy.interpolate import PchipInterpolator
 
@@ -88,7 +88,7 @@ def _how(motion: Recording) -> Preparation:
 def _whole(motion: Recording, how: Preparation) -> Segment:
     """All of the motion as one segment: as it is given where nothing has to be derived, else bridged."""
     if not _complete(motion):
-        (segment,) = prepare(_bridged(motion), how, with_torque=False)
+        (segment,) = prepare(_bridge(motion), how, with_torque=False)
         return segment
     n, zero = len(motion), np.zeros(len(motion))
     assert motion.qd is not None

@@ -27,7 +27,7 @@ def seen_by(model: TorqueModel) -> frozenset[str] | None:
 def marks_seen_by(model: TorqueModel) -> frozenset[str] | None:
     """Return contents and marks of what `model` has seen: what is compared with a unit's; None where its record does not say."""
     found = model.fit.get(SEEN)
-    return frozenset(found) if isinstance(found, list) and all(isinstance(one, str) for one in found) else None
+    return frozenset(found) if isinstance(found, list) and all(isinstance(mark, str) for mark in found) else None
 
 
 def seen_record(used: Iterable[Unit], *models: TorqueModel | None) -> list[str] | None:
@@ -38,7 +38,7 @@ def seen_record(used: Iterable[Unit], *models: TorqueModel | None) -> list[str] 
 def seen_campaign(campaign: Campaign, *models: TorqueModel | None, names: Iterable[str] | None = None) -> list[str] | None:
     """Return what a model's record says after the recordings `names` (all by default) and every steady run of `campaign` were looked at."""
     every = [mark for name in (campaign.names if names is None else names) for mark in campaign.marks(name)]
-    every += [one for table in campaign.steady for one in steady_sha256(table)]
+    every += [mark for table in campaign.steady for mark in steady_sha256(table)]
     return union(every, *(marks_seen_by(model) for model in models if model is not None))
 
 

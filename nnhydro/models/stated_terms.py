@@ -31,9 +31,9 @@ def stated_values(arm: Arm) -> dict[str, tuple[Array, Array]]:
     """Return value and standard deviation, each (joints,), of every term that arm.yaml states, by the term's name."""
     found: dict[str, tuple[Array, Array]] = {}
     for name, key in (("stated_coulomb_friction", "coulomb"), ("stated_viscous_friction", "viscous")):
-        values = np.array([getattr(one, key) or 0.0 for one in arm.friction or ()])
+        values = np.array([getattr(joint, key) or 0.0 for joint in arm.friction or ()])
         if values.any():
-            found[name] = (values, values * np.array([one.known_to for one in arm.friction or ()]))
+            found[name] = (values, values * np.array([joint.known_to for joint in arm.friction or ()]))
     inertia = np.array(arm.drive.rotor_inertia_kg_m2 or ())
     if inertia.any():
         found["stated_drive_inertia"] = (inertia, inertia * arm.drive.known_to)

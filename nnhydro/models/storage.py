@@ -59,11 +59,11 @@ def save_model(model: TorqueModel, out: Path) -> Path:
 
 def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> StripTheory:
     catalogue()  # confirmed hypotheses are terms too
-    instruments = tuple(instrument_of(one) for one in document.get("instruments", []))
+    instruments = tuple(instrument_of(record) for record in document.get("instruments", []))
     return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]), instruments)
 
 
-def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:
+def _read_learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:
     """The network or hybrid that a model file describes; raises ModelError for one of an incompatible version."""
     if "law" not in document:
         raise ModelError("was trained by a version whose networks had no law of the strips: train it again on its recordings")
@@ -84,14 +84,15 @@ def _learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how
                          support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
 
 
-def _extended(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> CorrectedSimulation:
+def _read_corrected(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation,
+                    fit: dict[str, Any]) -> CorrectedSimulation:
     inner = document["simulation"]
     made = None if inner is None else _KINDS[inner["kind"]](inner["model"], tensors, parse_arm(inner["arm"], MODEL), how, {})
     before, after = (_strip_theory(document[name], {}, arm, how, {}) for name in ("before", "after"))
     return CorrectedSimulation(arm, how, fit, made, before, after)
 
 
-_KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _learned, CorrectedSimulation.kind: _extended}
+_KINDS = {StripTheory.kind: _strip_theory, LearnedTorque.kind: _read_learned, CorrectedSimulation.kind: _read_corrected}
 
 
 def _who_reads(schema: Any) -> str:
@@ -103,7 +104,7 @@ def _who_reads(schema: Any) -> str:
     return "a later version of nnhydro wrote it: update nnhydro" if newer else "make the model again"
 
 
-def _tried(model: TorqueModel) -> TorqueModel:
+def _try_out(model: TorqueModel) -> TorqueModel:
     """Return `model` if it gives finite torques for an arm at rest and one that moves; raises ValueError, RuntimeError where not."""
     links = np.ones((2, model.arm.n_links)) * [[0.0], [0.5]]
     if not isinstance(model.fit, dict) or not bool(model.torque(Motion.at(links, links, links, links[:, 0])).isfinite().all()):
@@ -111,7 +112,7 @@ def _tried(model: TorqueModel) -> TorqueModel:
     return model
 
 
-def _checked(folder: Path) -> dict[str, Any]:
+def _read_document(folder: Path) -> dict[str, Any]:
     """The document of a model folder whose digest matches; raises ModelError otherwise."""
     if not (folder / MODEL).is_file():
         raise ModelError(f"{folder}: is not a model folder (no {MODEL}): nnhydro identify, train and diagnose write them")
@@ -132,13 +133,13 @@ def load_model(folder: Path) -> TorqueModel:
     from safetensors import SafetensorError
     from safetensors.torch import load_file
 
-    document = _checked(folder)
+    document = _read_document(folder)
     try:
         stored = load_file(folder / WEIGHTS) if (folder / WEIGHTS).exists() else {}
         tensors = {name: x.clone() for name, x in stored.items()}  # in memory of their own: sums depend, in the last bit, on where they lie
         arm = parse_arm(document["arm"], str(folder / MODEL))
         how = Preparation.parse(document["preparation"])
-        return _tried(_KINDS[document["kind"]](document["model"], tensors, arm, how, document["fit"]))
+        return _try_out(_KINDS[document["kind"]](document["model"], tensors, arm, how, document["fit"]))
     except NnhydroError as cause:
         raise ModelError(f"{folder}: {cause}") from cause
     except (KeyError, TypeError, AttributeError, ValueError, IndexError, OverflowError, RuntimeError, SafetensorError) as cause:

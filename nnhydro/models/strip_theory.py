@@ -38,4 +38,5 @@ class StripTheory(TorqueModel):
 
     def document(self) -> dict[str, Any]:
         """Return name, terms and instruments."""
-        return {"name": self.name, "terms": self.loads.document(), "instruments": [one.document() for one in self.instruments]}
+        return {"name": self.name, "terms": self.loads.document(),
+                "instruments": [instrument.document() for instrument in self.instruments]}

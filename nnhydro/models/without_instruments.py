@@ -27,15 +27,15 @@ def _parts(model: TorqueModel) -> list[StripTheory]:
 
 def sensor_faults(model: TorqueModel) -> tuple[str, ...]:
     """Return the ids of the sensors' faults that are part of `model`."""
-    return tuple(dict.fromkeys(one.id for part in _parts(model) for one in part.instruments if one.family in SENSORS))
+    return tuple(dict.fromkeys(instrument.id for part in _parts(model) for instrument in part.instruments if instrument.family in SENSORS))
 
 
 def without_instruments(model: TorqueModel) -> TorqueModel:
     """Return `model` without the faults of its rig's torque sensors; as it is where it holds none."""
     if isinstance(model, StripTheory):
-        return replace(model, instruments=tuple(one for one in model.instruments if one.family not in SENSORS))
+        return replace(model, instruments=tuple(instrument for instrument in model.instruments if instrument.family not in SENSORS))
     if isinstance(model, CorrectedSimulation):
-        before, after = (replace(part, instruments=tuple(one for one in part.instruments if one.family not in SENSORS))
+        before, after = (replace(part, instruments=tuple(instrument for instrument in part.instruments if instrument.family not in SENSORS))
                          for part in (model.before, model.after))
         inner = None if model.simulation is None else without_instruments(model.simulation)
         return replace(model, simulation=inner, before=before, after=after)

@@ -46,12 +46,12 @@ def bent_sign(motion: Motion, joint: int, bending: float) -> Tensor:
 def _carried_sign(carried: Carried, qd: Tensor, name: str, bending: float) -> Tensor:
     """z (n,) of a contact that is stepped through time, with the rate (n,) rad/s that it remembers besides."""
 
-    def following(old: Tensor) -> Tensor:
+    def next_memory(old: Tensor) -> Tensor:
         between = (qd + old[:, 1]) / 2
         sign = torch.sign(between)
         return torch.stack([sign + (old[:, 0] - sign) * torch.exp(-carried.dt * between.abs() / bending), qd], dim=1)
 
-    return carried.value(name, lambda: torch.stack([torch.zeros_like(qd), qd], dim=1), following)[:, 0]
+    return carried.value(name, lambda: torch.stack([torch.zeros_like(qd), qd], dim=1), next_memory)[:, 0]
 
 
 def require_bending(kind: str, bending: tuple[float, ...]) -> None:

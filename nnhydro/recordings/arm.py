@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from nnhydro.conventions import SCHEMA_ARM, column, joint_text
 from nnhydro.errors import ArmError
-from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 
 Positive = Field(gt=0, le=1e6)
@@ -103,7 +103,7 @@ class Link(Settings):
 def _slides(joints: Any) -> bool:
     """Whether one of the joints, as they are stated or as they were read, is prismatic."""
     stated = joints if isinstance(joints, list | tuple) else ()
-    return any((one.get("type") if isinstance(one, dict) else getattr(one, "type", "")) == "prismatic" for one in stated)
+    return any((joint.get("type") if isinstance(joint, dict) else getattr(joint, "type", "")) == "prismatic" for joint in stated)
 
 
 class Arm(Settings):
@@ -156,10 +156,10 @@ class Arm(Settings):
     def _linear_axis_alone(self) -> "Arm":
         """A prismatic joint is the only joint, and has no keys of a revolute one."""
         if not _slides(self.joints):
-            if any(one.coulomb_force is not None or one.viscous_force is not None for one in self.friction or ()):
+            if any(joint.coulomb_force is not None or joint.viscous_force is not None for joint in self.friction or ()):
                 raise ValueError("friction of a joint that turns is coulomb_Nm and viscous_Nm_s: rename coulomb_N and viscous_N_s_m")
             return self
-        if any(one.coulomb_torque is not None or one.viscous_torque is not None for one in self.friction or ()):
+        if any(joint.coulomb_torque is not None or joint.viscous_torque is not None for joint in self.friction or ()):
             raise ValueError("friction of a linear axis is coulomb_N and viscous_N_s_m: rename coulomb_Nm and viscous_Nm_s")
         if len(self.links) != 1:
             raise ValueError("a prismatic joint is understood where it is the only one (a linear axis): describe each axis as an arm of "
@@ -222,7 +222,7 @@ class Arm(Settings):
 
 def parse_arm(document: dict[str, Any], where: str) -> Arm:
     """Return the arm that `document` describes; raise `ArmError` naming `where` and the key."""
-    return validated(Arm, document, where, ArmError)
+    return validate(Arm, document, where, ArmError)
 
 
 def read_arm(path: Path) -> Arm:

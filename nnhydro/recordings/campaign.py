@@ -204,7 +204,7 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     return Campaign(arm, tuple(files), partial(_read, files, arm, mapping), steady, root, "" if mapping is None else mapping.sha256)
 
 
-def verified(root: Path, column_map: Path | None = None) -> Campaign:
+def verify_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     """Return the campaign in `root` after reading every file of it once: the first that cannot be used is raised now, not midway."""
     campaign = open_campaign(root, column_map)
     campaign.verify()

@@ -61,7 +61,7 @@ def marks(recording: Recording) -> frozenset[str]:
 
 def exact(contents: Iterable[str]) -> frozenset[str]:
     """Return the contents without the marks."""
-    return frozenset(one for one in contents if not one.startswith(MARK))
+    return frozenset(content for content in contents if not content.startswith(MARK))
 
 
 def steady_sha256(table: SteadyTable) -> tuple[str, ...]:
@@ -72,8 +72,8 @@ def steady_sha256(table: SteadyTable) -> tuple[str, ...]:
 def union(*contents: Iterable[str] | None) -> list[str] | None:
     """Return all contents once, sorted; None where one of them is not known."""
     found: set[str] = set()
-    for one in contents:
-        if one is None:
+    for content in contents:
+        if content is None:
             return None
-        found |= set(one)
+        found |= set(content)
     return sorted(found)

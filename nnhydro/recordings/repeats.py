@@ -125,7 +125,7 @@ def _spread(tau: Array) -> Spread:
                   float(np.abs(tau).sum()), k * tau.shape[1])
 
 
-def _compared(segments: tuple[Segment, ...]) -> tuple[Array, Array]:
+def _compared_rows(segments: tuple[Segment, ...]) -> tuple[Array, Array]:
     """Times since the start and filtered torques of the compared rows of one recording."""
     start = segments[0].t[0] if segments else 0.0
     t = [s.t[s.keep] - start for s in segments if s.tau is not None]
@@ -135,7 +135,7 @@ def _compared(segments: tuple[Segment, ...]) -> tuple[Array, Array]:
 
 def scatter(campaign: Campaign, group: tuple[str, ...], how: Preparation) -> Spread | None:
     """Return how the filtered torques of the recordings in `group` differ on the grid of the first; None where they do not overlap."""
-    found = [_compared(campaign.segments(name, how)) for name in group]
+    found = [_compared_rows(campaign.segments(name, how)) for name in group]
     if any(len(t) < MIN_ROWS for t, _ in found):
         return None
     low, high = max(t[0] for t, _ in found), min(t[-1] for t, _ in found)

@@ -63,15 +63,15 @@ def _steady_units(table: SteadyTable, seed: int) -> list[Unit]:
 
 
 @final
-class Prepared:
+class PreparedRecordings:
     """Prepares the recordings of a campaign by name and keeps the latest; another process that is sent it starts with none."""
 
     def __init__(self, campaign: Campaign, how: Preparation) -> None:
         self.campaign, self.how = campaign, how
         self._kept = lru_cache(maxsize=CACHED_UNITS)(self._segments)
 
-    def __reduce__(self) -> tuple[type["Prepared"], tuple[Campaign, Preparation]]:
-        return Prepared, (self.campaign, self.how)
+    def __reduce__(self) -> tuple[type["PreparedRecordings"], tuple[Campaign, Preparation]]:
+        return PreparedRecordings, (self.campaign, self.how)
 
     def _segments(self, name: str) -> tuple[Segment, ...]:
         return self.campaign.segments(name, self.how)
@@ -83,7 +83,7 @@ class Prepared:
 
 def units(campaign: Campaign, how: Preparation, seed: int = 0, groups: dict[str, str] | None = None) -> tuple[Unit, ...]:
     """Return the units of a campaign; `groups` gives recordings that repeat each other a common name (each its own by default)."""
-    prepared = Prepared(campaign, how)
+    prepared = PreparedRecordings(campaign, how)
     found = [Unit(name, (groups or {}).get(name, name), False, partial(prepared, name), content=partial(_one, campaign, name))
              for name in campaign.names]
     for table in campaign.steady:

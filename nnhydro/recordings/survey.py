@@ -119,7 +119,7 @@ def _stroke(dt: Array, w: Array) -> float:
 
 @final
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class _RecordingFacts:
     """One recording looked over: what it holds, what is odd, top speed m/s and longest stroke m of every link's tip."""
 
     entry: Entry
@@ -133,7 +133,7 @@ def _of_recording(reading: Reading) -> tuple[Oddity, ...]:
                  for oddity in check.find(reading))
 
 
-def _seen(campaign: Campaign, name: str) -> _Seen:
+def _look_over(campaign: Campaign, name: str) -> _RecordingFacts:
     reading = Reading.of(campaign.load(name), campaign.arm)
     found = _of_recording(reading)
     top, stroke = np.zeros(campaign.arm.n_links), np.zeros(campaign.arm.n_links)
@@ -141,15 +141,15 @@ def _seen(campaign: Campaign, name: str) -> _Seen:
         for link, dt, w in _tips(campaign.arm, reading):
             top[link] = max(top[link], float(np.percentile(np.abs(w), 99.5)))
             stroke[link] = max(stroke[link], _stroke(dt, w))
-    return _Seen(entry(reading), found, top, stroke)
+    return _RecordingFacts(entry(reading), found, top, stroke)
 
 
-def _some_seen(campaign: Campaign, names: tuple[str, ...]) -> list[_Seen]:
+def _some_seen(campaign: Campaign, names: tuple[str, ...]) -> list[_RecordingFacts]:
     """A batch of recordings: the piece of work that goes to a worker, which reads their files."""
-    return [_seen(campaign, name) for name in names]
+    return [_look_over(campaign, name) for name in names]
 
 
-def _facts(campaign: Campaign, seen: Sequence[_Seen]) -> tuple[LinkFacts, ...]:
+def _facts(campaign: Campaign, seen: Sequence[_RecordingFacts]) -> tuple[LinkFacts, ...]:
     """Slenderness, top speed, Reynolds number and travel of every link."""
     arm = campaign.arm
     top, stroke = (np.max([np.zeros(arm.n_links), *values], axis=0) for values in ([s.top for s in seen], [s.stroke for s in seen]))
@@ -190,8 +190,8 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
     say = campaign.arm.text
     every_one(campaign.names, campaign.load)
     batches = [campaign.names[k:k + BATCH] for k in range(0, len(campaign.names), BATCH)]
-    seen = [one for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for one in some]
-    found = [oddity for one in seen for oddity in one.oddities]
+    seen = [facts for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for facts in some]
+    found = [oddity for facts in seen for oddity in facts.oddities]
     found += _of_arm_and_tables(campaign.arm, campaign.steady)
     how, floor, links = None, None, tuple[LinkFacts, ...]()
     if not any(oddity.severity == "error" for oddity in found):
@@ -203,4 +203,4 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
     found = [replace(oddity, where=say(oddity.where), what=say(oddity.what), remedy=say(oddity.remedy)) for oddity in found]
     ordered = sorted(found, key=lambda oddity: ORDER.index(oddity.severity))
     tables = tuple((table.name, len(table)) for table in campaign.steady)
-    return Survey(tuple(one.entry for one in seen), tables, tuple(ordered), how, floor, links, campaign.arm.sliding)
+    return Survey(tuple(facts.entry for facts in seen), tables, tuple(ordered), how, floor, links, campaign.arm.sliding)

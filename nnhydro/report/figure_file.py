@@ -40,7 +40,7 @@ def _rows(number: int, axes: "Axes") -> list[tuple[object, ...]]:
                 np.array([bar.get_height() for bar in bars])) for bars in axes.containers if isinstance(bars, BarContainer)]
     rows: list[tuple[object, ...]] = [(*place, "" if name.startswith("_") else name, f"{a:.9g}", f"{b:.9g}", "") for name, x, y in series
                                       for a, b in zip(x, y, strict=True)]
-    for mesh in (one for one in axes.collections if isinstance(one, QuadMesh) and place[1]):  # a colour bar is no panel of its own
+    for mesh in (artist for artist in axes.collections if isinstance(artist, QuadMesh) and place[1]):  # a colour bar is no panel of its own
         rows += [(*place, str(mesh.get_label()), f"{a:.9g}", f"{b:.9g}", f"{c:.9g}") for a, b, c in _cells(mesh)]
     return rows
 
@@ -53,7 +53,7 @@ def _cells(mesh: "QuadMesh") -> list[tuple[float, float, float]]:
     return [(float(middle[k][0]), float(middle[k][1]), float(values[k])) for k in np.ndindex(values.shape) if np.isfinite(values[k])]
 
 
-def drawn(figure: "Figure") -> str:
+def figure_csv(figure: "Figure") -> str:
     """Return what the figure draws as CSV: panel (from 1), labels of its axes, series, x, y; of a map's cells the value too."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -81,5 +81,5 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
         temporary.replace(path)
         written.append(path)
         figure.set_layout_engine("none")  # the layout stays as it was found for the first kind: finding it takes most of the time
-    write_text(stem.with_suffix(".csv"), drawn(figure))
+    write_text(stem.with_suffix(".csv"), figure_csv(figure))
     return [*written, stem.with_suffix(".csv")]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.mclain.reproduce import IMPLIED, TRAVELS, Reproduction
+from nnhydro.evaluation.mclain.reproduce import IMPLIED, TRAVELS, McLainReproduction
 from nnhydro.physics.coefficients import aspect_ratio
 from nnhydro.physics.motion import tensor
 from nnhydro.report.figure_file import new_figure, save_figure
@@ -43,7 +43,7 @@ def _coefficient_axes(figure: "Figure") -> dict[str, "Axes"]:
     return axes
 
 
-def curves(result: Reproduction, stem: Path) -> list[Path]:
+def curves(result: McLainReproduction, stem: Path) -> list[Path]:
     """Figure 7: the identified curves with their 95 % bands, three groups of four slews and the values the text quotes."""
     from nnhydro.physics.travel.state_model import added_mass_curve, drag_curve
 
@@ -63,21 +63,21 @@ def curves(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def slews(result: Reproduction, stem: Path) -> list[Path]:
+def slews(result: McLainReproduction, stem: Path) -> list[Path]:
     """Figures 9 to 11: the torque of three slews and four models."""
     figure = new_figure(11, 4.2)
-    for ax, one, number in zip(figure.subplots(1, 3), result.slews, (9, 10, 11), strict=True):
-        ax.plot(one.t, -one.measured, color="0.78", linewidth=3.4, label=MEASURED)
-        for name, tau in one.models.items():
-            ax.plot(one.t, -tau, **STYLES[name], label=LABELS[name])
+    for ax, slew, number in zip(figure.subplots(1, 3), result.slews, (9, 10, 11), strict=True):
+        ax.plot(slew.t, -slew.measured, color="0.78", linewidth=3.4, label=MEASURED)
+        for name, tau in slew.models.items():
+            ax.plot(slew.t, -tau, **STYLES[name], label=LABELS[name])
         ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
-        ax.set(xlabel="time [s]", ylabel="torque of the water on the arm [N m]", xlim=(0, one.t[-1]))
-        ax.set_title(f"figure {number}: {one.degrees:g}° in {one.t[-1]:g} s", fontsize=10)
+        ax.set(xlabel="time [s]", ylabel="torque of the water on the arm [N m]", xlim=(0, slew.t[-1]))
+        ax.set_title(f"figure {number}: {slew.degrees:g}° in {slew.t[-1]:g} s", fontsize=10)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8.5)
     return save_figure(figure, stem)
 
 
-def errors(result: Reproduction, stem: Path) -> list[Path]:
+def errors(result: McLainReproduction, stem: Path) -> list[Path]:
     """The pooled errors as bars: curves of the text as the truth, and with the deviation that the paper's claim implies."""
     figure = new_figure(7.5, 3.8)
     ax = figure.subplots()
@@ -94,7 +94,7 @@ def errors(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def segments(result: Reproduction, stem: Path) -> list[Path]:
+def segments(result: McLainReproduction, stem: Path) -> list[Path]:
     """Figure 12: the error against the number of segments."""
     figure = new_figure(6.5, 3.8)
     ax = figure.subplots()
@@ -110,7 +110,7 @@ def segments(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def slenderness(result: Reproduction, stem: Path) -> list[Path]:
+def slenderness(result: McLainReproduction, stem: Path) -> list[Path]:
     """Figure 13: the effective drag coefficient of a steady rotation against L/D."""
     figure = new_figure(6.5, 3.8)
     ax = figure.subplots()
@@ -128,7 +128,7 @@ def slenderness(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def profile(result: Reproduction, stem: Path) -> list[Path]:
+def profile(result: McLainReproduction, stem: Path) -> list[Path]:
     """The residual against the travel scale: why one start is not enough."""
     figure = new_figure(6.5, 3.6)
     ax = figure.subplots()
@@ -144,11 +144,11 @@ def profile(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-FIGURES: Final[dict[str, Callable[[Reproduction, Path], list[Path]]]] = {
+FIGURES: Final[dict[str, Callable[[McLainReproduction, Path], list[Path]]]] = {
     "figure_7_curves": curves, "figures_9_to_11_slews": slews, "errors": errors, "figure_12_segments": segments,
     "figure_13_slenderness": slenderness, "travel_scale_profile": profile}
 
 
-def write_figures(result: Reproduction, folder: Path) -> list[Path]:
+def write_figures(result: McLainReproduction, folder: Path) -> list[Path]:
     """Write every figure into `folder`, as PNG and SVG with its data, and return the paths."""
     return [path for name, draw in FIGURES.items() for path in draw(result, folder / name)]

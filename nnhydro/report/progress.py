@@ -44,7 +44,7 @@ def epochs_on_screen() -> Iterator[OnEpoch]:
         yield lambda epoch, epochs, error: bar.update(task, completed=epoch, total=epochs, error=error)
 
 
-def left(began: float, done: int, total: int | None) -> str:
+def time_left(began: float, done: int, total: int | None) -> str:
     """Return how long the rest takes at the pace so far, as text; nothing where there is no pace yet."""
     if not done or total is None or done >= total:
         return ""
@@ -67,7 +67,7 @@ def steps_on_screen(total: int | None = None) -> Iterator[Callable[[str], None]]
             names.append(name)
         elif not console.is_terminal:
             return None
-        return text + left(began, len(names) - 1, total)
+        return text + time_left(began, len(names) - 1, total)
 
     if not console.is_terminal or quiet():
         yield lambda text: note(line) if (line := report(text)) is not None else None

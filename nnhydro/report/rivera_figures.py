@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from nnhydro.evaluation.reproduce_rivera import LAYERS, Reproduction
+from nnhydro.evaluation.reproduce_rivera import LAYERS, RiveraReproduction
 from nnhydro.report.figure_file import new_figure, save_figure
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ UNITS: Final = {"qd": "N m s/rad", "qdd": "kg m$^2$"}
 SYMBOLS: Final = {"qd": "\\dot q", "qdd": "\\ddot q"}
 
 
-def _constant(ax: "Axes", result: Reproduction) -> None:
+def _constant(ax: "Axes", result: RiveraReproduction) -> None:
     ax.axhline(100 * result.constant, color="0.5", linewidth=1, linestyle=":", label="fitted constants")
     ax.set_ylim(bottom=0)
     ax.grid(color="0.92", axis="y")
@@ -28,7 +28,7 @@ def _constant(ax: "Axes", result: Reproduction) -> None:
     ax.legend(frameon=False, fontsize=9)
 
 
-def inputs(result: Reproduction, stem: Path) -> list[Path]:
+def inputs(result: RiveraReproduction, stem: Path) -> list[Path]:
     """The error of every input set with common and parallel layers."""
     figure = new_figure(9.0, 4.0)
     ax = figure.subplots()
@@ -43,7 +43,7 @@ def inputs(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def neurons(result: Reproduction, stem: Path) -> list[Path]:
+def neurons(result: RiveraReproduction, stem: Path) -> list[Path]:
     """The error against the number of neurons."""
     figure = new_figure(6.0, 3.6)
     ax = figure.subplots()
@@ -56,7 +56,7 @@ def neurons(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def training_set(result: Reproduction, stem: Path) -> list[Path]:
+def training_set(result: RiveraReproduction, stem: Path) -> list[Path]:
     """The error against the size of the training set."""
     figure = new_figure(6.0, 3.6)
     ax = figure.subplots()
@@ -66,7 +66,7 @@ def training_set(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def gains(result: Reproduction, stem: Path) -> list[Path]:
+def gains(result: RiveraReproduction, stem: Path) -> list[Path]:
     """Every entry of the gain matrix that the network has learned against the analytic one, state by state."""
     figure = new_figure(9.0, 4.2)
     for ax, (name, (network, analytic)) in zip(figure.subplots(1, len(result.gains)), result.gains.items(), strict=True):
@@ -82,7 +82,7 @@ def gains(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def torques(result: Reproduction, stem: Path) -> list[Path]:
+def torques(result: RiveraReproduction, stem: Path) -> list[Path]:
     """A recording left out: torque of each joint, measured and by the network."""
     joints = result.measured.shape[1]
     figure = new_figure(9.0, 2.2 * joints)
@@ -97,7 +97,7 @@ def torques(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def slenderness(result: Reproduction, stem: Path) -> list[Path]:
+def slenderness(result: RiveraReproduction, stem: Path) -> list[Path]:
     """The error on an arm of an L/D that was left out."""
     figure = new_figure(5.0, 3.4)
     ax = figure.subplots()
@@ -109,10 +109,10 @@ def slenderness(result: Reproduction, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-FIGURES: Final[dict[str, Callable[[Reproduction, Path], list[Path]]]] = {
+FIGURES: Final[dict[str, Callable[[RiveraReproduction, Path], list[Path]]]] = {
     "inputs": inputs, "neurons": neurons, "training_set": training_set, "gains": gains, "torques": torques, "slenderness": slenderness}
 
 
-def write_figures(result: Reproduction, folder: Path) -> list[Path]:
+def write_figures(result: RiveraReproduction, folder: Path) -> list[Path]:
     """Write every figure into `folder`, as PNG and SVG with its data, and return the paths."""
     return [path for name, draw in FIGURES.items() for path in draw(result, folder / name)]

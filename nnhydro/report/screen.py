@@ -57,10 +57,10 @@ def conclude(verdict: str, written: Sequence[Path] = (), following: str = "") ->
 
 def shell_words(path: Path | str, column_map: Path | None = None) -> str:
     """Return `path` as it can be shell_words in a shell, quoted where it must be, and the --map with which it was read."""
-    return shlex.quote(str(path)) + _mapped(column_map)
+    return shlex.quote(str(path)) + _map(column_map)
 
 
-def _mapped(column_map: Path | None) -> str:
+def _map(column_map: Path | None) -> str:
     return "" if column_map is None else f" --map {shlex.quote(str(column_map))}"
 
 
@@ -83,7 +83,7 @@ def use_of(model: Path, campaign: Path, column_map: Path | None = None) -> str:
     unseen = campaign / "unseen"
     motions = [path for path in sorted(unseen.iterdir()) if not is_system_file(path.name) and is_readable(path)] if unseen.is_dir() else []
     if motions:
-        return f"nnhydro predict {shell_words(model)} {shell_words(unseen)}/*{motions[0].suffix}{_mapped(column_map)} --out torques"
+        return f"nnhydro predict {shell_words(model)} {shell_words(unseen)}/*{motions[0].suffix}{_map(column_map)} --out torques"
     return f"nnhydro gains {shell_words(model)}   (effective damping and inertia)"
 
 

@@ -65,7 +65,7 @@ def _print_recordings(found: Survey) -> None:
         say(f"Steady table {name}: {_plural(runs, 'run')}{f', {odd[name]} oddities' if odd[name] else ''}.")
 
 
-def merged(oddities: Sequence[Oddity]) -> list[str]:
+def merge_kinds(oddities: Sequence[Oddity]) -> list[str]:
     """Return one line a kind of finding: the first of its kind, and in how many more recordings it is."""
     groups: dict[tuple[str, str, str], list[Oddity]] = {}
     for oddity in oddities:
@@ -102,13 +102,13 @@ def verdict(found: Survey) -> str:
 def print_survey(found: Survey, campaign: str) -> None:
     """Print the survey of the campaign in the folder `campaign`, given as it is typed."""
     _print_recordings(found)
-    for line in merged(found.oddities):
+    for line in merge_kinds(found.oddities):
         say(line)
     _print_arm(found)
-    conclude(verdict(found), following=following(found, campaign))
+    conclude(verdict(found), following=next_steps(found, campaign))
 
 
-def following(found: Survey, campaign: str) -> str:
+def next_steps(found: Survey, campaign: str) -> str:
     """Return what comes next: mending what looks wrong, else a comparison of models, else a fit where nothing can be held out."""
     if any(oddity.severity in ("error", "warning") for oddity in found.oddities):
         return f"mend what is named above, then nnhydro check {campaign}"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nnhydro.conventions import joint_text
 from nnhydro.recordings.segment import Segment
 from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.widgets.history import varied
+from nnhydro.report.widgets.history import varied_column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,7 +53,7 @@ def draw_joint_panels(figure: "Figure", segment: Segment, lines: dict[str, Array
 def draw_steady(segment: Segment, models: Mapping[str, Array], stem: Path) -> list[Path]:
     """Draw the torque of steady runs against everything that they vary, measured and modelled, a row a joint."""
     assert segment.tau is not None
-    over = varied(segment)
+    over = varied_column(segment)
     figure = new_figure(3.6 * len(over) + 0.6, 2.7 * segment.n_links + 0.5)
     axes = figure.subplots(segment.n_links, len(over), squeeze=False, sharey="row")
     for (joint, column), ax in np.ndenumerate(axes):

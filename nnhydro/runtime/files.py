@@ -26,7 +26,7 @@ LARGEST_JSON = 200_000_000  # bytes: nothing that nnhydro writes is larger
 AT_HERE, EXCHANGE = -100, 2  # AT_FDCWD, RENAME_EXCHANGE of renameat2(2)
 
 
-def locked(path: Path) -> int | None:
+def try_lock(path: Path) -> int | None:
     """Return a handle that holds `path` (file or folder) for this process, None where another one holds it.
 
     The system lets go of it when the handle is closed or the process ends, however it ends. Raises OSError where the file system knows
@@ -54,7 +54,7 @@ def remove_leftovers(folder: Path) -> None:
         if not left.name.startswith(".") or UNDER_WAY not in left.name:
             continue
         with suppress(OSError):  # whoever may not remove it can work beside it
-            handle = locked(left)
+            handle = try_lock(left)
             if handle is None:
                 continue
             target = folder / left.name[1:].partition(UNDER_WAY)[0]
@@ -74,7 +74,7 @@ def _temporary(target: Path, folder: bool) -> tuple[Path, int | None]:
             os.close(handle)
             made = Path(name)
         try:
-            held = locked(made)
+            held = try_lock(made)
         except FileNotFoundError:  # taken for a leftover before it was held
             continue
         except OSError:  # a file system without locks: nobody removes leftovers there either
@@ -192,14 +192,14 @@ def check_folder(out: Path, marker: str) -> None:
         _require_ours(out, marker)
 
 
-def _exchange(one: Path, other: Path) -> bool:
+def _exchange(first: Path, second: Path) -> bool:
     """Let two folders change places in one step; False where the system cannot."""
     if not sys.platform.startswith("linux"):
         return False
     import ctypes
 
     rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
-    return rename is not None and rename(AT_HERE, os.fsencode(one), AT_HERE, os.fsencode(other), EXCHANGE) == 0
+    return rename is not None and rename(AT_HERE, os.fsencode(first), AT_HERE, os.fsencode(second), EXCHANGE) == 0
 
 
 def _replace(out: Path, work: Path) -> None:

@@ -6,18 +6,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nnhydro.errors import NnhydroError
-from nnhydro.runtime.files import locked, remove_leftovers
+from nnhydro.runtime.files import remove_leftovers, try_lock
 
 
 class BusyError(NnhydroError):
     """Another run writes to the same place."""
 
 
-def _held(lock: Path) -> int | None:
+def _hold(lock: Path) -> int | None:
     """Return the handle of the lock, None where another process holds it; made anew where its holder removed it meanwhile."""
     while True:
         lock.touch()
-        handle = locked(lock)
+        handle = try_lock(lock)
         if handle is None:
             return None
         with suppress(FileNotFoundError):
@@ -36,7 +36,7 @@ def only_run(out: Path) -> Iterator[None]:
     above = [folder for folder in out.parents if not folder.exists()]
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        handle = _held(lock)
+        handle = _hold(lock)
     except OSError:  # nothing can be written there, so nothing can be lost: the command says so in its own words
         yield
         return

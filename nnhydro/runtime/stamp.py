@@ -35,7 +35,7 @@ def content_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _listed(folder: Path) -> dict[str, str]:
+def _read_list(folder: Path) -> dict[str, str]:
     """What the list in `folder` says: path in the folder to sha256; empty where there is none that can be read."""
     try:
         document: Any = json.loads((folder / STAMP).read_text(encoding="utf-8"))
@@ -70,7 +70,7 @@ def is_ours(path: Path, top: Path | None = None) -> bool:
         return False
     digest, folder = "", path.parent
     while True:
-        listed = _listed(folder).get(path.relative_to(folder).as_posix())
+        listed = _read_list(folder).get(path.relative_to(folder).as_posix())
         if listed is not None:
             digest = digest or content_of(path)
             if listed == digest:
@@ -84,8 +84,8 @@ def foreign_file(folder: Path) -> Path | None:
     """Return a file in `folder` that nnhydro did not write, or that was changed since; None where all are its own."""
     lists: dict[Path, dict[str, str]] = {}
     for path in _content(folder):
-        above = [one for one in path.parents if one == folder or folder in one.parents]
-        said = {lists.setdefault(one, _listed(one)).get(path.relative_to(one).as_posix()) for one in above} - {None}
+        above = [parent for parent in path.parents if parent == folder or folder in parent.parents]
+        said = {lists.setdefault(parent, _read_list(parent)).get(path.relative_to(parent).as_posix()) for parent in above} - {None}
         if path.is_symlink() or not said or content_of(path) not in said:
             return path
     return None
@@ -102,7 +102,7 @@ def refuse_among_recordings(out: Path, option: str = "--out") -> None:
 
 def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
     """Raise ConfigError where `path` exists and nnhydro may not write over it: an input of the command, or a file that it did not write."""
-    if any(one.exists() and path.exists() and path.samefile(one) for one in inputs):
+    if any(source.exists() and path.exists() and path.samefile(source) for source in inputs):
         raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
     refuse_among_recordings(path.parent)
     if not (path.exists() or path.is_symlink()):
@@ -115,7 +115,7 @@ def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
 
 def stamp_file(path: Path) -> None:
     """Add the file `path`, just written, to the list in its folder, whole or not at all."""
-    files = _listed(path.parent)
+    files = _read_list(path.parent)
     files = {name: digest for name, digest in files.items() if (path.parent / name).exists()} | {path.name: content_of(path)}
     made = path.parent / f"{STAMP}.{os.getpid()}.new"
     made.write_text(stamp_text(files), encoding="utf-8")

@@ -52,7 +52,7 @@ class Workers:
 HERE: Final = Workers()  # this process alone
 
 
-def _called(task: tuple[Callable[..., Result], tuple[Any, ...], str]) -> Result:
+def _call(task: tuple[Callable[..., Result], tuple[Any, ...], str]) -> Result:
     """One task, as one argument: joblib hands large arguments of their own to one worker, and they would be lost with it.
 
     It is done in the folder from which it was sent, so that relative paths mean the same on every machine that shares it.
@@ -87,7 +87,7 @@ def _results(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], 
 
     warnings.filterwarnings("ignore", message=RENEWED, category=UserWarning)  # raised as an error it would end the thread that waits
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="all")
-    yield from parallel(joblib.delayed(_called)((function, task, os.getcwd())) for task in tasks)
+    yield from parallel(joblib.delayed(_call)((function, task, os.getcwd())) for task in tasks)
 
 
 def spread(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], workers: Workers = HERE) -> Iterator[Result]:
@@ -101,12 +101,12 @@ def spread(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], wo
         return
     if workers.backend == "dask":
         with _dask(workers):
-            yield from _watched(function, tasks, None)
+            yield from _watch(function, tasks, None)
         return
-    yield from _watched(function, tasks, workers.jobs)
+    yield from _watch(function, tasks, workers.jobs)
 
 
-def _watched(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], jobs: int | None) -> Iterator[Result]:
+def _watch(function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], jobs: int | None) -> Iterator[Result]:
     """The results; what tells that workers died says so in one line."""
     try:
         yield from _results(function, tasks, jobs)

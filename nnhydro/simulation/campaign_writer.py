@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from nnhydro.conventions import TIME
 from nnhydro.errors import require
 from nnhydro.runtime.files import whole_folder, write_json, write_text
-from nnhydro.simulation.forward import controlled
+from nnhydro.simulation.forward import run_controlled
 from nnhydro.simulation.motions.motion_kind import TimedMotion
 from nnhydro.simulation.plant import Plant
 from nnhydro.simulation.recipe.recipe import Recipe
-from nnhydro.simulation.run import Run, prescribed
-from nnhydro.simulation.sensors import Recorded, record
+from nnhydro.simulation.run import Run, run_prescribed
+from nnhydro.simulation.sensors import RecordedRun, record
 from nnhydro.simulation.steady_table import steady_table
 from nnhydro.simulation.streams import stream
 
@@ -47,13 +47,13 @@ def runs(recipe: Recipe) -> Iterator[Run]:
     settings = recipe.settings
     if settings.controller is None:
         for name, reference in recipe.references.items():
-            yield prescribed(name, reference, recipe.arm, recipe.loads, settings.fine_rate_hz)
+            yield run_prescribed(name, reference, recipe.arm, recipe.loads, settings.fine_rate_hz)
     elif recipe.references:
         law = settings.controller.torque_law(recipe.arm, settings.sample_rate_hz, recipe.folder)
-        yield from controlled(recipe.references, Plant(recipe.arm, recipe.loads), law, settings.fine_rate_hz, settings.hold)
+        yield from run_controlled(recipe.references, Plant(recipe.arm, recipe.loads), law, settings.fine_rate_hz, settings.hold)
 
 
-def recorded(recipe: Recipe) -> Iterator[Recorded]:
+def record_runs(recipe: Recipe) -> Iterator[RecordedRun]:
     """Yield what the sensors record of each run, then the steady tables."""
     settings = recipe.settings
     for run in runs(recipe):
@@ -69,7 +69,7 @@ def _csv(path: Path, columns: dict[str, Array]) -> None:
     np.savetxt(path, np.column_stack(list(columns.values())) + 0.0, fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
 
 
-def _write(work: Path, seen: Recorded, kind: str, unseen: bool) -> WrittenRun:
+def _write(work: Path, seen: RecordedRun, kind: str, unseen: bool) -> WrittenRun:
     """Write one run to its folder and return what was made."""
     if kind == "steady":
         _csv(work / "steady" / f"{seen.name}.csv", seen.motion | seen.torque)
@@ -113,7 +113,7 @@ def write_campaign(recipe: Recipe, out: Path) -> tuple[WrittenRun, ...]:
     hidden = set(recipe.settings.unseen)
     require(bool(set(kinds) - hidden), "unseen: names every motion, so that no recording is left: leave one out")
     with whole_folder(out, MARKER) as work:
-        made = tuple(_write(work, seen, kinds[seen.name], seen.name in hidden) for seen in recorded(recipe))
+        made = tuple(_write(work, seen, kinds[seen.name], seen.name in hidden) for seen in record_runs(recipe))
         write_text(work / "arm.yaml", yaml.safe_dump(recipe.arm.document(), sort_keys=False, allow_unicode=True))
         write_text(work / "recipe.yaml", yaml.safe_dump(_self_contained(recipe, work), sort_keys=False, allow_unicode=True))
         write_json(work / MARKER, {"schema": recipe.settings.schema_, "name": recipe.settings.name, "seed": recipe.settings.seed,

@@ -69,7 +69,7 @@ def _require_tame(qd: Tensor, t: float, names: list[str]) -> None:
 
 
 @one_thread()
-def controlled(references: Mapping[str, Reference], plant: Plant, law: TorqueLaw, rate_hz: float, hold: int) -> list[Run]:
+def run_controlled(references: Mapping[str, Reference], plant: Plant, law: TorqueLaw, rate_hz: float, hold: int) -> list[Run]:
     """Return one run a reference: `plant` under `law`, which acts every `hold` steps of 1/`rate_hz` s.
 
     Each begins in its reference's own state. Raises ConfigError where the arm has no inertia or runs away.

@@ -15,7 +15,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.dynamics.travel_terms import stepped
+from nnhydro.dynamics.travel_terms import fast_stepper
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.carried import Carried, Memory
 from nnhydro.physics.flow import Flow
@@ -55,7 +55,7 @@ class Plant:
 
     @cached_property
     def _stepped(self) -> Loads:
-        return Loads({name: stepped(term) for name, term in self.loads.terms.items()})
+        return Loads({name: fast_stepper(term) for name, term in self.loads.terms.items()})
 
     def mass_and_rest(self, t: Tensor, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, memory: Memory | None = None,
                       dt: float = 0.0) -> tuple[Tensor, Tensor]:
@@ -84,8 +84,8 @@ class Plant:
         """Raise ConfigError unless the mass matrix is positive definite at the angles `q` (m, joints)."""
         mass, _ = self.mass_and_rest(t, q, torch.zeros_like(q), u0, torch.zeros_like(u0))
         eigenvalues = torch.linalg.eigvalsh((mass + mass.transpose(1, 2)) / 2)
-        require(bool((eigenvalues[:, 0] > 1e-9 * eigenvalues[:, -1].abs()).all()), "the arm has no inertia that a torque could accelerate "
-                "(masses 0 in arm.yaml?): give it masses, or let it follow its motions with 'controller: none'")
+        require(bool((eigenvalues[:, 0] > 1e-9 * eigenvalues[:, -1].abs()).all()), "the arm has no inertia (masses 0 in "
+                "arm.yaml?), so no torque moves it: give it masses, or let it follow its motions with 'controller: none'")
 
 
 def _last_torque(term: LoadTerm, arm: Arm, past: float, qdd: Tensor, steady: bool = False) -> Tensor:

@@ -47,7 +47,7 @@ def grid(reference: Reference, rate_hz: float) -> Array:
     return np.arange(int(reference.duration * rate_hz + 1e-6) + 1) / rate_hz
 
 
-def prescribed(name: str, reference: Reference, arm: Arm, loads: Loads, rate_hz: float) -> Run:
+def run_prescribed(name: str, reference: Reference, arm: Arm, loads: Loads, rate_hz: float) -> Run:
     """Return the run of `arm` when it follows `reference` exactly: inverse dynamics, with terms of any kind."""
     t = grid(reference, rate_hz)
     state = reference.at(t)

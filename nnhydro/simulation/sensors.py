@@ -61,14 +61,14 @@ class Sensors(Settings):
         share = spread(self.torque_noise_share, joints, "sensors.torque_noise_share") * np.sqrt((torque**2).mean(axis=0))
         return np.asarray(np.hypot(spread(self.torque_noise_Nm, joints, "sensors.torque_noise_Nm"), share))
 
-    def biased(self, torque: Array) -> Array:
+    def with_bias(self, torque: Array) -> Array:
         """Return the sensors' torque (n, joints) N m with their bias."""
         return torque + spread(self.torque_bias_Nm, torque.shape[1], "sensors.torque_bias_Nm")
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Recorded:
+class RecordedRun:
     """What was recorded of one run, column by column, and the torque channels without their noise."""
 
     name: str
@@ -103,7 +103,7 @@ def _surviving_rows(t: Array, sensors: Sensors, rng: np.random.Generator) -> NDA
     return keep
 
 
-def _lagged(run: Run, torque: Array, sensors: Sensors, t: Array) -> Array:
+def _lag(run: Run, torque: Array, sensors: Sensors, t: Array) -> Array:
     """The torque channels (m, joints) at the times `t`, low-passed and late; before t = 0 they had their first value."""
     if sensors.torque_low_pass_hz is not None:
         from scipy.signal import butter, sosfilt, sosfilt_zi
@@ -135,12 +135,12 @@ def _motion_columns(run: Run, arm: Arm, sensors: Sensors, t: Array) -> dict[str,
     return out
 
 
-def record(run: Run, arm: Arm, sensors: Sensors, substeps: int, rng: np.random.Generator) -> Recorded:
+def record(run: Run, arm: Arm, sensors: Sensors, substeps: int, rng: np.random.Generator) -> RecordedRun:
     """Return what `sensors` record of `run` at every `substeps`-th of its rows."""
     t = _instants(run, sensors, substeps, rng)
     true = sensed(tensor(run.tau), tensor(run.state.qd), arm).numpy()
-    clean = _lagged(run, sensors.biased(true), sensors, t)
+    clean = _lag(run, sensors.with_bias(true), sensors, t)
     noisy = clean + sensors.noise_std(clean) * rng.standard_normal(clean.shape)
     keep = _surviving_rows(t, sensors, rng)
     motion = {name: x[keep] for name, x in _motion_columns(run, arm, sensors, t).items()}
-    return Recorded(run.name, motion, {arm.column("tau", j + 1): noisy[keep, j] for j in range(arm.n_links)}, clean[keep])
+    return RecordedRun(run.name, motion, {arm.column("tau", j + 1): noisy[keep, j] for j in range(arm.n_links)}, clean[keep])

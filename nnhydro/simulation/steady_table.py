@@ -16,7 +16,7 @@ from nnhydro.physics.transmission import sensed
 from nnhydro.recordings.arm import Arm
 from nnhydro.simulation.motions.motion_kind import State
 from nnhydro.simulation.motions.steady import SteadyRuns
-from nnhydro.simulation.sensors import Recorded, Sensors, channels
+from nnhydro.simulation.sensors import RecordedRun, Sensors, channels
 
 Array = NDArray[np.float64]
 
@@ -27,10 +27,11 @@ def steady_torque(state: State, arm: Arm, loads: Loads) -> Array:
     return np.asarray(sensed(loads.torque(Flow(arm, motion)), tensor(state.qd), arm).numpy())
 
 
-def steady_table(runs: SteadyRuns, arm: Arm, loads: Loads, sensors: Sensors, sample_rate_hz: float, rng: np.random.Generator) -> Recorded:
+def steady_table(runs: SteadyRuns, arm: Arm, loads: Loads, sensors: Sensors, sample_rate_hz: float,
+                 rng: np.random.Generator) -> RecordedRun:
     """Return the table of `runs` as recorded; the column tau.._std_Nm is there where the sensors are noisy."""
     state = runs.states(arm.n_links)
-    clean = sensors.biased(steady_torque(state, arm, loads))
+    clean = sensors.with_bias(steady_torque(state, arm, loads))
     std, samples = sensors.noise_std(clean), max(int(runs.duration_s * sample_rate_hz), 2)
     mean = clean + std / np.sqrt(samples) * rng.standard_normal(clean.shape)
     scatter = std * np.sqrt(rng.chisquare(samples - 1, clean.shape) / (samples - 1))
@@ -39,4 +40,4 @@ def steady_table(runs: SteadyRuns, arm: Arm, loads: Loads, sensors: Sensors, sam
     torque = {arm.column("tau", j + 1): mean[:, j] for j in range(arm.n_links)}
     if std.any():
         torque |= {arm.column("tau_std", j + 1): scatter[:, j] for j in range(arm.n_links)}
-    return Recorded(runs.name, {**motion, column("u0"): state.u0}, torque, clean)
+    return RecordedRun(runs.name, {**motion, column("u0"): state.u0}, torque, clean)

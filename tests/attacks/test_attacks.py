@@ -19,7 +19,7 @@ from nnhydro.cli.main import run
 # ruff: noqa: E501 - one attack a line reads better than one that is wrapped
 KEPT = 30  # attacks at least
 NAMES = ("t_s", "q1_rad", "tau1_Nm")
-TABLES = [np.column_stack(one) for one in runs(50.0, count=3)]  # t, q, tau
+TABLES = [np.column_stack(recording) for recording in runs(50.0, count=3)]  # t, q, tau
 
 
 def text(table, names=NAMES, delimiter=",", decimal=".", below=()):
@@ -300,10 +300,10 @@ def test_an_angle_that_begins_again_goes_on_where_its_period_is_stated(row, colu
 
 
 def test_a_gap_in_an_angle_does_not_break_its_period(tmp_path):
-    from nnhydro.recordings.readers.column_map import unwrapped
+    from nnhydro.recordings.readers.column_map import unwrap
 
     x = np.array([350.0, 355.0, np.nan, 5.0, 10.0])
-    np.testing.assert_allclose(unwrapped(x, 360.0), [350.0, 355.0, np.nan, 365.0, 370.0])
+    np.testing.assert_allclose(unwrap(x, 360.0), [350.0, 355.0, np.nan, 365.0, 370.0])
 
 
 def test_rates_that_are_wrong_do_not_make_the_order_of_channels_look_wrong(tmp_path, capsys):

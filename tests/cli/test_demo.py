@@ -8,7 +8,7 @@ import pytest
 
 from nnhydro.blind_tests.reveal import read_suite
 from nnhydro.blind_tests.seal import open_sealed, read_key
-from nnhydro.cli.demo import _opened
+from nnhydro.cli.demo import _open_answer
 from nnhydro.cli.main import run
 from nnhydro.demo import CONCEALED, CONCEALED_NAME
 from nnhydro.runtime.stamp import STAMP
@@ -36,7 +36,7 @@ def test_one_effect_of_the_catalogue_is_hidden_in_the_campaign_and_no_file_besid
 
 
 def test_the_opened_answer_says_what_was_hidden_and_what_the_correction_is_worth():
-    said = _opened(answer(), score())
+    said = _open_answer(answer(), score())
     assert "coulomb_friction at joint 2, level 0.4495 N m" in said
     assert "The diagnosis was right" in said
     assert "12.5 %" in said
@@ -49,12 +49,12 @@ def test_the_opened_answer_says_what_was_hidden_and_what_the_correction_is_worth
     ({"right": False, "joint": False, "named": ()}, "was wrong (it named nothing)"),
     ({"joint": False}, "was wrong (it named coulomb_friction)")])
 def test_a_wrong_diagnosis_is_called_wrong(changes, words):
-    assert words in _opened(answer(), score(**changes))
+    assert words in _open_answer(answer(), score(**changes))
 
 
 def test_motions_that_could_not_be_scored_are_not_spoken_of():
-    assert "%" not in _opened(answer(), score(error_after=None))
-    old = _opened(answer(), score(error_true=None))
+    assert "%" not in _open_answer(answer(), score(error_after=None))
+    old = _open_answer(answer(), score(error_true=None))
     assert old.endswith("by 12.5 %, the baseline by 25.0 %.")
 
 

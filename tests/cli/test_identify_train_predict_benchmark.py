@@ -257,7 +257,7 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(place, sai
     def worked(*arguments, **keys):
         raise AssertionError("the campaign was opened")
 
-    for opening in ("verified", "open_campaigns"):
+    for opening in ("verify_campaign", "open_campaigns"):
         monkeypatch.setattr(reading, opening, worked)
     (tmp_path / "file").write_text("mine")
     (tmp_path / "full").mkdir()

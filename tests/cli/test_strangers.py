@@ -59,7 +59,7 @@ def test_an_arm_that_hides_something_is_sent_to_the_diagnosis(kind, folders, tmp
 @pytest.mark.parametrize("kind", [*HEALTHY, *HIDING])
 def test_the_diagnosis_of_a_strangers_folder_ends_in_a_verdict(kind, folders, tmp_path, capsys):
     document = json.loads(said(capsys, "diagnose", folders[kind], "--out", tmp_path / "d", "--json"))
-    named = {one["effect"] for one in document["findings"]}
+    named = {finding["effect"] for finding in document["findings"]}
     assert named == set() if kind in HEALTHY else document["mismatch"]["detected"]
 
 

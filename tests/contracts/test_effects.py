@@ -49,14 +49,14 @@ def view(a, motion, water=True):
     return SensorView(Flow(a, motion), lambda flow: sensed(loads.torque(flow), flow.motion.qd, flow.arm), place)
 
 
-def columns(one, a, motion):
-    return one.columns(view(a, motion)) if isinstance(one, InstrumentEffect) else one.columns(Flow(a, motion))
+def columns(hypothesis, a, motion):
+    return hypothesis.columns(view(a, motion)) if isinstance(hypothesis, InstrumentEffect) else hypothesis.columns(Flow(a, motion))
 
 
-def valued(one, size=1.0):
+def valued(hypothesis, size=1.0):
     """The effect with every linear value at `size` times the start, or times a hundredth of the bound where it starts at 0."""
-    starts = [v or 0.01 * high for v, (_, high) in zip(one.linear_values().tolist(), one.linear_bounds(), strict=True)]
-    return one.with_linear(size * torch.tensor(starts, dtype=torch.float64))
+    starts = [v or 0.01 * high for v, (_, high) in zip(hypothesis.linear_values().tolist(), hypothesis.linear_bounds(), strict=True)]
+    return hypothesis.with_linear(size * torch.tensor(starts, dtype=torch.float64))
 
 
 def test_the_catalogue_holds_the_contracts_names_in_their_families():
@@ -88,9 +88,9 @@ def test_look_alikes_are_in_the_catalogue(id_):
 @pytest.mark.parametrize("make", [states, run])
 def test_columns_have_the_right_shape_and_are_finite(id_, links, make):
     a, motion = arm(links), make(links)
-    for one in found(id_, a):
-        X = columns(one, a, motion)
-        assert X.shape == (len(motion), links, len(one.linear_values()))
+    for hypothesis in found(id_, a):
+        X = columns(hypothesis, a, motion)
+        assert X.shape == (len(motion), links, len(hypothesis.linear_values()))
         assert X.dtype == torch.float64
         assert X.isfinite().all()
 
@@ -98,7 +98,7 @@ def test_columns_have_the_right_shape_and_are_finite(id_, links, make):
 @IDS
 def test_it_can_be_seen_in_some_motion_of_a_two_link_arm(id_):
     a = arm(2)
-    assert any(columns(one, a, run(2, rows=200)).any() for one in found(id_, a))
+    assert any(columns(hypothesis, a, run(2, rows=200)).any() for hypothesis in found(id_, a))
 
 
 @IDS
@@ -106,10 +106,10 @@ def test_it_can_be_seen_in_some_motion_of_a_two_link_arm(id_):
 def test_short_stretches_are_no_trouble(id_, rows):
     a, motion = arm(2), run(2)
     short = replace(motion, **{name: getattr(motion, name)[:rows] for name in ("t", "q", "qd", "qdd", "u0", "du0")})
-    one = found(id_, a)[0]
-    assert columns(one, a, short).shape[:2] == (rows, 2)
-    if isinstance(one, InstrumentEffect):
-        assert one.apply(view(a, short)).shape == (rows, 2)
+    hypothesis = found(id_, a)[0]
+    assert columns(hypothesis, a, short).shape[:2] == (rows, 2)
+    if isinstance(hypothesis, InstrumentEffect):
+        assert hypothesis.apply(view(a, short)).shape == (rows, 2)
 
 
 @IDS
@@ -118,7 +118,7 @@ def test_candidates_make_sense_for_the_arm(id_):
     assert len(found(id_, arm(1))) > 0 or cls.fewest_links > 1
     if cls.needs_water:
         assert found(id_, arm(2, density=0.0)) == ()
-    joints = {one.joint for one in found(id_, arm(3))}
+    joints = {hypothesis.joint for hypothesis in found(id_, arm(3))}
     assert joints == ({0} if cls.acts == "arm" else {1, 2, 3})
     laws = 1 + len(found(id_, arm(2))[0].narrower())
     assert len(found(id_, arm(3))) == len(joints) * laws * int(np.prod([len(g) for g in cls.grids().values()]))
@@ -134,7 +134,7 @@ def test_a_joint_that_is_not_there_is_refused(id_):
 def test_what_the_card_says_of_rest_is_true(id_):
     a = arm(2)
     still = replace(at_rest(2), steady=False)
-    X = max(float(columns(one, a, still).abs().max()) for one in found(id_, a))
+    X = max(float(columns(hypothesis, a, still).abs().max()) for hypothesis in found(id_, a))
     assert (X == 0.0) == EFFECTS[id_].signature.zero_at_rest
 
 
@@ -143,8 +143,8 @@ def test_what_the_card_says_of_the_mirror_is_true(id_):
     a, motion = arm(2), run(2, rows=150)
     sign = {"odd": -1, "even": 1, "mixed": 0}[EFFECTS[id_].signature.parity]
     unlike = 0.0
-    for one in found(id_, a)[:6]:
-        there, here = columns(one, a, mirrored_about_X(motion)), columns(one, a, motion)
+    for hypothesis in found(id_, a)[:6]:
+        there, here = columns(hypothesis, a, mirrored_about_X(motion)), columns(hypothesis, a, motion)
         if sign:
             assert_close(there, sign * here, rtol=1e-6, atol=1e-6 * max(float(here.abs().max()), 1e-9))
         unlike += min(float((there + here).abs().max()), float((there - here).abs().max()))
@@ -157,18 +157,18 @@ def test_friction_never_gives_energy(id_):
     assert cls.dissipates or cls.family not in ("dry_friction", "viscous")
     if cls.dissipates:
         a, motion = arm(2), hub_at_rest(states(2))
-        for one in found(id_, a):
-            X = columns(one, a, motion)
+        for hypothesis in found(id_, a):
+            X = columns(hypothesis, a, motion)
             assert ((X * motion.qd[..., None]).sum(1) >= -1e-12).all()
-            assert all(low >= 0 for low, _ in one.linear_bounds())
+            assert all(low >= 0 for low, _ in hypothesis.linear_bounds())
 
 
 @IDS
 def test_it_is_stored_and_found_again(id_):
-    for one in found(id_, arm(2))[:3]:
-        document = json.loads(json.dumps(valued(one).document()))
-        parse = instrument_of if isinstance(one, InstrumentEffect) else term_of
-        assert parse(document) == valued(one)
+    for hypothesis in found(id_, arm(2))[:3]:
+        document = json.loads(json.dumps(valued(hypothesis).document()))
+        parse = instrument_of if isinstance(hypothesis, InstrumentEffect) else term_of
+        assert parse(document) == valued(hypothesis)
         with pytest.raises(ModelError, match=id_):
             parse({**document, "options": {**document["options"], "no_such_thing": 1}})
 
@@ -185,8 +185,8 @@ def test_a_model_file_holds_a_load_that_was_found(id_, tmp_path):
 
 @IDS
 def test_the_finding_is_a_sentence_with_numbers_and_units(id_):
-    for one in {one.joint: one for one in found(id_, arm(2))}.values():
-        said = valued(one)
+    for hypothesis in {hypothesis.joint: hypothesis for hypothesis in found(id_, arm(2))}.values():
+        said = valued(hypothesis)
         quantities = said.quantities()
         assert quantities
         spread = intervals(lambda v, s=said: s.with_linear(v).quantities(), said.linear_values(),
@@ -196,7 +196,7 @@ def test_the_finding_is_a_sentence_with_numbers_and_units(id_):
         assert text.endswith(".")
         assert any(c.isdigit() for c in text)
         assert text[0].isupper()
-        assert f"oint {one.joint}" in text or f"ink {one.joint}" in text or one.joint == 0
+        assert f"oint {hypothesis.joint}" in text or f"ink {hypothesis.joint}" in text or hypothesis.joint == 0
         units = {q.unit for q in quantities.values()} - {"1"}
         assert not units or any(unit in text for unit in units)
         assert said.statement() != ""
@@ -207,13 +207,13 @@ def test_the_finding_is_a_sentence_with_numbers_and_units(id_):
 def test_the_exact_reading_is_the_columns_for_a_small_effect_and_the_torque_for_none(id_, links):
     a = arm(links)
     seen = view(a, run(links, rows=600))
-    for one in found(id_, a)[:8]:
-        none = one.with_linear(torch.zeros_like(one.linear_values()))
+    for hypothesis in found(id_, a)[:8]:
+        none = hypothesis.with_linear(torch.zeros_like(hypothesis.linear_values()))
         assert_close(none.apply(seen), seen.tau)
-        X = one.columns(seen)
+        X = hypothesis.columns(seen)
         for p in range(X.shape[-1]):
             size = 1e-8 * float(seen.tau.abs().max()) / max(float(X[..., p].abs().max()), 1e-9)
-            small = one.with_linear(torch.eye(X.shape[-1], dtype=torch.float64)[p] * size)
+            small = hypothesis.with_linear(torch.eye(X.shape[-1], dtype=torch.float64)[p] * size)
             change = small.apply(seen) - seen.tau
             inner = slice(20, -20)  # a delay holds the ends
             wrong = float((change - small.change(seen))[inner].norm())
@@ -223,8 +223,8 @@ def test_the_exact_reading_is_the_columns_for_a_small_effect_and_the_torque_for_
 @INSTRUMENTS
 def test_an_instrument_effect_of_a_steady_table_is_finite(id_):
     a = arm(2)
-    for one in found(id_, a)[:4]:
-        assert valued(one, 0.01).apply(view(a, states(2))).isfinite().all()
+    for hypothesis in found(id_, a)[:4]:
+        assert valued(hypothesis, 0.01).apply(view(a, states(2))).isfinite().all()
 
 
 PLUGIN = '''
@@ -263,9 +263,9 @@ def test_a_file_adds_a_hypothesis(tmp_path):
     path.write_text(PLUGIN)
     assert load_plugin(path) == ("squeak",)
     assert load_plugin(path) == ("squeak",)
-    one = candidates(catalogue()["squeak"], arm(2))[1]
-    assert term_of(one.document()) == one
-    assert "0.1 N m s^3/rad^3" in one.statement()
+    hypothesis = candidates(catalogue()["squeak"], arm(2))[1]
+    assert term_of(hypothesis.document()) == hypothesis
+    assert "0.1 N m s^3/rad^3" in hypothesis.statement()
 
 
 @pytest.mark.usefixtures("_register")

@@ -45,6 +45,31 @@ def sentences(tree):
     return [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value]
 
 
+PAST = {"told", "held", "kept", "said", "found", "made", "shown", "drawn", "known", "seen", "given", "taken", "built", "sent", "left",
+        "met", "chosen", "hidden", "stuck", "won", "lost", "bound", "fed", "paid", "heard", "borne", "split", "written", "grown", "worn"}
+VERBS_AND_NOUNS = {"split", "speed", "need", "feed", "proceed", "exceed", "embed"}
+PUBLIC = {"compiled"}  # of nnhydro.Model: scripts of users call it
+YET = {  # names of earlier versions: this set may only shrink
+    "binned", "carried", "chosen", "confined", "counted", "decided", "delayed", "displaced", "eliminated", "filled", "fitted", "fixed",
+    "gathered", "interpolated", "joined", "judged", "lagged", "left", "met", "mirrored", "moved", "needed", "paired", "parametrised",
+    "parted", "pooled", "predicted", "recorded", "reestimated", "refined", "relaxed", "replaced", "resampled", "rounded", "scaled",
+    "scored", "seen", "sensed", "settled", "shadowed", "shared", "solved", "stacked", "standardised", "started", "stored", "tabled",
+    "taken", "traced", "tracked", "unexplained", "weighted", "whitened", "windowed"}
+
+
+def called(tree):
+    """Functions, methods and classes by name; properties read as fields, and a field may be an adjective."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and not any("property" in ast.unparse(mark) for mark in node.decorator_list):
+            yield node.name
+
+
+def bare_participle(name):
+    """Whether the one word of a name is a past participle: it says neither what is done nor what is returned."""
+    words = parts(name)
+    return len(words) == 1 and (words[0].endswith("ed") or words[0] in PAST) and words[0] not in VERBS_AND_NOUNS
+
+
 def offences(path):
     """What the words of a file offend against, a line each."""
     from_names, from_sentences = retired()
@@ -56,6 +81,33 @@ def offences(path):
 def test_no_retired_word_stands_in_a_name_or_a_sentence():
     found = [line for path in SOURCES for line in offences(path)]
     assert found == [], "docs/glossary.md has the words to write instead"
+
+
+def test_functions_and_classes_are_called_by_verbs_and_nouns():
+    found = {parts(name)[0]: path.relative_to(ROOT) for path in SOURCES for name in called(ast.parse(path.read_text(encoding="utf-8")))
+             if bare_participle(name)}
+    new = {word: str(path) for word, path in found.items() if word not in YET | PUBLIC}
+    assert new == {}, "write a verb (prepare) or the noun returned (scores)"
+
+
+@pytest.mark.parametrize(("name", "bare"), [("moved", True), ("_moved", True), ("Moved", True), ("held", True),
+                                            ("moved_rows", False), ("move", False), ("split", False), ("speed", False)])
+def test_a_bare_participle_is_recognised(name, bare):
+    assert bare_participle(name) is bare
+
+
+FACADES = {"Benchmark", "Diagnosis", "Finding", "Prediction"}  # public results, each of the class inside that bears its name
+TWICE = {"Baseline", "View"}  # names of earlier versions: this set may only shrink
+
+
+def test_a_class_name_stands_once_in_the_package():
+    files = {}
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                files.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    twice = {name: found for name, found in files.items() if len(found) > 1 and name not in TWICE}
+    assert {name for name, found in twice.items() if name not in FACADES or not any("/api/" in file for file in found)} == set()
 
 
 def test_no_retired_word_stands_in_a_page():

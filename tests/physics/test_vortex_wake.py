@@ -27,7 +27,7 @@ from nnhydro.physics.vortex_wake.forces import (
 )
 from nnhydro.physics.vortex_wake.potential import complex_potential, image_positions, image_velocities, velocity, vortex_velocities
 from nnhydro.physics.vortex_wake.separation import surface_speed
-from nnhydro.physics.vortex_wake.wake import Wake, merged, wake_velocities
+from nnhydro.physics.vortex_wake.wake import Wake, merge, wake_velocities
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "potential_flow.json").read_text())
 GOLDEN_REL = 1e-10  # stated in the golden file
@@ -249,10 +249,10 @@ def test_drag_rises_and_added_mass_falls_as_the_wake_grows():
 
 @pytest.mark.parametrize(("acceleration", "diameter"), [(0.7, 0.071), (11.0, 0.071), (3.0, 0.3)])
 def test_curves_collapse_over_acceleration_and_diameter(acceleration, diameter):
-    one = simulate_wake(constant_acceleration(3.0), 0.071, 3.0)
+    reference = simulate_wake(constant_acceleration(3.0), 0.071, 3.0)
     other = simulate_wake(constant_acceleration(acceleration), diameter, 3.0)
-    assert pytest.approx(one.C_D, abs=1e-10) == other.C_D  # rounding only
-    assert pytest.approx(one.C_M, abs=1e-10) == other.C_M
+    assert pytest.approx(reference.C_D, abs=1e-10) == other.C_D  # rounding only
+    assert pytest.approx(reference.C_M, abs=1e-10) == other.C_M
 
 
 def test_viscous_cores_break_the_collapse_by_less_than_a_hundredth():
@@ -270,15 +270,15 @@ def test_a_sampled_constant_acceleration_gives_the_same_curves():
 
 def test_merging_keeps_circulation_and_impulse():
     wake = Wake(np.array([-3 + 1j, -3.01 + 1j, -1 + 0.5j, -5 + 1j]), np.array([1.0, 2.0, 3.0, 4.0]), np.arange(4.0))
-    after = merged(wake, 0.05, 2.0)
+    after = merge(wake, 0.05, 2.0)
     assert after.z.size == 3
     assert after.Gamma.sum() == wake.Gamma.sum()
     assert (after.Gamma * after.z).sum() == pytest.approx((wake.Gamma * wake.z).sum(), rel=1e-15)
 
 
 def test_the_same_arguments_give_the_same_bits():
-    one, two = (simulate_wake(power_start(2.0, 0.0), 0.05, 2.0) for _ in range(2))
-    assert (one.F_X == two.F_X).all()
+    reference, two = (simulate_wake(power_start(2.0, 0.0), 0.05, 2.0) for _ in range(2))
+    assert (reference.F_X == two.F_X).all()
 
 
 def test_two_motions_separate_drag_from_inertia():

@@ -17,10 +17,10 @@ from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.vortex_wake.choices import SEPARATION_ONSET, WakeChoices
 from nnhydro.physics.vortex_wake.coefficients import _on_grid, coefficients_across_motions, vortex_coefficients
-from nnhydro.physics.vortex_wake.motion import power_start, sampled_motion
+from nnhydro.physics.vortex_wake.kinematics import power_start, sampled_motion
 from nnhydro.physics.vortex_wake.separation import circulation_flux, separation_angle, surface_speed
 from nnhydro.physics.vortex_wake.simulation import _steps, simulate_wake
-from nnhydro.physics.vortex_wake.wake import Wake, merged, wake_velocities, without_absorbed
+from nnhydro.physics.vortex_wake.wake import Wake, merge, wake_velocities, without_absorbed
 
 CHOICES = WakeChoices()
 Z = np.array([-1.3 + 0.9j, -0.4 + 1.4j, -2.0 + 0.5j])
@@ -90,17 +90,17 @@ def test_cores_grow_with_age_by_viscosity_and_not_before_birth():
 def test_neighbours_in_the_order_of_shedding_become_one_where_both_are_far_and_near_to_each_other():
     z = np.array([-3 + 1j, -3.01 + 1j, -0.9 + 0.2j, -0.91 + 0.2j, -3 + 2j, -3.5 + 2j, -4 + 1j])
     gamma, born = np.array([1.0, 3.0, 1, 1, 1, 1, 9]), np.arange(7.0)
-    told = merged(Wake(z, gamma, born), 0.05, 2.0)
+    told = merge(Wake(z, gamma, born), 0.05, 2.0)
     np.testing.assert_allclose(told.z, [(z[0] + 3 * z[1]) / 4, *z[2:]])
     np.testing.assert_allclose(told.Gamma, [4.0, *gamma[2:]])
     np.testing.assert_allclose(told.born, [0.75, *born[2:]])
     wake = Wake(z, gamma, born)
-    assert merged(wake, 0.0, 2.0) is wake
-    assert merged(wake, 0.05, 5.0) is wake
-    one = Wake(z[:1], gamma[:1], born[:1])
-    assert merged(one, 9.0, 0.0) is one
+    assert merge(wake, 0.0, 2.0) is wake
+    assert merge(wake, 0.05, 5.0) is wake
+    single = Wake(z[:1], gamma[:1], born[:1])
+    assert merge(single, 9.0, 0.0) is single
     opposite = Wake(z[:2], np.array([1.0, -1.0]), born[:2])
-    assert merged(opposite, 9.0, 0.0) is opposite
+    assert merge(opposite, 9.0, 0.0) is opposite
 
 
 def test_vortices_at_the_wall_or_across_the_axis_are_absorbed():

@@ -13,10 +13,10 @@ from nnhydro.blind_tests.truth import registry
 from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
 from nnhydro.blind_tests.truth.flow import STRIPS, rigid_torque, water_torque
 from nnhydro.blind_tests.truth.hidden_friction import bristle, direction
-from nnhydro.blind_tests.truth.hidden_transmission import play, stiffened
+from nnhydro.blind_tests.truth.hidden_transmission import play, stiff_twist
 from nnhydro.blind_tests.truth.memory import follow, since_reversal
 from nnhydro.blind_tests.truth.motions import Plan, carry_out
-from nnhydro.blind_tests.truth.tank import belted, brisk_torque, joint_torque, plain_torque, read
+from nnhydro.blind_tests.truth.tank import brisk_torque, joint_torque, motor_torque, plain_torque, read
 from nnhydro.blind_tests.truth.visibility import FACTORS, reference
 from nnhydro.blind_tests.truth.world import TrueArm, TrueLink, TrueRun
 
@@ -71,7 +71,8 @@ def test_newton_and_euler_give_the_golden_rigid_body_torques():
     for case in file["random_cases"] + file["edge_cases"]:
         tau = rigid_torque(instant(case["state"]), arm)
         np.testing.assert_allclose(tau[0], case["tau_joint"], rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(belted(tau, replace(arm, belt=True))[0], case["base_motor_torque_belt_1to1"], rtol=1e-12, atol=1e-12)
+        motors = motor_torque(tau, replace(arm, belt=True))[0]
+        np.testing.assert_allclose(motors, case["base_motor_torque_belt_1to1"], rtol=1e-12, atol=1e-12)
 
 
 def test_steady_tows_give_the_golden_matrix():
@@ -258,7 +259,7 @@ def test_a_current_along_the_tow_is_a_slower_tow():
 
 def test_a_drive_that_stiffens_gives_way_as_its_cubic_says():
     delta = np.linspace(-0.3, 0.3, 61)
-    y = stiffened(delta, 0.02)
+    y = stiff_twist(delta, 0.02)
     np.testing.assert_allclose(y + y**3 / 0.02**2, delta, rtol=1e-12, atol=1e-15)
 
 

@@ -16,7 +16,7 @@ from planted import the_arm
 from nnhydro.errors import RecordingError
 from nnhydro.recordings.readers import unpacking
 from nnhydro.recordings.readers.files import read_recording
-from nnhydro.recordings.readers.unpacking import _Measured, unpacked
+from nnhydro.recordings.readers.unpacking import _LimitedFile, unpack
 
 ARM = the_arm(links=(the_arm().links[0],))
 KINDS = ("bag bz2", "bag lz4", "mcap storage", "db3 message", "db3 file")
@@ -75,10 +75,10 @@ def test_gigabytes_of_zeros_are_stopped_at_the_limit_in_time_and_memory(make, co
     assert unpacking.MOST <= 250_000_000
     monkeypatch.setattr(unpacking, "MOST", 50_000_000)
     frame, start = compress(bytes(20_000_000)), time.process_time()
-    assert len(unpacked(make, frame, ratio)) == 20_000_000
+    assert len(unpack(make, frame, ratio)) == 20_000_000
     tracemalloc.start()
     with pytest.raises(RecordingError, match="more than 50 MB"):
-        unpacked(make, frame * 100, ratio)  # 2 GB
+        unpack(make, frame * 100, ratio)  # 2 GB
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 200_000_000
@@ -89,22 +89,22 @@ def test_gigabytes_of_zeros_are_stopped_at_the_limit_in_time_and_memory(make, co
                                                 (LZ4FrameDecompressor, lz4_compress)], ids=["bz2", "zstd", "lz4"])
 def test_streams_one_after_the_other_are_one_and_a_cut_one_is_refused(make, compress):
     data = np.random.default_rng(1).bytes(5000)
-    assert unpacked(make, compress(data) + compress(data[::-1])) == data + data[::-1]
-    assert unpacked(make, compress(b"")) == b""
+    assert unpack(make, compress(data) + compress(data[::-1])) == data + data[::-1]
+    assert unpack(make, compress(b"")) == b""
     with pytest.raises(EOFError, match="cut off"):
-        unpacked(make, compress(data)[:-20])
+        unpack(make, compress(data)[:-20])
 
 
 def test_what_just_fits_is_unpacked_and_a_byte_more_is_not(monkeypatch):
     monkeypatch.setattr(unpacking, "MOST", 1000)
-    assert len(unpacked(zstd.ZstdDecompressor, zstd.compress(bytes(1000)))) == 1000
+    assert len(unpack(zstd.ZstdDecompressor, zstd.compress(bytes(1000)))) == 1000
     with pytest.raises(RecordingError, match="made to fill the memory"):
-        unpacked(zstd.ZstdDecompressor, zstd.compress(bytes(1001)))
+        unpack(zstd.ZstdDecompressor, zstd.compress(bytes(1001)))
 
 
 def test_a_file_that_is_unpacked_piece_by_piece_stops_at_its_limit():
-    with _Measured(io.BytesIO(bytes(100)), 100) as whole:
+    with _LimitedFile(io.BytesIO(bytes(100)), 100) as whole:
         assert len(whole.read(60)) == 60
         assert len(whole.read()) == 40
-    with _Measured(io.BytesIO(bytes(101)), 100) as more, pytest.raises(RecordingError, match="made to fill the memory"):
+    with _LimitedFile(io.BytesIO(bytes(101)), 100) as more, pytest.raises(RecordingError, match="made to fill the memory"):
         more.read()

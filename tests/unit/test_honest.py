@@ -11,7 +11,7 @@ from campaigns import GIVEN, TINY, campaign, columns_of, planted, recording, wri
 from rigs import arm, assert_close
 from rigs import run as motion
 
-from nnhydro.cli.diagnose import following, warn_of_seen
+from nnhydro.cli.diagnose import next_steps, warn_of_seen
 from nnhydro.cli.main import run
 from nnhydro.effects.encoder_offset import EncoderOffset
 from nnhydro.effects.sensor_timing import SensorTiming
@@ -105,7 +105,7 @@ def diagnosed(named=0, detected=True, floor=0.01, chance=None, remains=False):
     (diagnosed(1, chance=0.01), "nnhydro gains 'my diagnosis/model'")])
 def test_a_diagnosis_sends_to_what_its_result_asks_for(result, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert following(result, Path("my diagnosis"), Path("c"), None).startswith(words)
+    assert next_steps(result, Path("my diagnosis"), Path("c"), None).startswith(words)
 
 
 def test_a_prediction_sends_to_what_its_result_asks_for(tmp_path, capsys):
@@ -169,7 +169,7 @@ def test_export_refuses_faults_of_sensors_and_names_the_option_that_leaves_them_
     assert run(command) == 2
     err = capsys.readouterr().err
     assert "add --without-instruments" in err
-    assert ", ".join(one.id for one in instruments) in err
+    assert ", ".join(instrument.id for instrument in instruments) in err
     assert run([*command, "--without-instruments", "--json"]) == 0
     json.loads(capsys.readouterr().out)
 

@@ -52,8 +52,8 @@ def visit(browser):
         return opened[-1].page
 
     yield open_page
-    for one in opened:
-        one.context.close()
-    assert [complaint for one in opened for complaint in one.complaints] == []
-    outside = [url for one in opened for url in one.requests if not url.startswith(("file:", "data:"))]
+    for page in opened:
+        page.context.close()
+    assert [complaint for page in opened for complaint in page.complaints] == []
+    outside = [url for page in opened for url in page.requests if not url.startswith(("file:", "data:"))]
     assert outside == [], "the page must work offline"

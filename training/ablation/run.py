@@ -21,8 +21,8 @@ PAGE = """# What of the network's inputs earns its place
 **Measured with nnhydro {version}; figures of another version may differ.**
 
 `python training/ablation/run.py` ({minutes} minutes): error of the network on held-out recordings of {campaign}, {folds} folds.
-With everything it is {all:.2f} %; without the law of the strips {lawless:.2f} %; with the law, but no feature except the constants of the
-arm, {featureless:.2f} %. A set earns its place where the error rises without it.
+With everything it is {all:.2f} %, without the law of the strips {lawless:.2f} %. With the law, but no feature except the constants of the
+arm, it is {featureless:.2f} %. A set earns its place where the error rises without it.
 
 | feature set | alone, without the law | all but it | rises by |
 | --- | --- | --- | --- |

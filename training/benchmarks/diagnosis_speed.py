@@ -39,20 +39,20 @@ def plain_way(campaign: Campaign, baseline: str) -> tuple[int, float]:
     known = enumerate_hypotheses(campaign.arm, peaks)
     rng = np.random.default_rng(SEED)
 
-    def rows(stretch: Stretch, one: Any) -> np.ndarray:
+    def rows(stretch: Stretch, hypothesis: Any) -> np.ndarray:
         Y, offset = columns_and_offset(model.loads, stretch.segment, model.arm)
-        X = columns_on([one], model, stretch)
+        X = columns_on([hypothesis], model, stretch)
         every = np.concatenate([Y, X, (stretch.segment.tau - offset)[..., None]], axis=2)
         return every[stretch.segment.keep].reshape(-1, every.shape[2])
 
-    def refit(one: Any, out: int) -> float:
-        fitted = np.concatenate([rows(stretch, one) for stretch in problem.stretches if stretch.group != out])
+    def refit(hypothesis: Any, out: int) -> float:
+        fitted = np.concatenate([rows(stretch, hypothesis) for stretch in problem.stretches if stretch.group != out])
         theta = np.linalg.lstsq(fitted[:, :-1], fitted[:, -1], rcond=None)[0]
-        left = np.concatenate([rows(stretch, one) for stretch in problem.stretches if stretch.group == out])
+        left = np.concatenate([rows(stretch, hypothesis) for stretch in problem.stretches if stretch.group == out])
         return float(((left[:, -1] - left[:, :-1] @ theta) ** 2).sum())
 
     some = [known[k] for k in rng.choice(len(known), SAMPLE, replace=False)]
-    _, seconds = timed(lambda: [refit(one, int(rng.integers(problem.groups))) for one in some])
+    _, seconds = timed(lambda: [refit(hypothesis, int(rng.integers(problem.groups))) for hypothesis in some])
     return len(known) * problem.groups, seconds / SAMPLE
 
 

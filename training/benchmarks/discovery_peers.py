@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.diagnosis.decision.proof import states
-from nnhydro.diagnosis.diagnose import MOST_STUDIED, drawn
+from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names
 from nnhydro.diagnosis.noise.spectrum import first_noise
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.design import columns_on, design_of
@@ -78,22 +78,22 @@ def _best(known: tuple[Hypothesis, ...], Y: Array, X: Array, y: Array) -> list[i
     Q = np.linalg.qr(Y.reshape(-1, Y.shape[2]))[0]
     flat, r = X.reshape(-1, X.shape[2]), y.ravel()
     flat, r = flat - Q @ (Q.T @ flat), r - Q @ (Q.T @ r)
-    ends, best = np.cumsum([one.width for one in known]), dict[Any, tuple[float, int]]()
-    for k, (one, end) in enumerate(zip(known, ends.tolist(), strict=True)):
-        own = flat[:, end - one.width:end]
+    ends, best = np.cumsum([hypothesis.width for hypothesis in known]), dict[Any, tuple[float, int]]()
+    for k, (hypothesis, end) in enumerate(zip(known, ends.tolist(), strict=True)):
+        own = flat[:, end - hypothesis.width:end]
         gain = float(r @ own @ np.linalg.lstsq(own.T @ own, own.T @ r, rcond=1e-10)[0])
-        if gain > best.get(one.key, (-1.0, 0))[0]:
-            best[one.key] = (gain, k)
+        if gain > best.get(hypothesis.key, (-1.0, 0))[0]:
+            best[hypothesis.key] = (gain, k)
     return sorted(k for _, k in best.values())
 
 
 def prepared(campaign: Campaign, baseline: str) -> Data:
     """Return the rows of `campaign`, the baseline calibrated, every hypothesis at its best values."""
-    problem = problem_of(campaign, drawn(campaign.names, MOST_STUDIED, SEED))
+    problem = problem_of(campaign, draw_names(campaign.names, MOST_STUDIED, SEED))
     against = baseline_of(baseline, campaign.arm, problem.units(), Preparation(LowPass(problem.edge)))
     design = design_of(problem, against)
     peaks = tuple(np.max([np.abs(s.segment.tau).max(axis=0) for s in problem.stretches if s.segment.tau is not None], axis=0).tolist())
-    known = tuple(one for one in enumerate_hypotheses(campaign.arm, peaks) if not one.per_recording)
+    known = tuple(hypothesis for hypothesis in enumerate_hypotheses(campaign.arm, peaks) if not hypothesis.per_recording)
     parts = []
     for stretch in problem.stretches:
         segment = stretch.segment
@@ -104,7 +104,7 @@ def prepared(campaign: Campaign, baseline: str) -> Data:
     p = design.Y.shape[2]
     Y, X, y = full[..., :p], full[..., p:-1], full[..., -1]
     chosen = _best(known, Y, X, y)
-    starts = np.cumsum([0, *(one.width for one in known)])
+    starts = np.cumsum([0, *(hypothesis.width for hypothesis in known)])
     columns = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in chosen])
     noise = np.sqrt(first_noise(design).own.sum(axis=0) / design.time)
     recording = np.concatenate([np.full(len(rows), stretch.group) for stretch, rows in parts])
@@ -158,9 +158,9 @@ class Claims:
 
 
 def _claims(data: Data, X: Array, y: Array, b: Array) -> Claims:
-    ends = np.cumsum([one.width for one in data.known]).tolist()
-    energy = {one.key: float(((X[:, end - one.width:end] @ b[end - one.width:end]) ** 2).sum())
-              for one, end in zip(data.known, ends, strict=True)}
+    ends = np.cumsum([hypothesis.width for hypothesis in data.known]).tolist()
+    energy = {hypothesis.key: float(((X[:, end - hypothesis.width:end] @ b[end - hypothesis.width:end]) ** 2).sum())
+              for hypothesis, end in zip(data.known, ends, strict=True)}
     return Claims(tuple(key for key, e in energy.items() if e >= MATERIAL * float(y @ y)), sum(e > 0 for e in energy.values()))
 
 

@@ -17,7 +17,7 @@ import pandas as pd
 import torch
 
 from nnhydro.models.baselines import baseline
-from nnhydro.models.compiled.torque import compiled
+from nnhydro.models.compiled.torque import compile_model
 from nnhydro.models.prediction import predict
 from nnhydro.models.prediction_file import write_prediction
 from nnhydro.models.strip_theory import StripTheory
@@ -56,7 +56,7 @@ def main() -> None:
         for name in ("constant", "state"):
             model = StripTheory(ARM, Preparation(None), {}, name, baseline(name).start(ARM))
             spent[f"{name}: predict, the model itself"], plain = timed(lambda model=model: predict(model, recording), 2)
-            spent[f"{name}: compile"], fast = timed(lambda model=model: compiled(model))
+            spent[f"{name}: compile"], fast = timed(lambda model=model: compile_model(model))
             spent[f"{name}: predict, compiled"], quick = timed(lambda fast=fast: predict(fast, recording), 2)
             np.testing.assert_allclose(quick.tau, plain.tau, rtol=0, atol=1e-9)
         spent["write"], _ = timed(lambda: write_prediction(quick, Path(folder) / "out" / "run.csv"))

@@ -15,7 +15,7 @@ import torch
 from torque_peers import mujoco_model, pinocchio_model
 
 from nnhydro.models.baselines import baseline
-from nnhydro.models.compiled.torque import compiled
+from nnhydro.models.compiled.torque import compile_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -29,11 +29,11 @@ def entries():
     """Return a call of each entry that computes one state."""
     model = StripTheory(ARM, Preparation(None), {}, "constant", baseline("constant").start(ARM))
     motion = Motion.at([STATE[:2]], [STATE[2:4]], [STATE[4:6]], STATE[6], STATE[7])
-    plain = compiled(model, "numpy").step
+    plain = compile_model(model, "numpy").step
     found = {"nnhydro step, plain Python": lambda: plain(*STATE), "nnhydro torch (the model itself)": lambda: model.torque(motion)}
     np.testing.assert_allclose(plain(*STATE), model.torque(motion)[0], rtol=1e-12)
     if find_spec("numba"):
-        fast = compiled(model, "numba").step
+        fast = compile_model(model, "numba").step
         np.testing.assert_allclose(fast(*STATE), plain(*STATE), rtol=1e-12)
         found["nnhydro step, numba"] = lambda: fast(*STATE)
     q, qd, qdd = (np.array(STATE[k:k + 2]) for k in (0, 2, 4))

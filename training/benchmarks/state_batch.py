@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from nnhydro.models.baselines import baseline
-from nnhydro.models.compiled.torque import compiled
+from nnhydro.models.compiled.torque import compile_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.coefficients.travel_spline import cardinal_matrix
 from nnhydro.physics.loads.state_added_mass import StateAddedMass
@@ -101,7 +101,7 @@ def main() -> None:
     if not find_spec("numba"):
         raise SystemExit("this benchmark needs numba: pip install 'nnhydro[fast]'")
     model = StripTheory(ARM, Preparation(None), {}, "state", baseline("state").start(ARM))
-    fast, peer, some = compiled(model), by_hand(model), motion(5000)
+    fast, peer, some = compile_model(model), by_hand(model), motion(5000)
     want = model.torque(some).numpy()
     np.testing.assert_allclose(fast.torque(some).numpy(), want, rtol=0, atol=1e-12 * np.abs(want).max())
     near = float(np.median(np.abs(peer(some) - want)) / np.sqrt((want**2).mean()))

@@ -18,7 +18,7 @@ import torch
 from torque_peers import Torque, closed_form, mujoco_c, mujoco_python, pinocchio_batch
 
 from nnhydro.models.baselines import baseline
-from nnhydro.models.compiled.torque import compiled
+from nnhydro.models.compiled.torque import compile_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -52,8 +52,8 @@ def as_torque(model, wrapped=lambda function: function) -> Torque:
 
 def entries() -> dict[str, tuple[Torque, int]]:
     """Return every way there is to compute the torque, and for how many states it is timed."""
-    found = {"nnhydro numba": (as_torque(compiled(of("constant"), "numba")), STATES)} if find_spec("numba") else {}
-    found |= {"nnhydro numpy": (as_torque(compiled(of("constant"), "numpy")), STATES // 4),
+    found = {"nnhydro numba": (as_torque(compile_model(of("constant"), "numba")), STATES)} if find_spec("numba") else {}
+    found |= {"nnhydro numpy": (as_torque(compile_model(of("constant"), "numpy")), STATES // 4),
               "nnhydro torch (the model itself)": (as_torque(of("constant")), STATES // 10)}
     if "--torch-compile" in sys.argv:
         found["nnhydro torch, torch.compile"] = (as_torque(of("constant"), torch.compile(dynamic=True)), STATES // 4)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nnhydro.evaluation.mclain.study import PHASES, Candidate, Towed, fit_and_predict, leave_one_out
+from nnhydro.evaluation.mclain.study import PHASES, Candidate, TowedMotion, fit_and_predict, leave_one_out
 from nnhydro.fitting.identify import versions
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.load_sum import Loads
@@ -47,8 +47,8 @@ def main() -> None:
     campaign = open_campaign(HERE / config["campaign"])
     how = campaign.plan()
 
-    def motion(name: str, until: float = np.inf) -> Towed:
-        return Towed.of(campaign.segments(name, how)[0], campaign.arm, config["slowest"], until)
+    def motion(name: str, until: float = np.inf) -> TowedMotion:
+        return TowedMotion.of(campaign.segments(name, how)[0], campaign.arm, config["slowest"], until)
 
     seen, unseen = [motion(name) for name in config["fitted"]], [motion(*item) for item in config["predicted"].items()]
     results = {}

@@ -52,8 +52,8 @@ def left_out(suite: Path, what: str) -> dict[str, tuple[str, ...]]:
     if what != "family":
         return dict.fromkeys(public, ())
     key, found = read_key(suite / KEY_FILE), {}
-    for name, one in public.items():
-        answer = open_sealed(suite / "answers" / f"{name}.sealed", key, one["commitment"])
+    for name, campaign in public.items():
+        answer = open_sealed(suite / "answers" / f"{name}.sealed", key, campaign["commitment"])
         families = {entry["family"] for entry in answer["effects"]}
         found[name] = tuple(cls.id for cls in catalogue().values() if cls.family in families)
     return found
@@ -78,10 +78,11 @@ def line(told) -> str:
 def scored(suite: Path, workers, without: str = "") -> dict:
     """Return the score of a suite, its campaigns diagnosed where they are not yet; it ends where one cannot be diagnosed."""
     from nnhydro.blind_tests.reveal import read_suite, reveal
-    from nnhydro.report.diagnosis.batch import Asked, diagnose_all
+    from nnhydro.report.diagnosis.batch import DiagnosisRequest, diagnose_all
 
     found, out = RUNS / f"{suite.name}_diagnoses{'_without_' + without if without else ''}", left_out(suite, without)
-    todo = [Asked(suite / name, found / name, public["baseline"], without=out[name]) for name, public in read_suite(suite).items()
+    todo = [DiagnosisRequest(suite / name, found / name, public["baseline"], without=out[name])
+            for name, public in read_suite(suite).items()
             if not (found / name / "diagnosis.json").is_file()]
     failed = []
     for told in diagnose_all(todo, workers) if todo else ():

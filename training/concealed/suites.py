@@ -16,11 +16,12 @@ STEPS = (0.5, 0.8, 0.9, 0.95, 0.98, 1.0)  # of confidence
 
 def share(hits: int, tries: int) -> dict:
     """Return the share with its 95 % interval. Source: Clopper and Pearson (1934), Biometrika 26."""
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
-    low = float(beta.ppf(0.025, hits, tries - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(0.975, hits + 1, tries - hits)) if hits < tries else 1.0
-    return {"hits": hits, "tries": tries, "share": hits / max(tries, 1), "low": low, "high": high}
+    if not tries:
+        return {"hits": 0, "tries": 0, "share": 0.0, "low": 0.0, "high": 1.0}
+    span = binomtest(hits, tries).proportion_ci(method="exact")
+    return {"hits": hits, "tries": tries, "share": hits / tries, "low": float(span.low), "high": float(span.high)}
 
 
 def counted(score: dict) -> dict:
@@ -58,9 +59,11 @@ def look_alikes(scores: list[dict]) -> dict:
             "wrong": share(sum(v["false_claims"] > 0 for v in cases), len(cases))}
 
 
-def percent(one: dict | None) -> str:
+def percent(share: dict | None) -> str:
     """Return a share in words."""
-    return "" if one is None or not one["tries"] else f"{100 * one['share']:.0f} % ({100 * one['low']:.0f} to {100 * one['high']:.0f})"
+    if share is None or not share["tries"]:
+        return ""
+    return f"{100 * share['share']:.0f} % ({100 * share['low']:.0f} to {100 * share['high']:.0f})"
 
 
 def main() -> None:
@@ -85,8 +88,8 @@ def main() -> None:
     print(f"\n| suite | campaigns | {' | '.join(columns)} |\n| --- | --- | {' | '.join('---' for _ in columns)} |")
     for name, row in rows.items():
         print(f"| {name} | {row['right']['tries']} | {' | '.join(percent(row.get(key)) for key in columns)} |")
-    for one in reliability(scores):
-        print(f"said with {one['from']} to {one['to']}: {one['hits']} of {one['tries']} right")
+    for share in reliability(scores):
+        print(f"said with {share['from']} to {share['to']}: {share['hits']} of {share['tries']} right")
     alike = look_alikes(scores)
     print(f"look-alikes: {percent(alike['look_alikes'])} named right or in an honest class, of {alike['look_alikes']['tries']}")
 

@@ -20,11 +20,11 @@ import torch
 import yaml
 from numpy.typing import NDArray
 from scipy.signal import lfilter
-from scipy.stats import beta
+from scipy.stats import binomtest
 
-from nnhydro.diagnosis.calibration.injection import injected
+from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import power
-from nnhydro.diagnosis.diagnose import diagnose, studied
+from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.fitting.identify import versions
@@ -78,9 +78,8 @@ def rms(healthy: Campaign) -> Array:
 
 def share(hits: int, tries: int) -> dict[str, float]:
     """Return a share with its 95 % interval (Clopper and Pearson)."""
-    low = float(beta.ppf(0.025, hits, tries - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(0.975, hits + 1, tries - hits)) if hits < tries else 1.0
-    return {"share": hits / tries, "low": low, "high": high, "hits": hits, "tries": tries}
+    span = binomtest(hits, tries).proportion_ci(method="exact")
+    return {"share": hits / tries, "low": float(span.low), "high": float(span.high), "hits": hits, "tries": tries}
 
 
 def false_alarms(config: dict) -> None:
@@ -117,8 +116,8 @@ def coverage(config: dict) -> None:
         for draw in range(config["repeats"]):
             values = row.direction * row.size * config["times"]
             z = np.zeros(found.design.Y.shape[2])
-            design = injected(found.design, found.noise, found.model, z, [(row.hypothesis, values)], config["seed"] + 100 * number + draw)
-            named = studied(design, draw, others)
+            design = inject(found.design, found.noise, found.model, z, [(row.hypothesis, values)], config["seed"] + 100 * number + draw)
+            named = search_design(design, draw, others)
             claimed = named.decided.claimed
             told = {(f.effect.id, f.effect.joint): f for f in (finding_of(named.search, claimed, k) for k in claimed.chosen)}
             finding = told.get(row.hypothesis.key)

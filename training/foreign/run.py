@@ -49,10 +49,10 @@ def share(values: list[bool]) -> str:
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, str]:
     """Return the shares over all rows."""
-    one = [r for r in rows if len(r["hidden"]) == 1 and not r["hidden"][0].startswith("unknown")]
+    alone = [r for r in rows if len(r["hidden"]) == 1 and not r["hidden"][0].startswith("unknown")]
     healthy = [r for r in rows if not r["hidden"]]
     several = [r["exact"] for r in rows if len(r["hidden"]) > 1]
-    return {"one effect, exact": share([r["exact"] for r in one]), "several, exact": share(several),
+    return {"one effect, exact": share([r["exact"] for r in alone]), "several, exact": share(several),
             "a wrong name": share([bool(r["wrong"]) for r in rows]), "healthy, named": share([bool(r["wrong"]) for r in healthy]),
             "healthy, detected": share([r["detected"] for r in healthy if r["style"] != "offsets"]),
             "seconds, median": f"{sorted(r['seconds'] for r in rows)[len(rows) // 2]:.1f}"}

@@ -26,7 +26,7 @@ from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import read_arm
-from nnhydro.recordings.campaign import verified
+from nnhydro.recordings.campaign import verify_campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.runtime.files import write_json
 
@@ -43,7 +43,7 @@ def predicted(model: TorqueModel, campaign: Path, names: list[str]) -> Array:
 
 def models(campaign: Path, baseline: str, config: dict[str, Any]) -> dict[str, TorqueModel]:
     """Return the calibrated baseline, the corrected model and a hybrid on each, made where they are not there yet."""
-    opened, place = verified(campaign), RUNS / "models" / campaign.name
+    opened, place = verify_campaign(campaign), RUNS / "models" / campaign.name
     if not (place / "corrected").is_dir():
         found = diagnose(opened, baseline)
         print(f"  {found.verdict()}", flush=True)

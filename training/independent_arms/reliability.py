@@ -29,7 +29,7 @@ def claims_of(path: Path) -> list[tuple[float, bool]]:
 def main() -> None:
     """Print a row a bin of ten."""
     paths = [Path(x) for x in sys.argv[1:]] or sorted(HERE.glob("results_*.json"))
-    claims = [one for path in paths for one in claims_of(path)]
+    claims = [claim for path in paths for claim in claims_of(path)]
     print(f"{len(claims)} claims of {', '.join(p.name for p in paths)}")
     for low, high in pairwise(EDGES.tolist()):
         inside = [(c, right) for c, right in claims if low <= c < high or c == high == 1.0]

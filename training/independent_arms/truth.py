@@ -76,7 +76,7 @@ def campaign(seed, plant=None):
     links = [{"length_m": rng.uniform(0.4, 0.6), "diameter_m": rng.uniform(0.05, 0.08), "mass_kg": rng.uniform(0.5, 2.0), "com_m": 0.25,
               "inertia_kg_m2": rng.uniform(0.01, 0.04)} for _ in range(2)]
     built = ("mass_kg", "com_m", "inertia_kg_m2")
-    true = {"links": [{k: v * (1 + 0.01 * rng.standard_normal() * (k in built)) for k, v in one.items()} for one in links],
+    true = {"links": [{k: v * (1 + 0.01 * rng.standard_normal() * (k in built)) for k, v in link.items()} for link in links],
             "cd": rng.uniform(0.8, 1.4, 2), "cm": rng.uniform(0.6, 1.0, 2)}
     rate = {"khz": 1000.0, "slow25": 25.0}.get(kind, rng.choice([50.0, 100.0]))
     count = {"few3": 3, "many30": 30}.get(kind, int(rng.integers(5, 13)))
@@ -100,5 +100,5 @@ def campaign(seed, plant=None):
             columns[f"tau{j + 1}_Nm"] = tau[:, j] + size[j] * e[:, j]
         recordings.append((f"r{k:02d}", columns))
     arm = {"schema": "nnhydro/arm/1", "name": f"healthy_{seed}", "fluid": {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1e-6},
-           "links": [{k: float(v) for k, v in one.items()} for one in links]}
+           "links": [{k: float(v) for k, v in link.items()} for link in links]}
     return kind, arm, recordings

@@ -10,11 +10,14 @@ from pathlib import Path
 
 from nnhydro.evaluation.benchmark import Benchmark, benchmark
 from nnhydro.fitting.config import TrainingConfig
+from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 PAGE = """# A hybrid on the state-dependent model
+
+**Measured with nnhydro {version}; figures of another version may differ.**
 
 `python training/mclain_tank/run.py` ({minutes} minutes on one core): sum |measured - model| / sum |measured| on held-out recordings of
 datasets/mclain_tank, in %. The hybrid stands on `state`.
@@ -41,7 +44,8 @@ def main() -> None:
         results[protocol] = benchmark(campaign, config["models"], config["folds"], config["seed"], choices, protocol=protocol)
         print(table(results[protocol]), flush=True)
     seconds = time.perf_counter() - start
-    write_text(HERE / "README.md", PAGE.format(minutes=max(1, round(seconds / 60)), tables="\n".join(map(table, results.values()))))
+    write_text(HERE / "README.md", PAGE.format(
+        version=versions()["nnhydro"], minutes=max(1, round(seconds / 60)), tables="\n".join(map(table, results.values()))))
     write_json(HERE / "results.json", {protocol: result.document() for protocol, result in results.items()} | {"seconds": round(seconds)})
 
 

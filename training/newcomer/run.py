@@ -69,7 +69,7 @@ def main(place: Path) -> None:
     step("compare the physics on recordings held out", "nnhydro benchmark my_rig --models textbook,constant --out compared")
     step("ask what is missing", "nnhydro diagnose my_rig --out diagnosis")
     step("look what it has left", "ls diagnosis")
-    total = sum(one["seconds"] for one in times)
+    total = sum(step["seconds"] for step in times)
     load = os.getloadavg()[1]  # of the last five minutes: his own share is 1
     tell(f"\n{total:.0f} s from nothing to the verdict, {total - times[1]['seconds']:.0f} s of it without the installation "
          f"({platform.machine()}, {os.cpu_count()} cores under a load of {load:.1f}, Python {platform.python_version()}).")

@@ -15,7 +15,7 @@ from pathlib import Path
 from table import honest, settled, table, words
 from tank import Tank
 
-from nnhydro.diagnosis.diagnose import Studied, study
+from nnhydro.diagnosis.diagnose import SearchedCampaign, study
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.finding import finding_of
@@ -28,7 +28,7 @@ HERE = Path(__file__).parent
 RUNS = HERE / "runs"
 
 
-def told(found: Studied) -> list[dict]:
+def told(found: SearchedCampaign) -> list[dict]:
     """Return what the diagnosis names."""
     claimed = found.decided.claimed
     findings = (finding_of(found.search, claimed, k) for k in claimed.chosen)
@@ -55,7 +55,7 @@ def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:
             row["after"] = names
         else:
             row["after_random"].append(names)
-    return row | {"settled": settled(row["after"], hidden), "settled_random": [settled(one, hidden) for one in row["after_random"]],
+    return row | {"settled": settled(row["after"], hidden), "settled_random": [settled(names, hidden) for names in row["after_random"]],
                   "honest_after": honest(row["after"], hidden)}
 
 
@@ -64,7 +64,7 @@ def line(row: dict) -> str:
     start = f"{row['rig']}: {row['hidden']['effect']} ({row['hidden'].get('joint', 'arm')}), seed {row['seed']}: {words(row['before'])}"
     if row["proposal"] is None:
         return start
-    p, controls = row["proposal"], " | ".join(words(one) for one in row["after_random"])
+    p, controls = row["proposal"], " | ".join(words(names) for names in row["after_random"])
     return (f"{start} -> {p['recordings']} x {p['motion']['kind']}, chance {p['chance']:.2f} ({p['chance_of_a_random_motion']:.2f}): "
             f"{words(row['after'])} [{row['settled']}]; at random: {controls} {row['settled_random']}")
 

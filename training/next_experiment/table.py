@@ -5,17 +5,17 @@ from nnhydro.diagnosis.experiment.proposal import FAIR
 
 def honest(names: list[dict], hidden: dict) -> bool:
     """Whether nothing else is named than a class that holds what is hidden."""
-    return all(hidden["effect"] in one["class"] for one in names) and len(names) <= 1
+    return all(hidden["effect"] in finding["class"] for finding in names) and len(names) <= 1
 
 
 def settled(names: list[dict], hidden: dict) -> bool:
     """Whether the one finding is what is hidden, and stands alone."""
-    return [one["class"] for one in names] == [[hidden["effect"]]] and names[0]["joint"] == hidden.get("joint")
+    return [finding["class"] for finding in names] == [[hidden["effect"]]] and names[0]["joint"] == hidden.get("joint")
 
 
 def words(names: list[dict]) -> str:
     """Return what is named in a line."""
-    return "; ".join("/".join(one["class"]) + (f" ({one['joint']})" if one["joint"] else "") for one in names) or "nothing"
+    return "; ".join("/".join(finding["class"]) + (f" ({finding['joint']})" if finding["joint"] else "") for finding in names) or "nothing"
 
 
 def table(rows: list[dict]) -> str:
@@ -24,14 +24,14 @@ def table(rows: list[dict]) -> str:
     lines = ["| rig | hides | before | proposed | chance | after | at random |", "| --- | --- | --- | --- | --- | --- | --- |"]
     for row in asked:
         p, hidden = row["proposal"], row["hidden"]
-        random = "; ".join("settled" if one else words(names)
-                           for one, names in zip(row["settled_random"], row["after_random"], strict=True))
+        random = "; ".join("settled" if finding else words(names)
+                           for finding, names in zip(row["settled_random"], row["after_random"], strict=True))
         lines.append(f"| {row['rig']} | {hidden['effect']}{' (' + str(hidden['joint']) + ')' if 'joint' in hidden else ''} | "
                      f"{words(row['before'])} | {p['recordings']} x {p['motion']['kind']} | {p['chance']:.2f} | "
                      f"{'settled' if row['settled'] else words(row['after'])} | {random} |")
     likely = [row for row in asked if row["proposal"]["chance"] >= FAIR]
-    at_random = [one for row in asked for one in row["settled_random"]]
-    usual = [one for row in likely for one in row["settled_random"]]
+    at_random = [finding for row in asked for finding in row["settled_random"]]
+    usual = [finding for row in likely for finding in row["settled_random"]]
     counts = [("cases in all", len(rows), len(rows)),
               ("named right at once", sum(settled(r["before"], r["hidden"]) for r in rows), len(rows)),
               ("nothing named at first", sum(not r["before"] for r in rows), len(rows)),

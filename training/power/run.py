@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from nnhydro.diagnosis.calibration.injection import injected
+from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import Power, Reveal, power
-from nnhydro.diagnosis.diagnose import studied
+from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.quantity import Z95
 from nnhydro.fitting.identify import versions
@@ -59,15 +59,15 @@ def plant(found: Power, row: Reveal, draw: int, config: dict) -> dict:
     """Return what is named where `row` is planted at its stated size."""
     seed = config["seed"] + 1000 * draw + found.rows.index(row)  # noise of its own for every plant
     z = np.zeros(found.design.Y.shape[2])
-    design = injected(found.design, found.noise, found.model, z, [(row.hypothesis, row.direction * row.size)], seed)
-    named = studied(design, draw)
+    design = inject(found.design, found.noise, found.model, z, [(row.hypothesis, row.direction * row.size)], seed)
+    named = search_design(design, draw)
     claimed = named.decided.claimed
     findings = (finding_of(named.search, claimed, k) for k in claimed.chosen)
     told = [{"class": list(f.members), "joint": f.effect.joint} for f in findings]
     key = row.hypothesis.key
     return {"effect": key[0], "joint": key[1], "parameter": row.parameter, "size": row.size, "draw": draw, "named": told,
-            "found": any(key[0] in one["class"] for one in told),
-            "at_joint": any(key[0] in one["class"] and one["joint"] in (key[1], 0) for one in told)}
+            "found": any(key[0] in finding["class"] for finding in told),
+            "at_joint": any(key[0] in finding["class"] and finding["joint"] in (key[1], 0) for finding in told)}
 
 
 def plants(found: Power, config: dict) -> None:
@@ -80,8 +80,8 @@ def plants(found: Power, config: dict) -> None:
             if not path.is_file():
                 path.parent.mkdir(exist_ok=True)
                 write_json(path, plant(found, row, draw, config))
-                one = json.loads(path.read_text())
-                print(f"{path.stem:>28}  {one['found']!s:>5}  {one['named']}", flush=True)
+                result = json.loads(path.read_text())
+                print(f"{path.stem:>28}  {result['found']!s:>5}  {result['named']}", flush=True)
 
 
 def summary() -> dict:

@@ -12,7 +12,7 @@ from pathlib import Path
 from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.config import TrainingConfig
-from nnhydro.fitting.identify import calibrated, versions
+from nnhydro.fitting.identify import calibrate, versions
 from nnhydro.fitting.network.train import train_units
 from nnhydro.models.baselines import BASELINES, Baseline
 from nnhydro.models.storage import save_model
@@ -43,12 +43,12 @@ FRICTION = Baseline("rigid + friction", "the dry arm with dry and viscous fricti
 
 def fitted(chosen: list[Unit], arm: Arm, how: Preparation) -> dict[str, TorqueModel]:
     """Return the four models, fitted to the units `chosen`."""
-    physics = calibrated(FRICTION, chosen, arm, how)
+    physics = calibrate(FRICTION, chosen, arm, how)
     with tempfile.TemporaryDirectory() as folder:
         inner = str(save_model(physics, Path(folder) / "friction"))
         hybrid = train_units(chosen, arm, how, TrainingConfig(baseline=inner))
     network = train_units(chosen, arm, how, TrainingConfig(model="network"))
-    return {"rigid": calibrated(BASELINES["rigid"], chosen, arm, how), FRICTION.name: physics, "network": network, "hybrid": hybrid}
+    return {"rigid": calibrate(BASELINES["rigid"], chosen, arm, how), FRICTION.name: physics, "network": network, "hybrid": hybrid}
 
 
 def main() -> None:

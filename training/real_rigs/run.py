@@ -113,9 +113,9 @@ def family_out(cards: dict[str, Any], root: Path, out: Path) -> None:
             rows.append({"rig": name, "without": sorted(families), "named": named, "detected": found.detected,
                          "wrong": [effect for effect, _ in named if effect not in card["may"]]})
         print(f"| {name} | {', '.join(sorted(families))} | {rows[-1].get('named', 'refused')} | {rows[-1].get('wrong', '')} |", flush=True)
-    answered = [one for one in rows if "named" in one]
-    told = {"a wrong name": f"{sum(bool(one['wrong']) for one in answered)} of {len(answered)}",
-            "an alarm": f"{sum(one['detected'] for one in answered)} of {len(answered)}"}
+    answered = [row for row in rows if "named" in row]
+    told = {"a wrong name": f"{sum(bool(row['wrong']) for row in answered)} of {len(answered)}",
+            "an alarm": f"{sum(row['detected'] for row in answered)} of {len(answered)}"}
     print(json.dumps(told))
     write_json(out / "family_out.json", {"versions": versions(), "summary": told, "rigs": rows})
 

@@ -28,15 +28,15 @@ LIMIT = 30.0  # s of processor more than five times what the tests take without 
 EQUIVALENT = Path(__file__).with_name("equivalent.json")
 
 
-def chosen(one: Mutant, covered: dict, budget: float) -> list[str]:
+def chosen(mutant: Mutant, covered: dict, budget: float) -> list[str]:
     """Return the tests that run the mutant's lines: those of every file in turn, shortest first, as many as the budget holds.
 
     Lines that numba compiles are not seen by coverage.py: there, and where no test runs a line, those of the files that import the module.
     """
     tests: set[str] = set()
-    for file, line in one.lines:
+    for file, line in mutant.lines:
         tests |= set(covered["lines"].get(file, {}).get(str(line), ()))
-    module = one.file.removesuffix(".py").replace("/", ".")
+    module = mutant.file.removesuffix(".py").replace("/", ".")
     importing = (path for path in (ROOT / "tests").rglob("test_*.py") if f"{module} import" in path.read_text(encoding="utf-8"))
     whole = {name for name in tests if "::" not in name} if tests else {str(path.relative_to(ROOT)) for path in importing}
     tests |= {name for name in covered["seconds"] if name.partition("::")[0] in whole}
@@ -74,7 +74,7 @@ class Only:
             self.failed = self.failed or report.nodeid
 
 
-def tested(one: Mutant, names: list[str], seconds: float) -> tuple[str, str]:
+def tested(mutant: Mutant, names: list[str], seconds: float) -> tuple[str, str]:
     """Run the tests on the changed source in a child process; return killed, survived or never ended, and the test that failed."""
     if not names:
         return "survived", "no fast test runs the line"
@@ -84,7 +84,7 @@ def tested(one: Mutant, names: list[str], seconds: float) -> tuple[str, str]:
         try:
             most = int(LIMIT + 5 * seconds)
             resource.setrlimit(resource.RLIMIT_CPU, (most, most + 5))  # of the processor, not of the clock: others may be at work
-            os.write(writer, _failed_with(one, names).encode()[:4000] + b"\n")
+            os.write(writer, _failed_with(mutant, names).encode()[:4000] + b"\n")
         except BaseException as error:
             os.write(writer, f"{type(error).__name__}: {error}\n".encode()[:4000])
         finally:
@@ -98,14 +98,14 @@ def tested(one: Mutant, names: list[str], seconds: float) -> tuple[str, str]:
     return ("killed", failed or f"ended with status {status}") if failed or status else ("survived", f"{len(names)} tests")
 
 
-def _failed_with(one: Mutant, names: list[str]) -> str:
+def _failed_with(mutant: Mutant, names: list[str]) -> str:
     """Return the id of the test that fails with the mutant in place, or nothing."""
     import pytest
 
-    path, real = ROOT / one.file, importlib.machinery.SourceFileLoader.get_code
+    path, real = ROOT / mutant.file, importlib.machinery.SourceFileLoader.get_code
 
     def get_code(self, name):
-        return compile(one.source, str(path), "exec") if Path(self.path).resolve() == path else real(self, name)
+        return compile(mutant.source, str(path), "exec") if Path(self.path).resolve() == path else real(self, name)
     importlib.machinery.SourceFileLoader.get_code = get_code
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)

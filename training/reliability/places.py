@@ -109,7 +109,7 @@ def _head(statement: ast.stmt) -> set[int]:
 
 def _body(node: ast.AST) -> set[int]:
     """Return the lines of the bodies of every function in `node`."""
-    return {line for one in ast.walk(node) if isinstance(one, ast.FunctionDef) for child in one.body
+    return {line for function in ast.walk(node) if isinstance(function, ast.FunctionDef) for child in function.body
             for line in range(child.lineno, (child.end_lineno or child.lineno) + 1)}
 
 

@@ -22,7 +22,7 @@ from trials import record, show
 
 from nnhydro.cli.main import run
 from nnhydro.diagnosis.diagnose import diagnose
-from nnhydro.recordings.campaign import verified
+from nnhydro.recordings.campaign import verify_campaign
 from nnhydro.report.diagnosis.folder import write_diagnosis
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -111,7 +111,7 @@ def main() -> None:
         healthy, rubbing = campaigns(place)
         try:
             while (n := len(counted.memory)) < count and time.monotonic() - started < seconds:
-                campaign = verified(healthy if n % EFFECT_EVERY else rubbing)
+                campaign = verify_campaign(healthy if n % EFFECT_EVERY else rubbing)
                 told = diagnose(campaign, None, n)
                 counted.named += len(told.findings)
                 if n % WRITTEN_EVERY == 0:

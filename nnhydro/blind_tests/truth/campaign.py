@@ -18,12 +18,12 @@ from scipy.interpolate import CubicSpline
 
 from nnhydro.blind_tests.truth import registry
 from nnhydro.blind_tests.truth.arms import document, draw_arm
-from nnhydro.blind_tests.truth.localised import Part, draw_part
 from nnhydro.blind_tests.truth.motions import Plan, carry_out, plans
+from nnhydro.blind_tests.truth.partial_causes import Part, draw_part
 from nnhydro.blind_tests.truth.rivals import RUNS, nearest
 from nnhydro.blind_tests.truth.sensors import FINE, TrueSensors, draw_sensors, record
-from nnhydro.blind_tests.truth.tank import belted, plain_torque, read
-from nnhydro.blind_tests.truth.visibility import FACTORS, Yardstick, reference, sized
+from nnhydro.blind_tests.truth.tank import motor_torque, plain_torque, read
+from nnhydro.blind_tests.truth.visibility import FACTORS, Yardstick, reference, size_to_target
 from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun
 
 ATTEMPTS = 30
@@ -54,7 +54,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Unseen:
+class UnseenRun:
     """An unseen run with what loads it, and the columns in which encoders of the same steps would record its links themselves.
 
     No hidden cause moves the angles of `links`: who knows the truth knows what a compliant drive or a moved zero has done to them.
@@ -73,18 +73,18 @@ class Unseen:
         fine = np.linspace(t[0], t[-1], FINE * (len(t) - 1) + 1)
         q, qd, qdd, u0, du0 = (CubicSpline(t, x)(fine) for x in motion)
         run = replace(self.run, t=fine, q=q, qd=qd, qdd=qdd, u0=u0, du0=du0, seed=self.run.seed + ANOTHER)
-        return _expected(run, self.arm, self.causes, OTHERS)[::FINE]
+        return _expected_torque(run, self.arm, self.causes, OTHERS)[::FINE]
 
 
 @dataclass(frozen=True)
-class Concealed:
+class ConcealedCampaign:
     """A campaign as files (name -> columns), what arm.yaml holds, the baseline to diagnose it against, and the answer to be sealed."""
 
     files: dict[str, dict[str, Array]]
     arm: dict[str, Any]
     baseline: str
     answer: dict[str, Any]
-    unseen: dict[str, Unseen]
+    unseen: dict[str, UnseenRun]
 
 
 def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
@@ -135,7 +135,7 @@ def _hide(rng: Generator, reference: Yardstick, names: Sequence[str], wish: Wish
             return None
         draft, part = local
         target = reference.limit * float(np.exp(rng.uniform(np.log(low), np.log(high))))
-        cause, size = sized(reference, draft, target)
+        cause, size = size_to_target(reference, draft, target)
         if draft.low < draft.high and not 0.7 * low * reference.limit <= size <= 1.4 * high * reference.limit:
             return None
         found.append((cause, size))
@@ -148,7 +148,7 @@ def _hide(rng: Generator, reference: Yardstick, names: Sequence[str], wish: Wish
     return found, part
 
 
-def _expected(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], phases: int = PHASES) -> Array:
+def _expected_torque(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], phases: int = PHASES) -> Array:
     """Return what the torque sensors would read (n, L), the mean over chance."""
     often = phases if any(cause.chance for cause in causes) else 1
     readings = [read(replace(run, seed=run.seed + k), arm, causes).tau for k in range(often)]
@@ -172,7 +172,7 @@ def _answer(wish: Wish, reference: Yardstick, hidden: Sequence[tuple[Cause, floa
             "coefficients": {"cd": [round(k.C_D, 5) for k in arm.links], "cm": [round(k.C_M, 5) for k in arm.links]}}
 
 
-def draw_campaign(seed: int, index: int, wish: Wish) -> Concealed:
+def draw_campaign(seed: int, index: int, wish: Wish) -> ConcealedCampaign:
     """Return campaign `index` of the suite `seed`; raise NotVisibleError where no draw shows what is to be hidden."""
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng([seed, index, attempt])
@@ -183,7 +183,7 @@ def draw_campaign(seed: int, index: int, wish: Wish) -> Concealed:
     raise NotVisibleError(f"{wish.effect} ({wish.strength}, {wish.links or 'any number of'} links)")
 
 
-def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
+def _attempt(rng: Generator, wish: Wish) -> ConcealedCampaign | None:
     """One draw of a concealed campaign; None where its causes cannot be shown at the strength asked for."""
     links = wish.links or (2 if rng.random() < 0.75 else 1)
     counts, seconds, rates = SIZES[wish.size]
@@ -195,7 +195,7 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
         arm = replace(arm, links=tuple(replace(k, C_M=0.0) for k in arm.links))
     sensors = draw_sensors(rng, rates, "torque_drift" in names)
     runs = _runs(rng, arm, plans(rng, links, int(rng.integers(counts[0], counts[1] + 1)), seconds), sensors, "run", MORNING)
-    healthy = np.concatenate([belted(plain_torque(run, arm, 20), arm) for run in runs])
+    healthy = np.concatenate([motor_torque(plain_torque(run, arm, 20), arm) for run in runs])
     sigma = sensors.level * np.sqrt((healthy**2).mean(axis=0))
     measure = reference(runs, arm, known_to, sensors, sigma, not inertia_hidden)
     made = _hide(rng, measure, names, wish)
@@ -216,7 +216,7 @@ def _attempt(rng: Generator, wish: Wish) -> Concealed | None:
         seen, same = read(run, arm, causes), deepcopy(rng)
         files[f"unseen/{run.name}.csv"] = record(run, seen, arm, sensors, sigma, rng, False)
         alone = record(run, replace(seen, q=run.q, qd=run.qd, qdd=run.qdd), arm, sensors, sigma, same, False)
-        unseen[run.name] = Unseen(run, arm, tuple(causes), alone)
-        truth = _expected(run, arm, causes)[::FINE]
+        unseen[run.name] = UnseenRun(run, arm, tuple(causes), alone)
+        truth = _expected_torque(run, arm, causes)[::FINE]
         answer["unseen"][run.name] = {"t_s": run.t[::FINE].round(6).tolist(), "tau_Nm": truth.round(5).tolist()}
-    return Concealed(files, document(stated, known_to), "drag-only" if inertia_hidden else "constant", answer, unseen)
+    return ConcealedCampaign(files, document(stated, known_to), "drag-only" if inertia_hidden else "constant", answer, unseen)

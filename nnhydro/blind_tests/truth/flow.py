@@ -97,7 +97,7 @@ class LinkFlow:
         """Return the flow with C_D multiplied."""
         return replace(self, C_D=self.C_D * factor)
 
-    def pushed(self, normal: Array) -> LinkFlow:
+    def with_normal_load(self, normal: Array) -> LinkFlow:
         """Return the flow with a further normal load (n, s) N/m."""
         return replace(self, extra=self.extra + normal[..., None] * self.nrm)
 

@@ -17,7 +17,7 @@ from nnhydro.blind_tests.truth.tank import brisk_torque
 from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm, TrueRun, on_joint
 
 
-def stiffened(delta: Array, d0: float) -> Array:
+def stiff_twist(delta: Array, d0: float) -> Array:
     """Return the real root y (n,) of y + y^3 / d0^2 = delta: 2/sqrt(3) d0 sinh(asinh(3 sqrt(3)/2 delta/d0) / 3)."""
     y: Array = 2 / np.sqrt(3) * d0 * np.sinh(np.arcsinh(1.5 * np.sqrt(3) * delta / d0) / 3)
     return y
@@ -33,7 +33,7 @@ def joint_elasticity(rng: Generator, arm: TrueArm) -> Draft:
         def drive(run: TrueRun, tau: Array) -> Array:
             delta = follow(tau[:, joint - 1], run.dt, T) * a
             if stiffens:
-                delta = stiffened(delta, 1.5 * a * brisk)
+                delta = stiff_twist(delta, 1.5 * a * brisk)
             return on_joint(delta, joint, tau.shape[1])
         return Cause("joint_elasticity", joint, "other" if stiffens else "plain", "the drive is compliant",
                      {"stiffness": (1 / a, "N m/rad")}, drive=drive)

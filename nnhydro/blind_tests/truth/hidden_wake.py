@@ -49,7 +49,7 @@ def flow_memory(rng: Generator, arm: TrueArm) -> Draft:
                 lagged = follow_at(drag, 1 - np.exp(-dt * (np.abs(flow.w) + 0.02) / (8 * a * flow.link.diameter)))
             else:
                 lagged = follow(drag, dt, a)
-            return flow.pushed(lagged - drag)
+            return flow.with_normal_load(lagged - drag)
         size = {"travel": (8 * a, "D")} if by_travel else {"response_time": (a, "s")}
         return Cause("flow_memory", None, "other" if by_travel else "plain", "drag relaxes towards its quasi-steady value",
                      size, water, order=4)
@@ -69,7 +69,7 @@ def wake_reentry(rng: Generator, arm: TrueArm) -> Draft:
             ahead = np.sign(wake) * np.maximum(np.abs(wake) - np.maximum(w * np.sign(wake), 0.0), 0.0)
             met = w - a * ahead
             k = 0.5 * flow.arm.rho * flow.link.diameter * flow.C_D
-            return flow.pushed(k * (np.abs(met) * met - np.abs(w) * w))
+            return flow.with_normal_load(k * (np.abs(met) * met - np.abs(w) * w))
         return Cause("wake_reentry", None, "other" if twice else "plain", "the wake of earlier motion runs into the link",
                      {"strength": (a, "1"), "lifetime": (T, "s")}, water, order=3)
     return Draft(make, 0.02, 1.2)
@@ -86,7 +86,7 @@ def history_force(rng: Generator, arm: TrueArm) -> Draft:
             edges = np.concatenate([[0.0], t + 0.5 * flow.run.dt])
             kernel = np.diff(2 * np.sqrt(edges)) * np.exp(-t / fade)  # int t^-1/2 over each step
             past: Array = fftconvolve(flow.dw, kernel[:, None], axes=0)[: len(t)]
-            return flow.pushed(a * 0.5 * flow.section * past)
+            return flow.with_normal_load(a * 0.5 * flow.section * past)
         return Cause("history_force", None, "plain" if np.isinf(fade) else "other", "convolution of the acceleration with t^-1/2",
                      {"strength": (a, "1")}, water, order=2)
     return Draft(make, 0.005, 2.0)
@@ -108,7 +108,7 @@ def vortex_shedding(rng: Generator, arm: TrueArm) -> Draft:
             phase = 2 * np.pi * St * np.cumsum(speed, axis=0) * flow.run.dt / flow.link.diameter + chance.uniform(0, 2 * np.pi)
             if cells:
                 phase = phase + 0.4 * wander(chance, flow.run.t, 1.0)[:, None]
-            return flow.pushed(a * flow.drag * np.cos(2 * phase))
+            return flow.with_normal_load(a * flow.drag * np.cos(2 * phase))
         return Cause("vortex_shedding", None, "other" if cells else "plain", "in-line force at twice the Strouhal frequency",
                      {"strength": (a, "1"), "strouhal": (St, "1")}, water, chance=True, order=2)
     return Draft(make, 0.01, 1.2)

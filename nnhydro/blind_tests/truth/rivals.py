@@ -21,7 +21,7 @@ DRAWS = 2
 SHOWN = 3
 
 
-def _left(x: Array, y: Array) -> float:
+def _share_left(x: Array, y: Array) -> float:
     """Return the share of x that y cannot imitate."""
     size = float(np.linalg.norm(y))
     if size < 1e-9:
@@ -43,5 +43,5 @@ def nearest(rng: Generator, reference: Yardstick, found: Sequence[tuple[Cause, f
             y = reference.column([draft.make(float(np.sqrt(draft.low * draft.high)))])
             for (cause, size), x, result in zip(found, hidden, left, strict=True):
                 if name != cause.id:
-                    result[name] = min(result.get(name, np.inf), round(size * _left(x, y), 1))
+                    result[name] = min(result.get(name, np.inf), round(size * _share_left(x, y), 1))
     return [dict(sorted(result.items(), key=lambda item: item[1])[:SHOWN]) for result in left]

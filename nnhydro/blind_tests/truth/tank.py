@@ -27,7 +27,7 @@ class TrueReading:
     tau: Array
 
 
-def belted(tau: Array, arm: TrueArm) -> Array:
+def motor_torque(tau: Array, arm: TrueArm) -> Array:
     """Return the motors' torques (n, L) for joint torques (n, L)."""
     if not arm.belt:
         return tau
@@ -63,15 +63,15 @@ def joint_torque(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Arr
 
 def read(run: TrueRun, arm: TrueArm, causes: Sequence[Cause] = (), plain: Array | None = None) -> TrueReading:
     """Return what the sensors read of `run`; what acts in a part of it only, as much as it acts there (one such cause at most)."""
-    everything, local = _read(run, arm, causes, plain), next((c for c in causes if c.share is not None), None)
+    everything, local = _read_without_noise(run, arm, causes, plain), next((c for c in causes if c.share is not None), None)
     if local is None or local.share is None:
         return everything
-    w, rest = local.share(run)[:, None], _read(run, arm, [c for c in causes if c is not local], plain)
+    w, rest = local.share(run)[:, None], _read_without_noise(run, arm, [c for c in causes if c is not local], plain)
     return TrueReading(*(w * a + (1 - w) * b for a, b in ((everything.q, rest.q), (everything.qd, rest.qd), (everything.qdd, rest.qdd),
                                                       (everything.tau, rest.tau))))
 
 
-def _read(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Array | None) -> TrueReading:
+def _read_without_noise(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Array | None) -> TrueReading:
     """What the sensors read of a run without noise, cause by cause."""
     tau = joint_torque(run, arm, causes, plain)
     q, qd, qdd = run.q, run.qd, run.qdd
@@ -82,7 +82,7 @@ def _read(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Array | No
             q, qd, qdd = q + slip, qd + rate, qdd + np.gradient(rate, run.dt, axis=0)
         if cause.angle is not None:
             q = q + cause.angle(run, tau)
-    sensed = belted(tau, arm)
+    sensed = motor_torque(tau, arm)
     for cause in causes:
         if cause.sense is not None:
             sensed = cause.sense(run, sensed)

@@ -21,7 +21,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from nnhydro.blind_tests.truth.flow import rigid_torque, water_torque
 from nnhydro.blind_tests.truth.sensors import FINE, TrueSensors
-from nnhydro.blind_tests.truth.tank import belted, plain_torque, read
+from nnhydro.blind_tests.truth.tank import motor_torque, plain_torque, read
 from nnhydro.blind_tests.truth.world import Array, Cause, Draft, TrueArm, TrueRun
 
 LOWEST, SHARE = 8.0, 0.01
@@ -43,7 +43,7 @@ def base_columns(run: TrueRun, arm: TrueArm, known_to: float, added_mass: bool) 
             other = replace(arm, links=tuple(moved if n == i else k for n, k in enumerate(arm.links)))
             columns.append(rigid_torque(run, other) - rigid_torque(run, arm))
             prior.append(1.0)
-    return np.stack([belted(column, arm) for column in columns], axis=-1), np.array(prior)
+    return np.stack([motor_torque(column, arm) for column in columns], axis=-1), np.array(prior)
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Yardstick:
     basis: Array  # orthonormal columns, rows as `weighted` stacks them and then the priors
     priors: int
 
-    def _seen(self, x: Array) -> Array:
+    def _low_pass(self, x: Array) -> Array:
         """Columns as a recorder gives them: low-passed where it gives angles alone."""
         x = x[::FINE]
         if self.sensors.given == "all":
@@ -69,7 +69,7 @@ class Yardstick:
 
     def weighted(self, torques: Sequence[Array]) -> Array:
         """Return torques (n, L) of all runs as one column in units of the noise, with zeros for the priors."""
-        rows = [(self._seen(x) / self.noise).ravel() for x in torques]
+        rows = [(self._low_pass(x) / self.noise).ravel() for x in torques]
         return np.concatenate([*rows, np.zeros(self.priors)])
 
     def column(self, causes: Sequence[Cause]) -> Array:
@@ -79,7 +79,7 @@ class Yardstick:
             seen = read(run, self.arm, causes, plain)
             moved = any(c.drive is not None or c.angle is not None for c in causes)
             healthy = plain_torque(replace(run, q=seen.q, qd=seen.qd, qdd=seen.qdd), self.arm) if moved else plain
-            rows.append(seen.tau - belted(healthy, self.arm))
+            rows.append(seen.tau - motor_torque(healthy, self.arm))
         x = self.weighted(rows)
         left: Array = x - self.basis @ (self.basis.T @ x)
         return left
@@ -99,8 +99,8 @@ class Yardstick:
     def size(self, causes: Sequence[Cause], beside: Sequence[Array] = ()) -> float:
         """Return lambda of the causes; `beside`: columns of other causes whose size a fit may choose as well."""
         x = self.column(causes)
-        for other in _orthonormal(beside):
-            x = x - other * float(other @ x)
+        for column in _orthonormal(beside):
+            x = x - column * float(column @ x)
         return float(np.linalg.norm(x))
 
 
@@ -121,7 +121,7 @@ def reference(runs: tuple[TrueRun, ...], arm: TrueArm, known_to: float, sensors:
     return replace(made, basis=np.linalg.qr(table)[0], priors=len(prior))
 
 
-def sized(reference: Yardstick, draft: Draft, target: float) -> tuple[Cause, float]:
+def size_to_target(reference: Yardstick, draft: Draft, target: float) -> tuple[Cause, float]:
     """Return the cause whose lambda is near `target` (within a tenth where the draft's bounds allow) and its lambda."""
     low, high = draft.low, draft.high
     amount = float(np.sqrt(low * high))

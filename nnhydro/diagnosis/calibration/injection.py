@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 T = TypeVar("T", Whitened, View)
 
 
-def injected(design: Design, noise: Noise, model: StripTheory, z: Array, effects: Sequence[tuple[Hypothesis, Array]], seed: int) -> Design:
+def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: Sequence[tuple[Hypothesis, Array]], seed: int) -> Design:
     """Return `design` with the torque of the baseline at `z` (p,), of `effects` with their linear values, and new noise.
 
     Values that are a recording's own keep their size and are turned at random in each.
@@ -42,7 +42,7 @@ def injected(design: Design, noise: Noise, model: StripTheory, z: Array, effects
     return Design(design.problem, design.baseline, design.Y, y, design.tau - design.y + y)
 
 
-def observing(view: View, y: Array) -> View:
+def with_torque(view: View, y: Array) -> View:
     """Return `view` with the whitened torque `y` (n, joints) in place of the one measured: every product with it anew, all others kept."""
     old = view.whitened
     unknown = [(old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints)]
@@ -52,14 +52,14 @@ def observing(view: View, y: Array) -> View:
     return _copy(view, whitened=whitened, Xy=view.Xw.reshape(y.size, view.Xw.shape[2]).T @ y.ravel(), _columns=kept, _own_best={})
 
 
-def _copy(one: T, **changes: object) -> T:
-    """A shallow copy of `one` with `changes`, without what it has cached of its torque."""
-    made = object.__new__(type(one))
-    made.__dict__.update({k: v for k, v in one.__dict__.items() if k != "_own_parts"} | changes)
+def _copy(original: T, **changes: object) -> T:
+    """A shallow copy of `original` with `changes`, without what it has cached of its torque."""
+    made = object.__new__(type(original))
+    made.__dict__.update({k: v for k, v in original.__dict__.items() if k != "_own_parts"} | changes)
     return made
 
 
-def predicted(view: View, found: Scored, remainder: Scored) -> Array:
+def predict_whitened(view: View, found: Scored, remainder: Scored) -> Array:
     """Return the whitened torque (n, joints) of `found`: baseline and effects fitted without the unknown, which is that of `remainder`."""
     whitened, columns = view.whitened, view.joined(found.chosen)
     p, m = whitened.p, whitened.m

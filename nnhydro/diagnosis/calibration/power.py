@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
-from nnhydro.diagnosis.diagnose import MOST_STUDIED, drawn, hypotheses_for
+from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.model.unknown import unknown_of
@@ -107,7 +107,7 @@ def _within_bounds(h: Hypothesis, values: Array) -> bool:
     return any(bool(((low - 1e-12 <= x) & (x <= high + 1e-12)).all()) for x in (values, -values))
 
 
-def _projected(columns: Columns, fit: Posterior) -> Array:
+def _projected_gram(columns: Columns, fit: Posterior) -> Array:
     """The Gram matrix (k, k) of what the fit of baseline and unknown leaves of the columns."""
     from scipy.linalg import solve_triangular
 
@@ -135,7 +135,7 @@ class Sizing:
         h, columns = library.hypotheses[k], self.view.columns(k)
         shape = {n: float(getattr(h.effect, n)[0]) for n in h.spans if getattr(h.effect, n)}
         d = self.scaled(k, direction)
-        R = _projected(columns, self.alone)
+        R = _projected_gram(columns, self.alone)
         whole, left = float(d @ columns.gram @ d), float(d @ R @ d)
         row = Reveal(h, name, unit, None, 0.0, None, shape, direction)
         if left <= UNSEEN * max(whole, 1e-300):
@@ -143,7 +143,7 @@ class Sizing:
         strength = strength_needed(self.threshold - library.log_prior(k), 0.5 * np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1], len(R))
         moved = np.sqrt(((library.X[..., library.at(k)] @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
         size = max(strength / np.sqrt(left), RELEVANT / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
-        return self._bounded(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
+        return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
 
     def scaled(self, k: int, direction: Array) -> Array:
         """Return the scaled values of all its columns for a size of 1: the same in every recording where each has its own."""
@@ -152,7 +152,7 @@ class Sizing:
         return np.tile(d, self.view.columns(k).Xw.shape[2] // len(d))
 
     @staticmethod
-    def _bounded(row: Reveal, size: float, left: float) -> Reveal:
+    def _limit_size(row: Reveal, size: float, left: float) -> Reveal:
         possible = _within_bounds(row.hypothesis, row.direction * size)
         return replace(row, size=size if possible else None, strength=float(size * np.sqrt(left)) if possible else None)
 
@@ -162,8 +162,8 @@ class Sizing:
             return row
         library, columns, size = self.view.library, self.view.columns(k), row.size
         d = self.scaled(k, row.direction)
-        left = float(d @ _projected(columns, self.alone) @ d)
-        R = _projected(columns, self.null.fit)
+        left = float(d @ _projected_gram(columns, self.alone) @ d)
+        R = _projected_gram(columns, self.null.fit)
         occam = 0.5 * float(np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1])
         needed = strength_needed(self.threshold - library.log_prior(k), occam, len(R)) ** 2 / 2
         for _ in range(ROUNDS):
@@ -172,7 +172,7 @@ class Sizing:
             size *= step
             if abs(step - 1) < 0.02:
                 break
-        return self._bounded(row, max(size, row.size), left)
+        return self._limit_size(row, max(size, row.size), left)
 
     def _gain(self, columns: Columns, values: Array) -> float:
         """The log evidence that the columns gain where they are put in at `values`, beside the unknown fitted to that."""
@@ -193,8 +193,8 @@ def _typical(rows: Sequence[tuple[int, Reveal]]) -> tuple[int, Reveal]:
     for k, row in rows:
         laws.setdefault(row.hypothesis.width, []).append((k, row))
 
-    def size(one: tuple[int, Reveal]) -> float:
-        return np.inf if one[1].size is None else one[1].size
+    def size(candidate: tuple[int, Reveal]) -> float:
+        return np.inf if candidate[1].size is None else candidate[1].size
 
     middle = []
     for law in laws.values():
@@ -210,7 +210,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Rev
     joined = view.joined(shown)
     if joined is None:
         return [row for _, row in rows]
-    H = _projected(joined, sizing.alone)
+    H = _projected_gram(joined, sizing.alone)
     ends = np.cumsum([0, *(hypotheses[k].width for k in shown)])
     places = {k: np.arange(a, b) for k, (a, b) in zip(shown, pairwise(ends.tolist()), strict=True)}
     made = []
@@ -221,7 +221,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Rev
             for other, at in places.items():
                 if hypotheses[other].effect.id != row.hypothesis.effect.id:
                     share = float(h[at] @ np.linalg.lstsq(H[np.ix_(at, at)], h[at], rcond=1e-9)[0] / (d @ h[places[k]]))
-                    best, name = max((best, name), (share, hypotheses[other].effect.id), key=lambda one: one[0])
+                    best, name = max((best, name), (share, hypotheses[other].effect.id), key=lambda pair: pair[0])
         made.append(replace(row, rival=name, likeness=float(np.sqrt(min(best, 1.0)))))
     return made
 
@@ -233,7 +233,7 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """
-    design = design_on(problem_of(campaign, drawn(campaign.names, MOST_STUDIED, seed), cutoff_hz), baseline)
+    design = design_on(problem_of(campaign, draw_names(campaign.names, MOST_STUDIED, seed), cutoff_hz), baseline)
     progress("noise and baseline")
     noise, whitened, sizes, model = calibrated_noise(design, unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2]))))
     hypotheses = hypotheses_for(design, without)

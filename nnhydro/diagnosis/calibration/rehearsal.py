@@ -15,7 +15,7 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.diagnosis.calibration.injection import observing, predicted
+from nnhydro.diagnosis.calibration.injection import predict_whitened, with_torque
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
 from nnhydro.diagnosis.findings.finding import Finding
@@ -44,13 +44,13 @@ def worlds(search: Search, claimed: Scored, rivals: Rivals) -> list[World]:
     return made
 
 
-def _named(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
+def _true_members(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
     """The hypotheses that stand in the drawn campaign of `search`: each claim, a rival of it, or nothing."""
     named = []
     for k, others in rivals.items():
         rest = search.score(tuple(x for x in claimed.chosen if x != k))
-        sets = [(search.score((*rest.chosen, one)), one) for one in (k, *others)]
-        taking = [(s, one) for s, one in sets if search.admits(rest, s) and s.score - rest.score > LEAST_GAIN]
+        sets = [(search.score((*rest.chosen, member)), member) for member in (k, *others)]
+        taking = [(s, member) for s, member in sets if search.admits(rest, s) and s.score - rest.score > LEAST_GAIN]
         if taking:
             named.append(max(taking, key=lambda pair: pair[0].score)[1])
     return named
@@ -65,12 +65,12 @@ def rehearse(search: Search, claimed: Scored, draws: int, seed: int,
     rows, rehearsed = [], worlds(search, claimed, unlike)
     for number, world in enumerate(rehearsed):
         count: dict[str, int] = {}
-        mean = predicted(search.view, world.planted, claimed)
+        mean = predict_whitened(search.view, world.planted, claimed)
         for draw in range(draws):
             progress(f"rehearsal {number * draws + draw + 1} of {len(rehearsed) * draws}")
             y = mean + np.random.default_rng([seed, number, draw]).standard_normal(mean.shape)
-            drawn = Search(observing(search.view, y), search.start)
-            for k in _named(drawn, claimed, rivals):
+            drawn = Search(with_torque(search.view, y), search.start)
+            for k in _true_members(drawn, claimed, rivals):
                 count[label(search.key(k))] = count.get(label(search.key(k)), 0) + 1
         keys = [k for k in claimed.chosen if k != world.instead] + ([] if world.rival is None else [world.rival])
         rows.append({"planted": [label(search.key(k)) for k in keys],

@@ -18,7 +18,7 @@ from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.unexplained.where import Residual
+from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NEAR, RHO
-from nnhydro.diagnosis.experiment.motions import Proposed
+from nnhydro.diagnosis.experiment.motions import CandidateMotion
 from nnhydro.diagnosis.findings.equivalence import ALIKE, HARDLY, alternatives, parameter_count
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design, columns_on
@@ -65,10 +65,10 @@ def contest_of(search: Search, claimed: Scored) -> Contest | None:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Planned:
+class PlannedMotion:
     """A motion with the Gram matrix (q, q) of its whitened columns."""
 
-    motion: Proposed
+    motion: CandidateMotion
     G: Array
 
 
@@ -117,7 +117,7 @@ class Judge:
             place = found.places(self.search.view)[k]
             self.moments[a][np.ix_(at, at)] += found.fit.covariance(np.arange(place.start, place.stop))
         self.precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
-        self.H = self.recorded()
+        self.H = self.recorded_gram()
         self.before = self.apart(self.H)
 
     def _values(self, a: int) -> Array:
@@ -128,7 +128,7 @@ class Judge:
         values[self.places[self.laws[a][0]]] = found.fit.mean[found.places(self.search.view)[k]]
         return values
 
-    def recorded(self) -> Array:
+    def recorded_gram(self) -> Array:
         """Return the Gram matrix (q, q) over the recordings at hand."""
         whitened, columns = self.search.whitened, self.search.view.joined(self.numbers)
         assert columns is not None
@@ -136,14 +136,14 @@ class Judge:
         made: Array = np.block([[whitened.G[:p, :p], columns.cross[:p]], [columns.cross[:p].T, columns.gram]])
         return made
 
-    def planned(self, motions: Sequence[Proposed], most: Array) -> list[Planned]:
+    def feasible(self, motions: Sequence[CandidateMotion], most: Array) -> list[PlannedMotion]:
         """Return those of `motions` whose torque stays within `most` (joints,) N m, with their Gram matrices."""
         from nnhydro.physics.motion import Motion
 
         design = self.search.view.library.design
         old = design.problem
         placed = all(s.place is not None for s in old.stretches)
-        able: list[Proposed] = []
+        able: list[CandidateMotion] = []
         stretches: list[Stretch] = []
         for motion in motions:
             segment = motion.segment(f"next_{len(able)}", max(PLANNED_HZ, 4 * old.edge))
@@ -155,7 +155,7 @@ class Judge:
             return []
         return self._gram(able, Problem(old.arm, old.edge, tuple(s.name for s in stretches), tuple(stretches)))
 
-    def _gram(self, motions: Sequence[Proposed], problem: Problem) -> list[Planned]:
+    def _gram(self, motions: Sequence[CandidateMotion], problem: Problem) -> list[PlannedMotion]:
         baseline = self.search.view.library.design.baseline
         zeros = np.zeros(0)
 
@@ -174,7 +174,7 @@ class Judge:
             at = problem.group_of == group
             if at.any():
                 x = (columns[at] * w[at][..., None]).reshape(-1, self.q)
-                made.append(Planned(motion, x.T @ x))
+                made.append(PlannedMotion(motion, x.T @ x))
         return made
 
     def _variance(self, problem: Problem, columns: Array, tau: Array) -> Array:
@@ -200,20 +200,20 @@ class Judge:
             paid = 0.5 * float(np.linalg.slogdet(A / np.sqrt(precision[take][:, None] * precision[take]))[1])
             occam[b] = paid if law == self.laws[b][0] else occam[b]
             for a in (a for a in range(count) if a != b):
-                left = _left(H, take, A, self.moments[a])
+                left = _energy_left(H, take, A, self.moments[a])
                 if left / 2 + paid < ahead[a, b]:
                     size2[a, b], ahead[a, b] = left, left / 2 + paid
         np.fill_diagonal(ahead, occam)
         return size2, ahead - occam[:, None]
 
-    def added(self, one: Planned, often: int) -> tuple[Array, Array]:
+    def expected_gain(self, motion: PlannedMotion, often: int) -> tuple[Array, Array]:
         """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
-        size2, ahead = self.apart(self.H + often * one.G)
+        size2, ahead = self.apart(self.H + often * motion.G)
         return np.maximum(size2 - self.before[0], 0.0), ahead - self.before[1]
 
-    def chance(self, one: Planned, often: int) -> float:
+    def chance(self, motion: PlannedMotion, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
-        return chance_settled(self.contest, *self.added(one, often), self.limits(self.H + often * one.G))
+        return chance_settled(self.contest, *self.expected_gain(motion, often), self.limits(self.H + often * motion.G))
 
     def limits(self, H: Array) -> Array:
         """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.
@@ -223,7 +223,7 @@ class Judge:
         """
         size2, beside = self.apart(H)[0], self._beside()
         A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
-        energy = [max(_left(H, beside, A, m), 1e-12) for m in self.moments]
+        energy = [max(_energy_left(H, beside, A, m), 1e-12) for m in self.moments]
         whole = np.array(energy)[:, None]
         counts = np.array([parameter_count(self.search, k) for k in self.contest.members])
         alike = (size2 / whole < 1 - ALIKE**2) & (counts[None, :] <= counts[:, None])
@@ -234,7 +234,7 @@ class Judge:
         return np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(np.int64)
 
 
-def _left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> float:
+def _energy_left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> float:
     """What a fit of the columns `take` leaves of a torque whose values have the second moment `moment` (q, q), in noise units."""
     explained = np.trace(np.linalg.solve(A, H[take] @ moment @ H[:, take])) if len(take) else 0.0
     return max(float((H * moment).sum() - explained), 0.0)
@@ -242,11 +242,11 @@ def _left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> float:
 
 def _widest(hypotheses: Sequence[Hypothesis], k: int) -> int:
     """The law of the most values of the effect of hypothesis `k` at its joint, at its shape where there is one."""
-    one = hypotheses[k]
-    same = [i for i, h in enumerate(hypotheses) if h.key == one.key and not h.per_recording and h.width > one.width]
+    hypothesis = hypotheses[k]
+    same = [i for i, h in enumerate(hypotheses) if h.key == hypothesis.key and not h.per_recording and h.width > hypothesis.width]
 
     def alike(i: int) -> tuple[int, int]:
-        shape = sum(getattr(hypotheses[i].effect, name) == getattr(one.effect, name) for name in one.spans)
+        shape = sum(getattr(hypotheses[i].effect, name) == getattr(hypothesis.effect, name) for name in hypothesis.spans)
         return hypotheses[i].width, shape
 
     return max(same, key=alike, default=k)

@@ -24,7 +24,7 @@ LONGER = 2.0  # than what is usual on the rig: the most that a motion may last
 
 @final
 @dataclass(frozen=True, eq=False)
-class Proposed:
+class CandidateMotion:
     """A motion that the rig can do: as an entry of a recipe, and sampled at the times `t` (n,) s."""
 
     document: dict[str, Any]
@@ -47,7 +47,7 @@ class Proposed:
         return out | ({column("u0"): s.u0, column("du0"): s.du0} if s.u0.any() else {})
 
 
-def _towed(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
+def _carriage(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
     """The carriage of a motion: at rest as often as not."""
     ramp = min(1.0, 0.2 * rig.seconds)
     speed = float(rng.choice([-1.0, 1.0]) * rng.uniform(NARROW, WIDE) * rig.u0) if rig.u0 > 0 and rng.random() < 0.5 else 0.0
@@ -92,16 +92,16 @@ def _tow(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
             "carriage": carriage}
 
 
-def _moved(value: Any, share: float, rng: np.random.Generator) -> Any:
+def _perturb(value: Any, share: float, rng: np.random.Generator) -> Any:
     """Every number of a document changed by about `share` of itself."""
     if isinstance(value, dict):
-        return {key: x if key in ("kind", "name", "fade_s") else _moved(x, share, rng) for key, x in value.items()}
+        return {key: x if key in ("kind", "name", "fade_s") else _perturb(x, share, rng) for key, x in value.items()}
     if isinstance(value, list):
-        return [_moved(x, share, rng) for x in value]
+        return [_perturb(x, share, rng) for x in value]
     return float(value * np.exp(share * rng.standard_normal())) if isinstance(value, float) else value
 
 
-def _made(document: dict[str, Any], rig: Rig, arm: Arm, rate_hz: float) -> Proposed | None:
+def _feasible_motion(document: dict[str, Any], rig: Rig, arm: Arm, rate_hz: float) -> CandidateMotion | None:
     """The motion of `document`; None where the rig cannot do it."""
     from pathlib import Path
 
@@ -113,23 +113,24 @@ def _made(document: dict[str, Any], rig: Rig, arm: Arm, rate_hz: float) -> Propo
         return None
     t = grid(reference, rate_hz)
     state = reference.at(t)
-    return Proposed(document, t, state) if len(t) >= 20 and t[-1] <= LONGER * rig.seconds and rig.allows(state) else None
+    return CandidateMotion(document, t, state) if len(t) >= 20 and t[-1] <= LONGER * rig.seconds and rig.allows(state) else None
 
 
-def draw(rig: Rig, arm: Arm, rate_hz: float, count: int, rng: np.random.Generator) -> list[Proposed]:
+def draw(rig: Rig, arm: Arm, rate_hz: float, count: int, rng: np.random.Generator) -> list[CandidateMotion]:
     """Return up to `count` feasible motions: slews and sums of sines, towed or not, and tows where the carriage moves."""
-    found: list[Proposed] = []
+    found: list[CandidateMotion] = []
     for attempt in range(10 * count):
         kind = (_slew, _fourier, _tow)[attempt % (3 if rig.u0 > 0 else 2)]
         document = kind(rig, rng)
-        made = _made(document if "carriage" in document else document | _towed(rig, rng), rig, arm, rate_hz)
+        made = _feasible_motion(document if "carriage" in document else document | _carriage(rig, rng), rig, arm, rate_hz)
         found += [made] if made is not None else []
         if len(found) == count:
             break
     return found
 
 
-def varied(best: Sequence[Proposed], rig: Rig, arm: Arm, rate_hz: float, count: int, rng: np.random.Generator) -> list[Proposed]:
+def neighbours(best: Sequence[CandidateMotion], rig: Rig, arm: Arm, rate_hz: float, count: int,
+               rng: np.random.Generator) -> list[CandidateMotion]:
     """Return up to `count` feasible motions in the neighbourhood of the `best`."""
-    tried = (_made(_moved(best[k % len(best)].document, 0.2, rng), rig, arm, rate_hz) for k in range(3 * count))
+    tried = (_feasible_motion(_perturb(best[k % len(best)].document, 0.2, rng), rig, arm, rate_hz) for k in range(3 * count))
     return [made for made in tried if made is not None][:count]

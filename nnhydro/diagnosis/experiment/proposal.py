@@ -10,8 +10,8 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, Planned, contest_of
-from nnhydro.diagnosis.experiment.motions import Proposed, draw, varied
+from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, PlannedMotion, contest_of
+from nnhydro.diagnosis.experiment.motions import CandidateMotion, draw, neighbours
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.problem import Problem
@@ -35,7 +35,7 @@ class Proposal:
     """The motion to record next, how often, and what may be expected of it."""
 
     contest: Contest
-    motion: Proposed
+    motion: CandidateMotion
     recordings: int
     gain: float  # expected log evidence between the two members that stay closest, nats
     chance: float  # that all wrong members leave the class
@@ -75,35 +75,35 @@ def shown_by(problem: Problem) -> list[Segment]:
 
 
 def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, count: int, seed: int,
-                      limits: Limits | None = None) -> list[Proposed]:
+                      limits: Limits | None = None) -> list[CandidateMotion]:
     """Return `count` motions drawn at random within the limits of the rig: what a proposal is to be compared with."""
     rng, rig = np.random.default_rng([seed, 1]), Rig.of(shown_by(problem)).with_limits(limits)
-    found = list[Proposed]()
+    found = list[CandidateMotion]()
     for _ in range(10):
-        for one in draw(rig, problem.arm, rate_hz, 3 * count, rng):
-            if bool((np.abs(model.torque(Motion.of(one.segment("next", rate_hz))).numpy()).max(axis=0) <= rig.tau).all()):
-                found.append(one)
+        for motion in draw(rig, problem.arm, rate_hz, 3 * count, rng):
+            if bool((np.abs(model.torque(Motion.of(motion.segment("next", rate_hz))).numpy()).max(axis=0) <= rig.tau).all()):
+                found.append(motion)
         if len(found) >= count:
             break
     return found[:count]
 
 
-def _merit(judge: Judge, one: Planned, often: int) -> tuple[float, float]:
+def _merit(judge: Judge, motion: PlannedMotion, often: int) -> tuple[float, float]:
     """What motions are compared by where they are recorded so often: the chance, then the evidence between the closest pair."""
-    return round(judge.chance(one, often), 2), _least_pair(judge, one, often)
+    return round(judge.chance(motion, often), 2), _least_pair(judge, motion, often)
 
 
-def _least_pair(judge: Judge, one: Planned, often: int) -> float:
-    ahead = judge.added(one, often)[1]
+def _least_pair(judge: Judge, motion: PlannedMotion, often: int) -> float:
+    ahead = judge.expected_gain(motion, often)[1]
     return float(ahead[~np.eye(len(ahead), dtype=bool)].min())
 
 
-def _chosen(judge: Judge, tried: Sequence[Planned]) -> tuple[Planned, int]:
+def _choose(judge: Judge, tried: Sequence[PlannedMotion]) -> tuple[PlannedMotion, int]:
     """The motion that most likely settles the matter, and how often it is to be recorded: no oftener than is enough."""
     for often in range(FEWEST, MOST):
-        one = max(tried, key=lambda x: _merit(judge, x, often))
-        if judge.chance(one, often) >= ENOUGH:
-            return one, often
+        motion = max(tried, key=lambda x: _merit(judge, x, often))
+        if judge.chance(motion, often) >= ENOUGH:
+            return motion, often
     return max(tried, key=lambda x: _merit(judge, x, MOST)), MOST
 
 
@@ -120,11 +120,11 @@ def next_experiment(search: Search, noise: Noise, claimed: Scored, model: StripT
         return None
     judge, rng = Judge(search, noise, model, contest), np.random.default_rng(seed)
     rig = Rig.of(segments).with_limits(limits)
-    drawn = judge.planned(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
+    drawn = judge.feasible(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
     if not drawn:
         return None
-    first = sorted(drawn, key=lambda one: _merit(judge, one, MOST), reverse=True)[:BEST]
-    near = varied([one.motion for one in first], rig, problem.arm, rate_hz, BETTERED, rng)
-    best, often = _chosen(judge, [*first, *judge.planned(near, rig.tau)])
-    usual = float(np.median([judge.chance(one, often) for one in drawn]))
+    first = sorted(drawn, key=lambda motion: _merit(judge, motion, MOST), reverse=True)[:BEST]
+    near = neighbours([planned.motion for planned in first], rig, problem.arm, rate_hz, BETTERED, rng)
+    best, often = _choose(judge, [*first, *judge.feasible(near, rig.tau)])
+    usual = float(np.median([judge.chance(motion, often) for motion in drawn]))
     return Proposal(contest, best.motion, often, _least_pair(judge, best, often), judge.chance(best, often), usual, problem.arm, rig.stated)

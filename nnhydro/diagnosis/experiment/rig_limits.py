@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from nnhydro.errors import ConfigError, require
-from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.recordings.segment import Segment
 from nnhydro.simulation.motions.motion_kind import State
@@ -46,7 +46,7 @@ class Limits(Settings):
 
 def read_limits(path: Path) -> Limits:
     """Return the limits in a YAML file; raise ConfigError with one line where it is not one."""
-    return validated(Limits, read_yaml(path, ConfigError), str(path), ConfigError)
+    return validate(Limits, read_yaml(path, ConfigError), str(path), ConfigError)
 
 
 @final

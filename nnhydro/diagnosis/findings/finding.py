@@ -68,9 +68,9 @@ def _shape_variance(search: Search, found: Scored, h: Hypothesis, k: int) -> dic
         value = getattr(h.effect, name)[0]
         near = [(getattr(o.effect, name)[0], i) for i, o in enumerate(search.view.library.hypotheses)
                 if o.key == h.key and o.width == h.width and i != k and getattr(o.effect, name)
-                and all(getattr(o.effect, other) == getattr(h.effect, other) for other in h.spans if other != name)]
+                and all(getattr(o.effect, shape) == getattr(h.effect, shape) for shape in h.spans if shape != name)]
         drops = [((v - value) ** 2, found.score - search.score((*(x for x in found.chosen if x != k), i)).score)
-                 for v, i in sorted(near, key=lambda one: abs(one[0] - value))[:2]]
+                 for v, i in sorted(near, key=lambda pair: abs(pair[0] - value))[:2]]
         bends = [d2 / (2 * max(drop, 0.05)) for d2, drop in drops if d2 > 0]
         made[name] = min(bends) if bends else half**2 / 3
     return made
@@ -95,10 +95,10 @@ def _parameters(effect: AnyEffect, values: Values,
     return {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])} for name, q in told.items() if name in spans}, spans
 
 
-def _rival(search: Search, one: Alternative) -> dict[str, Any]:
-    effect, joint = search.key(one.number)
-    return {"effect": effect, "joint": joint or None, "support": float(one.weight), "behind": round(one.deficit, 2),
-            "likeness": round(one.cosine, 3)}
+def _rival(search: Search, alternative: Alternative) -> dict[str, Any]:
+    effect, joint = search.key(alternative.number)
+    return {"effect": effect, "joint": joint or None, "support": float(alternative.weight), "behind": round(alternative.deficit, 2),
+            "likeness": round(alternative.cosine, 3)}
 
 
 def finding_of(search: Search, found: Scored, k: int) -> Finding:
@@ -117,7 +117,7 @@ def finding_of(search: Search, found: Scored, k: int) -> Finding:
     statement = effect.statement(spans)
     statement = statement if h.activity is None else f"{statement} It acts {h.activity.sentence()} only."
     own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
-    parameters = {name: one | {"unit": own(one["unit"])} for name, one in parameters.items()}
+    parameters = {name: parameter | {"unit": own(parameter["unit"])} for name, parameter in parameters.items()}
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * NEAR][:5]
     return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
                    rivals, values.covariance, k, h.activity, offset)

@@ -51,7 +51,7 @@ class Sizes:
         return made
 
 
-def _updated(whitened: Whitened, fit: Posterior, sizes: Sizes) -> Sizes:
+def _update(whitened: Whitened, fit: Posterior, sizes: Sizes) -> Sizes:
     tau = sizes.tau.copy()
     spread = fit.variances()
     u = whitened.unknown
@@ -80,7 +80,7 @@ def fitted(whitened: Whitened, columns: Columns | None, start: Sizes, updates: i
         elif step > 2:
             break
         if step < updates and whitened.m:
-            sizes = _updated(whitened, fit, sizes)
+            sizes = _update(whitened, fit, sizes)
         elif not whitened.m:
             break
     assert best is not None

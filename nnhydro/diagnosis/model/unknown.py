@@ -40,7 +40,7 @@ class Unknown:
     names: tuple[str, ...]
 
 
-def _slowed(t: Array, x: Array, time: float) -> Array:
+def _low_pass(t: Array, x: Array, time: float) -> Array:
     """Return `x` (n, k) through a first-order low-pass of `time` s, from its first value."""
     from scipy.signal import lfilter, lfiltic
 
@@ -70,7 +70,7 @@ def variables(stretch: Stretch, model: StripTheory, driven: bool = True) -> dict
     tau = model.torque(Motion.of(s)).numpy()
     steady = s.steady or len(s) < 8
     rate = np.zeros_like(tau) if steady else np.gradient(tau, s.t, axis=0)
-    slow = s.qd if steady else _slowed(s.t, s.qd, SLOWED)
+    slow = s.qd if steady else _low_pass(s.t, s.qd, SLOWED)
     travel = np.zeros_like(s.qd) if steady else _travel(s.t, s.qd)
     named: dict[str, Array] = {}
     torques = (("tau{}_Nm", tau), ("dtau{}_Nm_s", rate)) if driven else ()
@@ -113,7 +113,7 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
     def columns(stretch: Stretch) -> Array:
         xi = place[problem.stretches.index(stretch)]
         parts = [np.cos(np.pi * m * xi[name][:, None]) for name in alive]
-        parts += [np.cos(np.pi * a * xi[one][:, None]) * np.cos(np.pi * b * xi[other][:, None]) for one, other in pairs]
+        parts += [np.cos(np.pi * a * xi[first][:, None]) * np.cos(np.pi * b * xi[second][:, None]) for first, second in pairs]
         parts += [np.full((len(stretch.segment), 1), float(stretch.segment.steady))] * tabled
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(stretch.segment), 0))
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import ConfigError, RecordingError
-from nnhydro.fitting.identify import started, versions, with_parameters
+from nnhydro.fitting.identify import start_terms, versions, with_parameters
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.baselines import Baseline as NamedBaseline
@@ -127,11 +127,11 @@ def baseline_of(named: str | None, arm: Arm, units: tuple[Unit, ...], how: Prepa
 
 
 def _physics(chosen: NamedBaseline, arm: Arm, units: tuple[Unit, ...], how: Preparation) -> Baseline:
-    loads = started(chosen, units, arm)
-    return Baseline(chosen.name, StripTheory(arm, how, {SEEN: []}, chosen.name, loads), _widened(prior(loads, arm), loads))
+    loads = start_terms(chosen, units, arm)
+    return Baseline(chosen.name, StripTheory(arm, how, {SEEN: []}, chosen.name, loads), _widen(prior(loads, arm), loads))
 
 
-def _widened(known: Prior, loads: Loads) -> Prior:
+def _widen(known: Prior, loads: Loads) -> Prior:
     """Return `known` with the coefficients of added mass `WIDER` times as free: a hull's is no cylinder's."""
     free = [isinstance(term, AddedMass) for term in loads.linear().values() for _ in term.linear_values()]
     wide = np.array([bool(np.any(column[np.array(free, dtype=bool)])) for column in known.F.T], dtype=bool)

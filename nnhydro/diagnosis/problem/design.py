@@ -49,21 +49,21 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
                                             None if measured is None else tensor(measured))
         return views[id(working)]
 
-    def columns(one: Hypothesis) -> Tensor:
-        effect = one.effect
+    def columns(hypothesis: Hypothesis) -> Tensor:
+        effect = hypothesis.effect
         if isinstance(effect, LoadEffect):
             made = to_drives(effect.columns(flow), arm) * factor
         else:
-            view = view_of(one.working_model or model)
-            made = (effect.columns(view) if one.working_model is None else
-                    effect.rough_secant(view) if one.rough else effect.secant(view))
+            view = view_of(hypothesis.working_model or model)
+            made = (effect.columns(view) if hypothesis.working_model is None else
+                    effect.rough_secant(view) if hypothesis.rough else effect.secant(view))
             if effect.offset_of_its_own:
                 made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
-        return made if one.activity is None else made * tensor(one.activity.mask(segment))[:, None, None]
+        return made if hypothesis.activity is None else made * tensor(hypothesis.activity.mask(segment))[:, None, None]
 
     if not hypotheses:
         return np.zeros((*segment.q.shape, 0))
-    made: Array = np.nan_to_num(torch.cat([columns(one) for one in hypotheses], dim=2).numpy())
+    made: Array = np.nan_to_num(torch.cat([columns(hypothesis) for hypothesis in hypotheses], dim=2).numpy())
     return made
 
 

@@ -104,10 +104,10 @@ def _shapes(effect: AnyEffect) -> Iterator[AnyEffect]:
             yield replace(effect, **values)
 
 
-def _thinned(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> list[AnyEffect]:
+def _thin(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> list[AnyEffect]:
     """Return the points with every second value of a long grid: refinement finds the values between."""
     coarse = {name: set(grid[::2]) for name, grid in grids.items() if LONG_GRID <= len(grid) < COUNTED_GRID}
-    return [one for one in points if all(getattr(one, name)[0] in values for name, values in coarse.items() if getattr(one, name))]
+    return [point for point in points if all(getattr(point, name)[0] in values for name, values in coarse.items() if getattr(point, name))]
 
 
 def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True,
@@ -123,13 +123,13 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
             continue
         scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid
                   for name, grid in cls.grids().items()}
-        points = [one for one in candidates(cls, arm, peaks) if isinstance(one, LoadEffect | InstrumentEffect)]
-        points = points if cls.torque_scaled else _thinned(points, scaled)
-        points = [one for one in points if not (ranges and one.joint) or one.narrowest() <= ranges[one.joint - 1]]
+        points = [point for point in candidates(cls, arm, peaks) if isinstance(point, LoadEffect | InstrumentEffect)]
+        points = points if cls.torque_scaled else _thin(points, scaled)
+        points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
         grids = cls.grids() | {name: (0.0, *values) for name, values in cls.details().items()}
         for effect in (shape for point in points for shape in _shapes(point)):
-            same = [other for other in points if other.joint == effect.joint]
-            values = {name: sorted({getattr(other, name)[0] for other in same} | set(grids[name] if name in cls.details() else ()))
+            same = [point for point in points if point.joint == effect.joint]
+            values = {name: sorted({getattr(point, name)[0] for point in same} | set(grids[name] if name in cls.details() else ()))
                       for name in grids if getattr(effect, name)}
             spans = {name: grid_neighbours(values[name], getattr(effect, name)[0]) for name in values}
             made.append(Hypothesis(effect, len(same), spans))

@@ -48,10 +48,10 @@ class Unexplained:
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds as unexplained."""
-        on = {x for one in self.learned if one.real for x in one.depends_on} | {"frequency" for _ in self.lines}
+        on = {x for law in self.learned if law.real for x in law.depends_on} | {"frequency" for _ in self.lines}
         near = [{"effect": d.effect, "joint": d.joint or None, "gain": round(d.statistic, 2), "why": d.reason} for d in self.nearest]
         return {"detected": self.detected, "share": self.share, "weight": self.weight, "depends_on": sorted(on) if self.detected else [],
-                "lines": [line.sentence() for line in self.lines], "predictable": [round(one.share, 4) for one in self.learned],
+                "lines": [line.sentence() for line in self.lines], "predictable": [round(law.share, 4) for law in self.learned],
                 "nearest": near, "suggestions": []}
 
 

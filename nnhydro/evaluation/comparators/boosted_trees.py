@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.comparators.comparator import RivalTorque, feature_rows, rival
+from nnhydro.evaluation.comparators.comparator import ComparatorTorque, comparator, feature_rows
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 MOST = 50_000  # rows
 
 
-@rival("boosted-trees", "gradient-boosted trees on the same features")
+@comparator("boosted-trees", "gradient-boosted trees on the same features")
 def boosted_trees(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: TrainingConfig) -> TorqueModel:
     """Return boosted trees a joint, fitted to rows of the units `chosen`."""
     from sklearn.ensemble import HistGradientBoostingRegressor
@@ -28,6 +28,6 @@ def boosted_trees(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Tr
     fitted = [HistGradientBoostingRegressor(early_stopping=False, random_state=config.seed).fit(x, column) for column in y.T]
 
     def regression(rows: Array) -> tuple[Array, Array | None]:
-        return np.column_stack([one.predict(rows) for one in fitted]), None
+        return np.column_stack([tree.predict(rows) for tree in fitted]), None
 
-    return RivalTorque(arm, how, {}, "boosted-trees", inputs, regression)
+    return ComparatorTorque(arm, how, {}, "boosted-trees", inputs, regression)

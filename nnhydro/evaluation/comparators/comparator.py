@@ -1,7 +1,7 @@
-"""Rivals: regressions of general use on the same recordings, to show what the physics in network and hybrid is worth.
+"""Comparators: regressions of general use on the same recordings, to show what the physics in network and hybrid is worth.
 
-A file in this folder is one rival. A rival is fitted to at most so many rows, evenly thinned, and makes an ordinary model of its own; it
-cannot be stored. On features it learns torque over Morison scale and multiplies back; the mirror symmetry of the rig it has to find itself.
+A file in this folder is one comparator. It is fitted to at most so many rows, evenly thinned, and makes an ordinary model that cannot be
+stored. On features it learns torque over Morison scale and multiplies back; the mirror symmetry of the rig it has to find itself.
 """
 
 import importlib
@@ -34,10 +34,10 @@ Inputs = Callable[[Arm, Motion], tuple[Array, Array]]  # inputs (n, k) and the s
 
 @final
 @dataclass(frozen=True, eq=False)
-class RivalTorque(TorqueModel):
+class ComparatorTorque(TorqueModel):
     """Sensor torque from a fitted regression; `inputs` says what it looks at."""
 
-    kind: ClassVar[str] = "rival"
+    kind: ClassVar[str] = "comparator"
     name: str
     inputs: Inputs
     regression: Regression
@@ -54,7 +54,7 @@ class RivalTorque(TorqueModel):
         return None if std is None else torch.from_numpy(np.ascontiguousarray(scale * std))
 
     def document(self) -> dict[str, Any]:
-        """Return the name alone: a rival is for comparison and is not stored."""
+        """Return the name alone: a comparator is for comparison and is not stored."""
         return {"name": self.name}
 
 
@@ -63,30 +63,30 @@ FitComparator = Callable[[Sequence[Unit], Arm, Preparation, TrainingConfig], Tor
 
 @final
 @dataclass(frozen=True)
-class Rival:
-    """A rival by name, with its meaning in a sentence and the way to fit it to units."""
+class Comparator:
+    """A comparator by name, with its meaning in a sentence and the way to fit it to units."""
 
     name: str
     meaning: str
     fit: FitComparator
 
 
-_COMPARATORS: dict[str, Rival] = {}
+_COMPARATORS: dict[str, Comparator] = {}
 
 
-def rival(name: str, meaning: str) -> Callable[[FitComparator], FitComparator]:
-    """Declare the decorated function as the rival `name`."""
+def comparator(name: str, meaning: str) -> Callable[[FitComparator], FitComparator]:
+    """Declare the decorated function as the comparator `name`."""
 
     def declare(function: FitComparator) -> FitComparator:
-        _COMPARATORS[name] = Rival(name, meaning, function)
+        _COMPARATORS[name] = Comparator(name, meaning, function)
         return function
 
     return declare
 
 
 @cache
-def rivals() -> dict[str, Rival]:
-    """Return every declared rival by name."""
+def comparators() -> dict[str, Comparator]:
+    """Return every declared comparator by name."""
     import nnhydro.evaluation.comparators as folder
 
     for module in pkgutil.iter_modules(folder.__path__):
@@ -94,7 +94,7 @@ def rivals() -> dict[str, Rival]:
     return dict(sorted(_COMPARATORS.items()))
 
 
-def thinned(count: int, most: int) -> slice:
+def thin_rows(count: int, most: int) -> slice:
     """Return every k-th of `count` rows so that at most `most` remain."""
     return slice(None, None, -(-count // most))
 
@@ -103,7 +103,7 @@ def feature_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, most:
     """Return the inputs of network and hybrid, and at most `most` rows: features (n, k) and torque / scale (n, joints)."""
     floor = config.floor * torque_rms(chosen)
     rows = training_rows(chosen, arm, config, floor, None)
-    few = thinned(len(rows.x), most)
+    few = thin_rows(len(rows.x), most)
 
     def inputs(arm: Arm, motion: Motion) -> tuple[Array, Array]:
         view = view_of(arm, motion, floor)
@@ -123,5 +123,5 @@ def raw_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, most: int
     parts = [(raw_states(arm_of(unit, arm), Motion.of(segment))[0][segment.keep], segment.tau[segment.keep])
              for unit in chosen for segment in unit.segments() if segment.tau is not None]
     x, tau = (np.concatenate(column) for column in zip(*parts, strict=True))
-    few = thinned(len(x), most)
+    few = thin_rows(len(x), most)
     return x[few], tau[few]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.comparators.comparator import RivalTorque, feature_rows, rival
+from nnhydro.evaluation.comparators.comparator import ComparatorTorque, comparator, feature_rows
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
@@ -21,7 +21,7 @@ MOST = 1000  # rows
 FLAT = 1e-6
 
 
-@rival("gp", "Gaussian process on the same features, a thousand rows")
+@comparator("gp", "Gaussian process on the same features, a thousand rows")
 def gp(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: TrainingConfig) -> TorqueModel:
     """Return a Gaussian process a joint, fitted to rows of the units `chosen`."""
     from sklearn.exceptions import ConvergenceWarning
@@ -40,7 +40,7 @@ def gp(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: TrainingConfi
             fitted.append(GaussianProcessRegressor(kernel, normalize_y=True, random_state=config.seed).fit(z, column))
 
     def regression(rows: Array) -> tuple[Array, Array | None]:
-        found = [one.predict((rows - centre) / spread, return_std=True) for one in fitted]
+        found = [process.predict((rows - centre) / spread, return_std=True) for process in fitted]
         return np.column_stack([mean for mean, _ in found]), np.column_stack([std for _, std in found])
 
-    return RivalTorque(arm, how, {}, "gp", inputs, regression)
+    return ComparatorTorque(arm, how, {}, "gp", inputs, regression)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.comparators.comparator import RivalTorque, raw_rows, raw_states, rival
+from nnhydro.evaluation.comparators.comparator import ComparatorTorque, comparator, raw_rows, raw_states
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
@@ -21,7 +21,7 @@ MOST = 50_000  # rows
 EPOCHS = 100
 
 
-@rival("mlp-raw", "multilayer perceptron on raw states q, qd, qdd, u0, du0")
+@comparator("mlp-raw", "multilayer perceptron on raw states q, qd, qdd, u0, du0")
 def mlp_raw(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: TrainingConfig) -> TorqueModel:
     """Return a perceptron for all joints, fitted to rows of the units `chosen`."""
     from sklearn.exceptions import ConvergenceWarning
@@ -37,4 +37,4 @@ def mlp_raw(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Training
     def regression(rows: Array) -> tuple[Array, Array | None]:
         return made.predict((rows - centre) / spread).reshape(len(rows), -1) * size, None
 
-    return RivalTorque(arm, how, {}, "mlp-raw", raw_states, regression)
+    return ComparatorTorque(arm, how, {}, "mlp-raw", raw_states, regression)

@@ -61,7 +61,7 @@ class PaperSlew:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Reproduction:
+class McLainReproduction:
     """Everything that the figures and the table show."""
 
     fit: StateFit
@@ -91,7 +91,7 @@ def curve_features(curves: dict[str, Array]) -> dict[str, float]:
             "C_M minimum": float(mass.min()), "at s/D ": float(TRAVELS[mass.argmin()]), "C_M steady": float(mass[-1])}
 
 
-def _identified(rng: np.random.Generator) -> tuple[StateFit, tuple[StateFit, ...]]:
+def _identify(rng: np.random.Generator) -> tuple[StateFit, tuple[StateFit, ...]]:
     """The fit to all identification slews, and fits to three groups of four of them."""
     flows = [slew(*motion) for motion in IDENTIFICATION]
     torques = [truth().torque(flow) for flow in flows]
@@ -125,10 +125,10 @@ def effective_drag(slenderness: float, laws: tuple[str, ...] = ()) -> float:
     return float(8 * state_loads(body, per_link=200, laws=laws).torque(flow)[0, 0] / (1000.0 * D * L**4))
 
 
-def reproduce(seed: int = 0, draws: int = 200) -> Reproduction:
+def reproduce(seed: int = 0, draws: int = 200) -> McLainReproduction:
     """Return the reproduction; `seed` draws the deviations, `draws` is the number of bootstrap draws. Takes a few seconds."""
     rng = np.random.default_rng(seed)
-    fit, groups = _identified(rng)
+    fit, groups = _identify(rng)
     s = tensor(TRAVELS)
     flows = [slew(*motion) for motion in VALIDATION]
     exact = [truth().torque(flow)[:, 0] for flow in flows]
@@ -141,12 +141,12 @@ def reproduce(seed: int = 0, draws: int = 200) -> Reproduction:
                   for motion, flow, tau in zip(VALIDATION, flows, measured, strict=True))
     anchor = effective_drag(LENGTH / DIAMETER, ("aspect_ratio",)) / effective_drag(LENGTH / DIAMETER)
     slender = {x: (effective_drag(x), effective_drag(x, ("aspect_ratio",)) / anchor) for x in SLENDERNESS}
-    return Reproduction(fit, {"C_D": drag_curve(fit.loads, s).numpy(), "C_M": added_mass_curve(fit.loads, s).numpy()},
+    return McLainReproduction(fit, {"C_D": drag_curve(fit.loads, s).numpy(), "C_M": added_mass_curve(fit.loads, s).numpy()},
                         curve_bands(fit, TRAVELS, draws, seed), groups, slews, constants, _errors(flows, exact, models),
                         _errors(flows, measured, seen), segment_errors(flows, rng), slender)
 
 
-def table(result: Reproduction) -> list[tuple[str, str, str]]:
+def table(result: McLainReproduction) -> list[tuple[str, str, str]]:
     """Return rows (what, published, here) for the screen."""
     features = curve_features(result.curves)
     rows = [(f"{name.strip()} (figure 7)", QUOTED[name], f"{value:.2f}") for name, value in features.items()]

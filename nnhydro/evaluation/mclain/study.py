@@ -14,8 +14,8 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.fitting.linear.penalised import bend_rows, penalised_over_scales
-from nnhydro.fitting.linear.variable_projection import reduced, separable, solve
+from nnhydro.fitting.linear.penalised_fit import bend_rows, penalised_over_scales
+from nnhydro.fitting.linear.variable_projection import reduce, separable, solve
 from nnhydro.fitting.travel.state_dependent import with_linear
 from nnhydro.fitting.travel.state_rows import rows_of
 from nnhydro.physics.flow import Flow
@@ -32,7 +32,7 @@ STEADY = 0.02  # of the motion's largest acceleration
 
 @final
 @dataclass(frozen=True, eq=False)
-class Towed:
+class TowedMotion:
     """A motion of the carriage with its torques; `keep` (n,) are the compared rows."""
 
     name: str
@@ -41,12 +41,12 @@ class Towed:
     keep: NDArray[np.bool_]
 
     @staticmethod
-    def of(segment: Segment, arm: Arm, slowest: float, until_s: float = np.inf) -> "Towed":
+    def of(segment: Segment, arm: Arm, slowest: float, until_s: float = np.inf) -> "TowedMotion":
         """Return the motion of a segment; compared are rows faster than `slowest` times the peak carriage speed, before `until_s`."""
         assert segment.tau is not None
         speed = np.abs(segment.u0)
         keep = segment.keep & (speed > slowest * speed.max()) & (segment.t <= until_s)
-        return Towed(segment.recording, Flow(arm, Motion.of(segment)), segment.tau, keep)
+        return TowedMotion(segment.recording, Flow(arm, Motion.of(segment)), segment.tau, keep)
 
     def fresh(self) -> Flow:
         """Return the flow anew."""
@@ -82,16 +82,16 @@ class _Rows:
     candidate: Candidate
     known: dict[tuple[str, tuple[float, ...]], Array] = field(default_factory=dict)
 
-    def block(self, motion: Towed, nu: tuple[float, ...]) -> Array:
+    def block(self, motion: TowedMotion, nu: tuple[float, ...]) -> Array:
         """The reduced rows of one motion at the shape parameter `nu`, computed once."""
         key = (motion.name, nu)
         if key not in self.known:
             X, y = rows_of(self.candidate.loads, [(motion.flow, tensor(motion.tau))])(nu or (1.0,))
-            self.known[key] = reduced(X[motion.keep].reshape(-1, X.shape[2]), y[motion.keep].ravel())
+            self.known[key] = reduce(X[motion.keep].reshape(-1, X.shape[2]), y[motion.keep].ravel())
         return self.known[key]
 
 
-def _fit(rows: _Rows, motions: Sequence[Towed]) -> Loads:
+def _fit(rows: _Rows, motions: Sequence[TowedMotion]) -> Loads:
     """Fit a candidate to `motions`, at the best value of its shape parameter."""
     candidate = rows.candidate
     if not candidate.fitted:
@@ -119,7 +119,7 @@ class Outcome:
     by_phase: dict[str, float]
 
 
-def _outcome(motions: Sequence[Towed], models: Mapping[str, Loads]) -> Outcome:
+def _outcome(motions: Sequence[TowedMotion], models: Mapping[str, Loads]) -> Outcome:
     """Errors of models on motions, as a whole and by phase."""
     residual = {m.name: np.abs(m.tau - models[m.name].torque(m.fresh()).numpy()) for m in motions}
 
@@ -133,13 +133,13 @@ def _outcome(motions: Sequence[Towed], models: Mapping[str, Loads]) -> Outcome:
                    {phase: error for phase, error in by_phase.items() if np.isfinite(error)})
 
 
-def leave_one_out(candidate: Candidate, motions: Sequence[Towed]) -> Outcome:
+def leave_one_out(candidate: Candidate, motions: Sequence[TowedMotion]) -> Outcome:
     """Return the errors of `candidate` on each motion, fitted to the others."""
     rows = _Rows(candidate)
     return _outcome(motions, {m.name: _fit(rows, [other for other in motions if other is not m]) for m in motions})
 
 
-def fit_and_predict(candidate: Candidate, motions: Sequence[Towed], unseen: Sequence[Towed]) -> tuple[Loads, Outcome]:
+def fit_and_predict(candidate: Candidate, motions: Sequence[TowedMotion], unseen: Sequence[TowedMotion]) -> tuple[Loads, Outcome]:
     """Return `candidate` fitted to all `motions` and its errors on motions of another kind."""
     fitted = _fit(_Rows(candidate), motions)
     return fitted, _outcome(unseen, {m.name: fitted for m in unseen})

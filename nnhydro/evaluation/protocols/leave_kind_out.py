@@ -22,14 +22,14 @@ def kind_of(name: str) -> str:
     return found[0].lower() if found else ""
 
 
-def _named(units: tuple[Unit, ...], moving: list[int]) -> dict[str, list[int]]:
+def _split_named(units: tuple[Unit, ...], moving: list[int]) -> dict[str, list[int]]:
     kinds: dict[str, list[int]] = {}
     for i in moving:
         kinds.setdefault(kind_of(units[i].group), []).append(i)
     return kinds
 
 
-def _ordered(material: Material, units: tuple[Unit, ...], moving: list[int]) -> dict[str, list[int]]:
+def _order(material: Material, units: tuple[Unit, ...], moving: list[int]) -> dict[str, list[int]]:
     """Blocks of motions ordered by how far their links get on the way they go."""
     arm = material.campaigns[0].arm
     groups: dict[str, list[int]] = {}
@@ -46,8 +46,8 @@ def leave_kind_out(material: Material) -> Split:
     """Return a fold a kind; raises CampaignError where there is one recording."""
     units = pooled_units(material)
     moving = [i for i, unit in enumerate(units) if not unit.steady] or list(range(len(units)))
-    kinds = _named(units, moving)
+    kinds = _split_named(units, moving)
     if len(kinds) < 2:
-        kinds = _ordered(material, units, moving)
+        kinds = _order(material, units, moving)
     require(len(kinds) > 1, "all recordings are of one motion: a kind of motion cannot be held out; record another one", CampaignError)
     return Split(units, rounds(units, list(kinds.items())))

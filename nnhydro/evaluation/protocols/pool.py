@@ -22,7 +22,7 @@ def arm_name(campaign: Campaign, number: int) -> str:
     return campaign.root.name if campaign.root is not None else f"{campaign.arm.name}-{number + 1}"
 
 
-def _named(unit: Unit, campaign: Campaign, prefix: str) -> Unit:
+def _units_named(unit: Unit, campaign: Campaign, prefix: str) -> Unit:
     return replace(unit, name=f"{prefix}/{unit.name}", group=f"{prefix}/{unit.group}", arm=campaign.arm)
 
 
@@ -39,7 +39,7 @@ def _every_unit(material: Material, steady: Callable[[Campaign], list[Unit]] | N
         own = list(units(campaign, how, material.seed, groups))
         if steady is not None:
             own = [unit for unit in own if not unit.steady] + steady(campaign)
-        found += [_named(unit, campaign, arm_name(campaign, number)) for unit in own] if several else own
+        found += [_units_named(unit, campaign, arm_name(campaign, number)) for unit in own] if several else own
     return found
 
 

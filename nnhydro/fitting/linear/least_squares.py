@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.fitting.linear.prior import Prior
-from nnhydro.fitting.linear.statistics import Statistics, residual_energy, weighted
+from nnhydro.fitting.linear.statistics import Statistics, residual_energy, weight_joints
 
 Array = NDArray[np.float64]
 ROUNDS = 4  # reweighting settles to 1 % in two or three
@@ -44,7 +44,7 @@ def solve(stats: Statistics, prior: Prior, weight: Array) -> Solution:
     """Return the penalised solution for given joint weights (joints,) 1/(N m)^2; parameters (p,) as `prior` orders them."""
     from scipy.optimize import lsq_linear
 
-    H, g = weighted(stats, weight)
+    H, g = weight_joints(stats, weight)
     A = prior.F.T @ H @ prior.F + np.eye(prior.F.shape[1])
     b = prior.F.T @ (g - H @ prior.mean)
     z = np.linalg.solve(A, b) if len(b) else b
@@ -89,7 +89,7 @@ def bootstrap(blocks: Sequence[Statistics], prior: Prior, weight: Array, draws: 
     Each draw also moves the prior's centre by its own standard deviation, so that what the recordings do not tell keeps its uncertainty.
     """
     rng = np.random.default_rng(seed)
-    H, g = (np.stack(x) for x in zip(*(weighted(block, weight) for block in blocks), strict=True))
+    H, g = (np.stack(x) for x in zip(*(weight_joints(block, weight) for block in blocks), strict=True))
     identity = np.eye(prior.F.shape[1])
     result = np.empty((draws, len(prior.mean)))
     for draw in range(draws):

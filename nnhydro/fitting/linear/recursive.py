@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.dynamics.dynamics import Dynamics
-from nnhydro.dynamics.travel_terms import stepped
+from nnhydro.dynamics.travel_terms import fast_stepper
 from nnhydro.errors import ConfigError, ModelError, require
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.carried import Carried, Memory
@@ -72,7 +72,7 @@ class RecursiveFit:
         self.P = torch.diag(self.cap)
         self.R = torch.diag(tensor(np.broadcast_to(np.asarray(noise_Nm, dtype=float), (self.arm.n_links,)))**2)
         self.memory: Memory | None = None
-        self.rest = Loads({name: stepped(term) for name, term in self.loads.terms.items() if name not in self.adapted})
+        self.rest = Loads({name: fast_stepper(term) for name, term in self.loads.terms.items() if name not in self.adapted})
 
     def _at(self, q: Any, qd: Any, qdd: Any, u0: float, du0: float, dt: float) -> tuple[Tensor, Tensor]:
         """Y (joints, p) and the torque (joints,) N m of the terms that are not adapted, the memory carried on."""
@@ -91,16 +91,16 @@ class RecursiveFit:
         K = torch.linalg.solve(Y @ PY + self.R, PY.T).T
         self.theta = self.theta + K @ off
         P = (self.P - K @ PY.T) / self.forgetting
-        self.P = self._capped((P + P.T) / 2)
-        self._bound()
+        self.P = self._cap((P + P.T) / 2)
+        self._clip_to_bounds()
         return np.asarray(off.numpy())
 
-    def _capped(self, P: Tensor) -> Tensor:
+    def _cap(self, P: Tensor) -> Tensor:
         """P with no variance above the one at first: forgetting without excitation would raise it without end."""
         shrink = torch.sqrt((self.cap / P.diagonal()).clamp(max=1.0))
         return P * shrink[:, None] * shrink
 
-    def _bound(self) -> None:
+    def _clip_to_bounds(self) -> None:
         for k in range(len(self.theta)):
             goal = self.theta[k].clamp(self.bounds[k, 0], self.bounds[k, 1])
             if bool(goal != self.theta[k]):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import CampaignError, require
-from nnhydro.fitting.identify import calibrated, started
+from nnhydro.fitting.identify import calibrate, start_terms
 from nnhydro.fitting.linear.least_squares import fit
 from nnhydro.fitting.linear.prior import prior
 from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, total
@@ -102,8 +102,8 @@ def calibrated_on(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, h
     A travel scale is searched on the recordings of the first arm.
     """
     if not of_several_arms(chosen):
-        return calibrated(chosen_baseline, chosen, arm, how)
+        return calibrate(chosen_baseline, chosen, arm, how)
     first = arm_of(chosen[0], arm)
-    loads = started(chosen_baseline, [unit for unit in chosen if arm_of(unit, arm) == first], first)
+    loads = start_terms(chosen_baseline, [unit for unit in chosen if arm_of(unit, arm) == first], first)
     return StripTheory(arm, how, {SEEN: seen_record(chosen if chosen_baseline.calibrated else ())}, chosen_baseline.name,
                        fit_shared(loads, chosen, arm) if chosen_baseline.calibrated else loads_on(loads, arm))

@@ -73,7 +73,7 @@ def of_segment(loads: Loads, segment: Segment, arm: Arm, rows: NDArray[np.bool_]
     return block(X[keep], segment.tau[keep] - c0[keep])
 
 
-def weighted(stats: Statistics, weight: Array) -> tuple[Array, Array]:
+def weight_joints(stats: Statistics, weight: Array) -> tuple[Array, Array]:
     """Return H (p, p) and g (p,) summed over the joints with the weights (joints,)."""
     return np.einsum("j,jpq->pq", weight, stats.H), np.einsum("j,jp->p", weight, stats.g)
 

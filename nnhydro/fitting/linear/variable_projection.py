@@ -24,7 +24,7 @@ CONVERGED = 1e-7  # relative change of nu at which the polishing stops
 WELL = 1e-3  # share of a column that the others must leave for normal equations to serve
 
 
-def reduced(X: Array, y: Array) -> Array:
+def reduce(X: Array, y: Array) -> Array:
     """Return R (p + 1, p + 1), upper triangular, of [X | y]; X (n, p), y (n,).
 
     Cholesky's factor of X'X with a residual that is computed, not subtracted, serves well-conditioned columns (an error of theta enters

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.errors import CampaignError, require
-from nnhydro.fitting.linear.variable_projection import Reduced, SeparableFit, bootstrap, reduced, separable
+from nnhydro.fitting.linear.variable_projection import Reduced, SeparableFit, bootstrap, reduce, separable
 from nnhydro.fitting.travel.state_rows import Pair, rows_of
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import tensor
@@ -73,17 +73,17 @@ def fit_state(loads: Loads, pairs: Sequence[Pair], fixed: Sequence[str] = ("rigi
     scale, rows = _joint_scale(rest), rows_of(free, rest)
     ends = np.cumsum([len(tau) for _, tau in rest])[:-1]
 
-    def scaled(nu: tuple[float, ...]) -> tuple[Array, Array]:
+    def at_scale(nu: tuple[float, ...]) -> tuple[Array, Array]:
         X, y = rows(nu)
         return X / scale[:, None], y / scale
 
     def blocks(nu: tuple[float, ...]) -> Array:
-        X, y = scaled(nu)
-        return np.stack([reduced(a.reshape(-1, a.shape[2]), b.ravel()) for a, b in zip(np.split(X, ends), np.split(y, ends), strict=True)])
+        X, y = at_scale(nu)
+        return np.stack([reduce(a.reshape(-1, a.shape[2]), b.ravel()) for a, b in zip(np.split(X, ends), np.split(y, ends), strict=True)])
 
     def whole(nu: tuple[float, ...]) -> Array:
-        X, y = scaled(nu)
-        return reduced(X.reshape(-1, X.shape[2]), y.ravel())[None]
+        X, y = at_scale(nu)
+        return reduce(X.reshape(-1, X.shape[2]), y.ravel())[None]
 
     found = separable(whole, grid, prior)
 

@@ -48,7 +48,7 @@ class EngineColumns:
         return [f"{self.name}[i + {j * self.stride}]" if self.stride else f"{self.name}[{self.count}*i + {j}]" for j in range(self.count)]
 
 
-def _made(name: str, arguments: Sequence[str], lines: Sequence[str], namespace: Mapping[str, Any]) -> Function:
+def _make(name: str, arguments: Sequence[str], lines: Sequence[str], namespace: Mapping[str, Any]) -> Function:
     """The function of that source."""
     source = f"def {name}({', '.join(arguments)}):\n" + "".join(f"    {line}\n" for line in lines)
     scope = dict(namespace)
@@ -66,7 +66,7 @@ def step(program: Program, outputs: Sequence[Value]) -> Function:
     names = [f"x{k}" for k in range(program.n_inputs)]
     lines, results = Writer(program, INLINE, names).statements(outputs)
     lines = [line for line in lines if line not in {f"{name} = {name}" for name in names}]
-    return _made("step", names, [*lines, f"return ({', '.join(results)},)"], _scalar_functions())
+    return _make("step", names, [*lines, f"return ({', '.join(results)},)"], _scalar_functions())
 
 
 def numba_step(program: Program, outputs: Sequence[Value]) -> Function:
@@ -87,7 +87,7 @@ def numba_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Engi
     body = [*lines, *(f"{at} = {result}" for at, result in zip(out.at(), results, strict=True))]
     loop = ["for i in range(n):", *(f"    {line}" for line in body)]
     namespace = _scalar_functions() | {"sin": sine.sin, "cos": sine.cos}
-    written = _made("rows", ["n", *(c.name for c in inputs), out.name], loop, namespace)
+    written = _make("rows", ["n", *(c.name for c in inputs), out.name], loop, namespace)
     compiled: Function = numba.njit(fastmath=FUSED, error_model="numpy")(written)
     return compiled
 
@@ -100,7 +100,7 @@ def numpy_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Engi
     renamed = {"atan": np.arctan, "asin": np.arcsin, "acos": np.arccos, "pow": np.power}
     namespace = {name: renamed.get(name) or getattr(np, name) for name in FUNCTIONS}
     namespace |= {"larger": np.maximum, "smaller": np.minimum, "chosen": np.where, "sign": np.sign}
-    piece = _made("piece", names, [*lines, f"return ({', '.join(results)},)"], namespace)
+    piece = _make("piece", names, [*lines, f"return ({', '.join(results)},)"], namespace)
 
     def rows(n: int, *arrays: Array) -> None:
         *given, made = (a.reshape(n, columns.count) for a, columns in zip(arrays, (*inputs, out), strict=True))

@@ -59,14 +59,14 @@ class Writer:
             return self.forms[atom.kind].format(*operands)
         if atom.kind in ("maxof", "minof"):
             text = operands[0]
-            for other in operands[1:]:
-                text = f"({self.forms[atom.kind.removesuffix('of')].format(text, other)})"
+            for operand in operands[1:]:
+                text = f"({self.forms[atom.kind.removesuffix('of')].format(text, operand)})"
             return text
         if atom.kind == "sigmoid":
             return f"1.0/(1.0 + exp(-{operands[0]}))"
         return f"{atom.kind}({', '.join(operands)})"
 
-    def _named(self, needed: Sequence[int], outputs: Sequence[Value]) -> dict[object, Scalar]:
+    def _named_sums(self, needed: Sequence[int], outputs: Sequence[Value]) -> dict[object, Scalar]:
         """The sums that are worth a name of their own: used more than once, or repeated by the form they enter."""
         repeats = {kind: {i for i in range(3) if form.count(f"{{{i}}}") > 1} for kind, form in self.forms.items()}
         sums = {x.key: x for x in outputs if isinstance(x, Scalar)}
@@ -83,7 +83,7 @@ class Writer:
     def statements(self, outputs: Sequence[Value]) -> tuple[list[str], list[str]]:
         """Return the statements, in an order in which they can be computed, and the text of each output."""
         needed = sorted(self.program.needed(list(outputs)))
-        waiting, named, lines = self._named(needed, outputs), dict[object, str](), list[str]()
+        waiting, named, lines = self._named_sums(needed, outputs), dict[object, str](), list[str]()
         last = {key: max(x.terms) for key, x in waiting.items()}  # the atom after which a sum is known
         for k in needed:
             lines.append(f"x{k} = {self.inputs[k] if k < self.program.n_inputs else self._atom(k, named)}")

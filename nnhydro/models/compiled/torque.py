@@ -21,7 +21,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.engines import engine_called
 from nnhydro.models.compiled.memoryless import Memoryless
-from nnhydro.models.compiled.travelling import Travelling
+from nnhydro.models.compiled.travelling import TravelKernels
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
@@ -34,9 +34,9 @@ CLOSE: Final = 1e-9  # of the rms torque: far above rounding, far below any diff
 ROWS: Final = 60
 
 
-def trial_runs(links: int) -> list[Motion]:
-    """Return two runs in time order with reversals: the arm from rest, and under a carriage that was moving before."""
-    t = torch.linspace(0.0, 3.0, ROWS, dtype=torch.float64)
+def trial_runs(links: int, rows: int = ROWS) -> list[Motion]:
+    """Return two runs of `rows` instants with reversals: the arm from rest, and under a carriage that was moving before."""
+    t = torch.linspace(0.0, 3.0, rows, dtype=torch.float64)
     w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
     phase = w * t[:, None]
     q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
@@ -46,13 +46,13 @@ def trial_runs(links: int) -> list[Motion]:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Compiled(TorqueModel):
+class CompiledModel(TorqueModel):
     """`model` with kernels for its torque; `engine` says what they are made of. Saved, it is the model it was made from."""
 
     kind: ClassVar[str] = StripTheory.kind
     model: StripTheory
     engine: str
-    kernel: Memoryless | Travelling
+    kernel: Memoryless | TravelKernels
 
     def torque(self, motion: Motion) -> Tensor:
         """Return the sensor torques (n, joints) N m, to rounding those of the model; without gradients.
@@ -69,7 +69,7 @@ class Compiled(TorqueModel):
 
         Raises ModelError where the coefficients follow the travel: one state does not tell it.
         """
-        if isinstance(self.kernel, Travelling):
+        if isinstance(self.kernel, TravelKernels):
             raise ModelError("this model's coefficients follow the travel s/D, which one state does not tell: give torque() a whole run")
         return self.kernel.step
 
@@ -87,17 +87,17 @@ def _travels(model: StripTheory) -> bool:
     return any(isinstance(term, TravelTerm) for term in model.loads.terms.values())
 
 
-def _checked(made: Compiled) -> Compiled:
+def _check(made: CompiledModel) -> CompiledModel:
     """Return `made` if it gives what the model gives along two runs."""
     for run in trial_runs(made.arm.n_links):
         want = made.model.torque(run)
         far = float((made.torque(run) - want).abs().max() / (want.square().mean().sqrt() + 1e-12))
-        require(far < CLOSE, "this model remembers the motion before in a way that is not compiled (Basset's force, a wake that lags, "
-                "a contact that bends, instruments with a delay): use the model itself", ModelError)
+        require(far < CLOSE, "this model holds a memory that is not compiled (Basset's force, a wake that lags, a contact that bends, "
+                "instruments with a delay): use the model itself", ModelError)
     return made
 
 
-def compiled(model: TorqueModel, engine: str | None = None) -> Compiled:
+def compile_model(model: TorqueModel, engine: str | None = None) -> CompiledModel:
     """Return `model` compiled by `engine` (numba or numpy; by default numba where it is installed).
 
     Held against the model along two runs before it is returned. Raises ModelError where the model is no sum of load terms, remembers the
@@ -110,8 +110,8 @@ def compiled(model: TorqueModel, engine: str | None = None) -> Compiled:
     if travelling:
         require(not model.instruments, "coefficients over the travel together with faults of sensors are not compiled", ModelError)
         require(chosen == "numba", "coefficients over the travel s/D are compiled with numba only: pip install 'nnhydro[fast]'", ModelError)
-    kernel = Travelling(model) if travelling else Memoryless(model, chosen)
-    return _checked(Compiled(model.arm, model.preparation, model.fit, model, chosen, kernel))
+    kernel = TravelKernels(model) if travelling else Memoryless(model, chosen)
+    return _check(CompiledModel(model.arm, model.preparation, model.fit, model, chosen, kernel))
 
 
 def quickest(model: TorqueModel, rows: int) -> TorqueModel:
@@ -119,6 +119,6 @@ def quickest(model: TorqueModel, rows: int) -> TorqueModel:
     if not isinstance(model, StripTheory) or rows < WORTH[_travels(model)]:
         return model
     try:
-        return compiled(model)
+        return compile_model(model)
     except ModelError:
         return model

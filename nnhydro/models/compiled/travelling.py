@@ -64,7 +64,7 @@ class Blocks:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Travelling:
+class TravelKernels:
     """Kernels for `model`, some of whose terms are travel terms."""
 
     model: StripTheory

@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.models.export.expressions import Program, Value, add, combined, scaled, sub
+from nnhydro.models.export.expressions import Program, Value, add, combine, scale, sub
 
 
 @final
@@ -36,7 +36,7 @@ def _arithmetic(p: Program) -> dict[str, Callable[..., Any]]:
         if _complex(a, b):
             (ar, ai), (br, bi) = _pair(a), _pair(b)
             return Complex(plus(ar, br, alpha), plus(ai, bi, alpha))
-        return combined([(1.0, p.shared(a)), (alpha, p.shared(b))])
+        return combine([(1.0, p.shared(a)), (alpha, p.shared(b))])
 
     def times(a: Any, b: Any) -> Any:
         if _complex(a, b):
@@ -48,7 +48,7 @@ def _arithmetic(p: Program) -> dict[str, Callable[..., Any]]:
         if isinstance(b, (Complex, complex)):
             br, bi = _pair(b)
             size = add(p.mul(br, br), p.mul(bi, bi))
-            return over(times(a, Complex(br, scaled(bi, -1.0))), size)
+            return over(times(a, Complex(br, scale(bi, -1.0))), size)
         return Complex(p.div(a.re, b), p.div(a.im, b)) if isinstance(a, Complex) else p.div(a, b)
 
     def size(x: Any) -> Any:
@@ -66,7 +66,7 @@ def _arithmetic(p: Program) -> dict[str, Callable[..., Any]]:
 
     return {"add": plus, "sub": lambda a, b, alpha=1.0: plus(a, b, -alpha), "rsub": lambda a, b, alpha=1.0: plus(b, a, -alpha),
             "mul": times, "div": over, "true_divide": over, "abs": size, "exp": exp, "neg": lambda x: times(x, -1.0),
-            "reciprocal": lambda x: over(1.0, x), "square": lambda x: times(x, x), "conj": lambda x: Complex(x.re, scaled(x.im, -1.0)),
+            "reciprocal": lambda x: over(1.0, x), "square": lambda x: times(x, x), "conj": lambda x: Complex(x.re, scale(x.im, -1.0)),
             "complex": Complex, "hypot": lambda a, b: size(Complex(a, b))}
 
 
@@ -117,11 +117,11 @@ def _bounds(p: Program) -> dict[str, Callable[..., Any]]:
     def smaller(a: Any, b: Any) -> Any:
         return (a if a < b else b) if not any(map(_expression, (a, b))) else p.apply("min", a, b)
 
-    def clamped(x: Any, min: Any = None, max: Any = None) -> Any:
+    def clamp(x: Any, min: Any = None, max: Any = None) -> Any:
         held = x if min is None else larger(x, min)
         return held if max is None else smaller(held, max)
 
-    return {"maximum": larger, "minimum": smaller, "clamp_min": larger, "clamp_max": smaller, "clamp": clamped, "where": p.where,
+    return {"maximum": larger, "minimum": smaller, "clamp_min": larger, "clamp_max": smaller, "clamp": clamp, "where": p.where,
             "relu": lambda x: larger(x, 0.0)}
 
 
@@ -130,7 +130,7 @@ def elementwise(p: Program) -> dict[str, Callable[..., Any]]:
     table = _arithmetic(p) | _comparisons(p) | _bounds(p)
     for kind in ("sqrt", "log", "tanh", "sin", "cos", "tan", "atan", "asin", "acos", "sign", "sigmoid", "floor", "ceil"):
         table[kind] = lambda x, kind=kind: p.unary(kind, x)
-    table |= {"log10": lambda x: scaled(p.unary("log", x), 1 / math.log(10)), "log2": lambda x: scaled(p.unary("log", x), 1 / math.log(2)),
+    table |= {"log10": lambda x: scale(p.unary("log", x), 1 / math.log(10)), "log2": lambda x: scale(p.unary("log", x), 1 / math.log(2)),
               "log1p": lambda x: p.unary("log", add(x, 1.0)), "expm1": lambda x: sub(p.unary("exp", x), 1.0),
               "rsqrt": lambda x: p.div(1.0, p.unary("sqrt", x)), "pow": p.power, "sgn": lambda x: p.unary("sign", x)}
 

@@ -51,14 +51,14 @@ def _bias(x: Value) -> float:
     return x.bias if isinstance(x, Scalar) else x
 
 
-def scaled(x: Value, factor: float) -> Value:
+def scale(x: Value, factor: float) -> Value:
     """Return factor x."""
     if not isinstance(x, Scalar):
         return x * factor
     return 0.0 if factor == 0 else x if factor == 1 else Scalar(x.bias * factor, {k: c * factor for k, c in x.terms.items()})
 
 
-def combined(parts: list[tuple[float, Value]]) -> Value:
+def combine(parts: list[tuple[float, Value]]) -> Value:
     """Return the sum of factor times value."""
     bias, terms = 0.0, dict[int, float]()
     for factor, x in parts:
@@ -73,12 +73,12 @@ def combined(parts: list[tuple[float, Value]]) -> Value:
 
 def add(a: Value, b: Value) -> Value:
     """Return a + b."""
-    return combined([(1.0, a), (1.0, b)])
+    return combine([(1.0, a), (1.0, b)])
 
 
 def sub(a: Value, b: Value) -> Value:
     """Return a - b."""
-    return combined([(1.0, a), (-1.0, b)])
+    return combine([(1.0, a), (-1.0, b)])
 
 
 FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
@@ -142,26 +142,26 @@ class Program:
     def mul(self, a: Value, b: Value) -> Value:
         """Return a b."""
         if not isinstance(a, Scalar):
-            return scaled(self.shared(b, MANY), a)
+            return scale(self.shared(b, MANY), a)
         if not isinstance(b, Scalar):
-            return scaled(self.shared(a, MANY), b)
+            return scale(self.shared(a, MANY), b)
         (ca, ua), (cb, ub) = self._unit(a), self._unit(b)
         assert isinstance(ua, Scalar)
         assert isinstance(ub, Scalar)
         first, second = sorted((ua, ub), key=lambda x: x.key)
-        return scaled(self.apply("mul", first, second), ca * cb)
+        return scale(self.apply("mul", first, second), ca * cb)
 
     def div(self, a: Value, b: Value) -> Value:
         """Return a / b."""
         if isinstance(b, Scalar):
             return self.apply("div", a, b)
-        return scaled(a, 1 / b) if b != 0 and math.isfinite(1 / b) else self.apply("div", a, b)
+        return scale(a, 1 / b) if b != 0 and math.isfinite(1 / b) else self.apply("div", a, b)
 
     def unary(self, kind: str, x: Value) -> Value:
         """Return kind(x); a constant factor is drawn out of an absolute value."""
         if kind == "abs" and isinstance(x, Scalar):
             c, unit = self._unit(x)
-            return scaled(self.apply("abs", unit), abs(c))
+            return scale(self.apply("abs", unit), abs(c))
         return self.apply(kind, x)
 
     def power(self, x: Value, exponent: Value) -> Value:

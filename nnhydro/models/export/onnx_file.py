@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.errors import ModelError, missing_extra, require
+from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.step import NAMES, Step
@@ -42,8 +43,8 @@ OUTPUTS = {"tau": ("N m", "torques that the sensors read, before any filter"), "
            "wake_next": ("m/s", "memory for the step that follows"), "memory_next": ("SI", "memory for the step that follows")}
 MEMORY = ("Start from rest: wake = 0 and dt = 0 in the first step. Start under way (carriage or arm already moving steadily): dt = 1e9 in "
           "the first step. Then dt is the time since the step before and wake its wake_next.")
-BEGIN = ("dt = -1 in the first step: what stands still then starts in water at rest, what moves has moved for ever (memory is not read, "
-         "give zeros). Then dt is the time since the step before and memory its memory_next.")
+BEGIN = ("dt = -1 in the first step: what stands still then starts in water at rest, what moves has moved for ever. Memory is not read in "
+         "it (give zeros). Then dt is the time since the step before and memory its memory_next.")
 
 
 @final
@@ -71,17 +72,7 @@ def _states(step: Step, count: int) -> list[list[Tensor]]:
             for _ in range(count)]
 
 
-def _runs(links: int) -> list[Motion]:
-    """Two runs in time order with reversals: the arm from rest, and under a carriage that was moving before."""
-    t = torch.linspace(0.0, 3.0, ROWS, dtype=torch.float64)
-    w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
-    phase = w * t[:, None]
-    q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
-    still = torch.zeros_like(t)
-    return [Motion(t, q, qd, qdd, still, still), Motion(t, q, qd, qdd, 0.4 + 0.1 * torch.sin(2 * t), 0.2 * torch.cos(2 * t))]
-
-
-def stepped(step: Step, motion: Motion) -> Tensor:
+def run_steps(step: Step, motion: Motion) -> Tensor:
     """Return the torques (n, links) N m of a run in time order, one step a row, the memory handed on."""
     wake, torques = torch.zeros(step.shapes()["wake"], dtype=torch.float64), []
     gaps = torch.diff(motion.t, prepend=motion.t[:1])
@@ -103,7 +94,7 @@ def _far(got: NDArray[np.float64], want: NDArray[np.float64]) -> float:
 def _remembers(model: TorqueModel) -> bool:
     """Whether one step after the other gives something else than the whole run."""
     step = Step(model, False)
-    return not all(_far(stepped(step, run).numpy(), model.torque(run).numpy()) < CLOSE for run in _runs(model.arm.n_links))
+    return not all(_far(run_steps(step, run).numpy(), model.torque(run).numpy()) < CLOSE for run in trial_runs(model.arm.n_links, ROWS))
 
 
 def memories_of(model: TorqueModel) -> list[str]:
@@ -119,7 +110,7 @@ def memories_of(model: TorqueModel) -> list[str]:
     bare = replace(model, instruments=())
     found = [name for name, term in model.loads.terms.items() if _remembers(replace(bare, loads=Loads({name: term})))]
     steady = Loads({name: term for name, term in model.loads.terms.items() if name not in found})
-    return found + [one.id for one in model.instruments if _remembers(replace(bare, loads=steady, instruments=(one,)))]
+    return found + [instrument.id for instrument in model.instruments if _remembers(replace(bare, loads=steady, instruments=(instrument,)))]
 
 
 def _without(model: TorqueModel, causes: list[str]) -> str:
@@ -131,9 +122,9 @@ def _without(model: TorqueModel, causes: list[str]) -> str:
 
 def record(model: TorqueModel) -> RecordedGraph:
     """Return `model` as scalars; raises ModelError where one step cannot give what the model gives for a whole run."""
-    with_std = model.std(_runs(model.arm.n_links)[0]) is not None
+    with_std = model.std(trial_runs(model.arm.n_links, ROWS)[0]) is not None
     step = Step(model, with_std)
-    along = max(_far(stepped(step, run).numpy(), model.torque(run).numpy()) for run in _runs(model.arm.n_links))
+    along = max(_far(run_steps(step, run).numpy(), model.torque(run).numpy()) for run in trial_runs(model.arm.n_links, ROWS))
     if not along < CLOSE:
         causes = memories_of(model)
         who = " and ".join(causes) or "this model"

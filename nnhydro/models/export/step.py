@@ -12,7 +12,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.features.wake import STATES, STRIPS, following, stations
+from nnhydro.features.wake import STATES, STRIPS, next_state, stations
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
@@ -38,7 +38,7 @@ class Step:
         motion = Motion(torch.zeros(1, dtype=torch.float64), q[None], qd[None], qdd[None], u0, du0, steady=True)
         flow = Flow(self.model.arm, motion)
         w = (flow.A[:, :, None] * stations(flow) + flow.B[:, :, None])[0]
-        after = following(w, dt, flow.D, flow.nu, wake)
+        after = next_state(w, dt, flow.D, flow.nu, wake)
         known = replace(motion, wake=after[:, None])
         tau, std = self.model.torque(known)[0], self.model.std(known) if self.with_std else None
         return (tau, after) if std is None else (tau, std[0], after)

@@ -16,7 +16,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 from nnhydro.errors import ModelError
 from nnhydro.models.export.elementwise import Complex, elementwise
-from nnhydro.models.export.expressions import Program, Scalar, Value, combined, scaled, sub
+from nnhydro.models.export.expressions import Program, Scalar, Value, combine, scale, sub
 
 Objects = NDArray[np.object_]
 FRESH = ("zeros_like", "ones_like", "full_like", "empty_like", "new_zeros", "new_ones", "new_full", "new_empty")  # take the shape only
@@ -49,7 +49,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         """Take the elements of the contiguous `x` for `values`."""
         self._write(x, np.array(list(values), dtype=object).reshape(x.shape))
 
-    def _known(self, x: Any) -> bool:
+    def _is_traced(self, x: Any) -> bool:
         return isinstance(x, Tensor) and x.numel() > 0 and x.untyped_storage().data_ptr() in self.cells
 
     def _view(self, x: Tensor) -> Objects:
@@ -67,7 +67,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
             return [self.read(item) for item in x]
         if not isinstance(x, Tensor):
             return x
-        if not self._known(x):
+        if not self._is_traced(x):
             return _constants(x)
         cells = self._view(x)
         if not x.is_complex():
@@ -100,11 +100,11 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         name = func._overloadpacket.__name__
         outs = list(out) if isinstance(out, (list, tuple)) else [out]
         empty = all(isinstance(x, Tensor) and x.numel() == 0 for x in outs)
-        if not any(map(self._known, tensors)) or name in (*FRESH, *DECISIONS) or empty or not isinstance(outs[0], Tensor):
+        if not any(map(self._is_traced, tensors)) or name in (*FRESH, *DECISIONS) or empty or not isinstance(outs[0], Tensor):
             self.alive.append(out)
             return out
         in_place = name.endswith("_") and not name.startswith("_")
-        if not in_place and all(self._known(x) for x in outs):
+        if not in_place and all(self._is_traced(x) for x in outs):
             return out  # a view
         rule = self.rules.get(name.rstrip("_") if in_place else name)
         if rule is None:
@@ -116,7 +116,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         return out
 
 
-def _reduced(x: Objects, dim: Any, keepdim: bool, fold: Callable[[list[Any]], Any]) -> Objects:
+def _reduce(x: Objects, dim: Any, keepdim: bool, fold: Callable[[list[Any]], Any]) -> Objects:
     """Fold `x` along the axes `dim` (all where none)."""
     axes = tuple(a % x.ndim for a in ([dim] if isinstance(dim, int) else dim or range(x.ndim)))
     others = [a for a in range(x.ndim) if a not in axes]
@@ -141,14 +141,14 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     def total(values: list[Any]) -> Any:
         if any(isinstance(v, Complex) for v in values):
             return Complex(total([getattr(v, "re", v) for v in values]), total([getattr(v, "im", 0.0) for v in values]))
-        return combined([(1.0, program.shared(v)) for v in values])
+        return combine([(1.0, program.shared(v)) for v in values])
 
     def dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
         parts: list[tuple[float, Value]] = []
         for x, y in zip(a, b, strict=True):
             number, other = (x, y) if not isinstance(x, Scalar) else (y, x)
             parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.shared(other, 2)))
-        return combined(parts)
+        return combine(parts)
 
     def mm(a: Objects, b: Objects) -> Objects:
         return _cells([dot(row, column) for row, column in product(a, b.T)], (a.shape[0], b.shape[1]))
@@ -158,23 +158,23 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
 
     def variance(x: Objects, dim: Any = None, correction: float | None = None, keepdim: bool = False) -> Objects:
         def fold(values: list[Any]) -> Any:
-            mean = scaled(combined([(1.0, v) for v in values]), 1 / len(values))
+            mean = scale(combine([(1.0, v) for v in values]), 1 / len(values))
             squares = [program.mul(d, d) for d in (sub(v, mean) for v in values)]
-            return scaled(combined([(1.0, s) for s in squares]), 1 / (len(values) - (1 if correction is None else correction)))
+            return scale(combine([(1.0, s) for s in squares]), 1 / (len(values) - (1 if correction is None else correction)))
 
-        return _reduced(x, dim, keepdim, fold)
+        return _reduce(x, dim, keepdim, fold)
 
-    def cumulated(x: Objects, dim: int) -> Objects:
+    def cumulate(x: Objects, dim: int) -> Objects:
         out = np.moveaxis(x.copy(), dim, 0)
         for k in range(1, len(out)):
             out[k] = plus(out[k - 1], out[k])
         return np.moveaxis(out, 0, dim)
 
     def mean(x: Objects, dim: Any = None, keepdim: bool = False) -> Any:
-        summed = _reduced(x, dim, keepdim, total)
+        summed = _reduce(x, dim, keepdim, total)
         return times(summed, summed.size / x.size)
 
-    def indexed(x: Objects, index: Sequence[Any]) -> Objects:
+    def select_rows(x: Objects, index: Sequence[Any]) -> Objects:
         at = tuple(slice(None) if i is None else np.asarray(i, dtype=float).astype(int) for i in index)
         return x[at]
 
@@ -189,17 +189,17 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         return table["sqrt"](variance(*a, **k))
 
     return table | {
-        "sum": lambda x, dim=None, keepdim=False: _reduced(x, dim, keepdim, total), "mean": mean, "var": variance, "std": std,
-        "cumsum": cumulated, "diag_embed": diagonal, "mm": mm, "bmm": bmm, "dot": lambda a, b: mm(a[None], b[:, None])[0, 0],
+        "sum": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, total), "mean": mean, "var": variance, "std": std,
+        "cumsum": cumulate, "diag_embed": diagonal, "mm": mm, "bmm": bmm, "dot": lambda a, b: mm(a[None], b[:, None])[0, 0],
         "mv": lambda a, b: mm(a, b[:, None])[:, 0],
         "addmm": lambda c, a, b: plus(c, mm(a, b)), "baddbmm": lambda c, a, b: plus(c, bmm(a, b)),
-        "amax": lambda x, dim=None, keepdim=False: _reduced(x, dim, keepdim, lambda v: program.apply("maxof", *v)),
-        "amin": lambda x, dim=None, keepdim=False: _reduced(x, dim, keepdim, lambda v: program.apply("minof", *v)),
+        "amax": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, lambda v: program.apply("maxof", *v)),
+        "amin": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, lambda v: program.apply("minof", *v)),
         "clone": lambda x, **_: x, "_to_copy": lambda x, **_: x, "copy": lambda x, y, *_: np.broadcast_to(y, x.shape),
         "cat": lambda parts, dim=0: np.concatenate([p for p in parts if p.shape != (0,)], axis=dim),
         "stack": lambda parts, dim=0: np.stack(parts, axis=dim), "flip": lambda x, dims: np.flip(x, dims),
         "repeat": lambda x, times_: np.tile(x, times_), "roll": lambda x, shifts, dims=(): np.roll(x, shifts, dims or None),
-        "index": indexed, "index_select": lambda x, dim, at: np.take(x, at.astype(float).astype(int), axis=dim),
+        "index": select_rows, "index_select": lambda x, dim, at: np.take(x, at.astype(float).astype(int), axis=dim),
         "fill": lambda x, value: np.broadcast_to(np.asarray(value, dtype=object), x.shape),
         "zero": lambda x: np.full(x.shape, 0.0, dtype=object),
     }

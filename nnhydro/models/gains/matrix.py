@@ -53,7 +53,7 @@ def _columns(motion: Motion) -> tuple[Tensor, ...]:
     return motion.q, motion.qd, motion.qdd, motion.u0, motion.du0
 
 
-def _moved(motion: Motion, columns: tuple[Tensor, ...]) -> Motion:
+def _displace(motion: Motion, columns: tuple[Tensor, ...]) -> Motion:
     q, qd, qdd, u0, du0 = columns
     return replace(motion, q=q, qd=qd, qdd=qdd, u0=u0, du0=du0)
 
@@ -62,7 +62,7 @@ def _exact(model: TorqueModel, motion: Motion) -> list[Tensor]:
     """Derivatives by reverse mode: rows are independent, so the gradient of their sum holds each row's own. NaN at kinks."""
 
     def total(*columns: Tensor) -> Tensor:
-        return model.torque(_moved(motion, columns)).sum(dim=0)
+        return model.torque(_displace(motion, columns)).sum(dim=0)
 
     found = jacrev(total, argnums=tuple(range(len(INPUTS))))(*_columns(motion))
     return [slope.transpose(0, 1).detach() for slope in found]
@@ -77,7 +77,7 @@ def differences(model: TorqueModel, motion: Motion, step: float = STEP) -> list[
         for place in range(column.shape[1] if column.dim() == 2 else 1):
             shift = torch.zeros_like(column)
             shift[(slice(None), place) if column.dim() == 2 else slice(None)] = step
-            ahead, behind = (model.torque(_moved(motion, (*columns[:number], column + sign * shift, *columns[number + 1:])))
+            ahead, behind = (model.torque(_displace(motion, (*columns[:number], column + sign * shift, *columns[number + 1:])))
                              for sign in (1, -1))
             slopes.append((ahead - behind) / (2 * step))
         found.append(torch.stack(slopes, dim=2) if column.dim() == 2 else slopes[0])

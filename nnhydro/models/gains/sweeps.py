@@ -64,7 +64,7 @@ class Sweep:
                 "inertia_kg_m2": {label: self.inertia(label).tolist() for label in self.gains}, "matrices": first.document()}
 
 
-def compared(model: TorqueModel) -> dict[str, TorqueModel]:
+def reference_models(model: TorqueModel) -> dict[str, TorqueModel]:
     """Return `model`, the calibrated baseline of a hybrid, the textbook (where there is water) and the dry arm, by label."""
     arm = model.arm
     found: dict[str, TorqueModel] = {"model": model}
@@ -94,7 +94,7 @@ def sweeps(model: TorqueModel, around: Around | None = None) -> list[Sweep]:
     """
     around, links = around or Around(), model.arm.n_links
     require(len(around.posture_rad) in (0, links), f"--posture: {len(around.posture_rad)} angles for an arm of {links} joint(s)")
-    models, made = compared(model), []
+    models, made = reference_models(model), []
     still = _states(around, links, POINTS)
     speed = around.speed_rad_s * torch.arange(-(POINTS // 2), POINTS // 2 + 1, dtype=torch.float64) / (POINTS // 2)
     angle = torch.linspace(-pi / 2, pi / 2, POINTS, dtype=torch.float64)
@@ -104,7 +104,7 @@ def sweeps(model: TorqueModel, around: Around | None = None) -> list[Sweep]:
         lines = [("speed_rad_s", speed, _with_rate(still, joint, speed))]
         if links > 1:
             lines.append(("angle_rad", angle, _with_rate(replace(still, q=q), joint, torch.full_like(angle, around.speed_rad_s / 2))))
-        made += [Sweep(joint, over, values, states, {label: gain_matrix(one, states) for label, one in models.items()})
+        made += [Sweep(joint, over, values, states, {label: gain_matrix(model, states) for label, model in models.items()})
                  for over, values, states in lines]
     return made
 

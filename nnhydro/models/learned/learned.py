@@ -18,7 +18,7 @@ from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_sc
 from nnhydro.features.wake import LASTING, TRAVEL
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.free_part import FreePart
-from nnhydro.models.learned.network import Ensemble, bounded, mirrored
+from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
@@ -89,17 +89,17 @@ class LearnedTorque(TorqueModel):
         """`hybrid` with a baseline, else `network`."""
         return "network" if self.baseline is None else "hybrid"
 
-    def standardised(self, view: View) -> Tensor:
+    def standardised_features(self, view: View) -> Tensor:
         """Return the standardised features (n, k) as they are, also outside the range of training."""
         return (features(view, self.feature_names).joined() - self.centre) / self.spread
 
-    def held(self, x: Tensor) -> Tensor:
+    def within_range(self, x: Tensor) -> Tensor:
         """Return standardised features (n, k) held within the range of the training recordings."""
         return torch.minimum(torch.maximum(x, self.lowest), self.highest)
 
     def inputs(self, view: View) -> Tensor:
         """Return the standardised features (n, k), held within the range of the training recordings."""
-        return self.held(self.standardised(view))
+        return self.within_range(self.standardised_features(view))
 
     def familiarity(self, x: Tensor) -> Tensor:
         """Return phi (n, 1), 1 among the training recordings to 0 far away, of standardised features x (n, k) as they are."""
@@ -110,13 +110,13 @@ class LearnedTorque(TorqueModel):
     def excess(self, view: View, x: Tensor) -> Tensor:
         """Return e (n, 1) of standardised features x (n, k) as they are: 0 within the range of training."""
         half = ((self.highest - self.lowest) / 2).clamp(min=1.0)
-        beyond = ((x - self.held(x)).abs() / half).amax(dim=1, keepdim=True)
+        beyond = ((x - self.within_range(x)).abs() / half).amax(dim=1, keepdim=True)
         swifter = (swiftness(view.flow) / self.swiftest - 1).amax(dim=1, keepdim=True)
         return torch.maximum(beyond, swifter).clamp(0.0, FAR)
 
     def linear(self, view: View, x: Tensor) -> Tensor:
         """Return the linear part (E, n, joints), in units of the scale, for x (n, k) from `standardised`."""
-        direct = self.held(x) @ self.skip
+        direct = self.within_range(x) @ self.skip
         for part in (self.law, self.free):
             direct = direct if part is None else direct + part.torque(view.flow) / view.scale
         return direct
@@ -126,7 +126,7 @@ class LearnedTorque(TorqueModel):
 
         x (n, k) from `standardised`, the Morison scale (n, joints) N m, and the linear part (E, n, joints) in units of it.
         """
-        learned = scale * bounded(linear + mirrored(self.ensemble, self.held(x), self.parity), self.bound)
+        learned = scale * soft_bound(linear + mirrored(self.ensemble, self.within_range(x), self.parity), self.bound)
         if self.baseline is None:
             return learned
         return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)
@@ -134,7 +134,7 @@ class LearnedTorque(TorqueModel):
     def members(self, motion: Motion) -> Tensor:
         """Return the sensor torques (E, n, joints) N m of each member of the ensemble."""
         view = view_of(self.arm, motion, self.floor)
-        x = self.standardised(view)
+        x = self.standardised_features(view)
         correction = self.correction(x, view.scale, self.linear(view, x))
         return correction if self.baseline is None else self.baseline.torque(motion) + correction
 
@@ -148,7 +148,7 @@ class LearnedTorque(TorqueModel):
         Where it was never calibrated it is the members' disagreement alone; None for a single network without calibration.
         """
         view = view_of(self.arm, motion, self.floor)
-        x = self.standardised(view)
+        x = self.standardised_features(view)
         members = self.correction(x, view.scale, self.linear(view, x))
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
         if self.doubt is None:

@@ -80,7 +80,7 @@ class Ensemble:
         return y if y.shape[2] == self.outputs else y.reshape(-1, self.outputs, len(x)).transpose(1, 2)
 
 
-def bounded(y: Tensor, bound: float) -> Tensor:
+def soft_bound(y: Tensor, bound: float) -> Tensor:
     """Return y up to half the `bound` in size, beyond it a smooth way to the bound: h tanh((y - h)/h) + h, h half the bound."""
     h = bound / 2
     within = y.clamp(-h, h)

@@ -52,10 +52,10 @@ class StripState:
     def _longest_stroke(self, s: Tensor, carried: Carried) -> Tensor:
         """The stroke under way or, while that is shorter, the one before (n, links, s), of arms that are stepped through time."""
 
-        def following(old: Tensor) -> Tensor:
+        def next_memory(old: Tensor) -> Tensor:
             return torch.stack([s, torch.where(s < old[..., 0], old[..., 0], old[..., 1])], dim=-1)
 
-        strokes = carried.value(f"stroke/{self.strips.per_link}", lambda: torch.stack([s, torch.zeros_like(s)], dim=-1), following)
+        strokes = carried.value(f"stroke/{self.strips.per_link}", lambda: torch.stack([s, torch.zeros_like(s)], dim=-1), next_memory)
         return torch.maximum(s, strokes[..., 1])
 
     @cached_property

@@ -42,21 +42,21 @@ def cardinal_matrix() -> Tensor:
     return solution
 
 
-def stretched(s_over_D: Tensor, tau_s: float) -> Tensor:
+def spline_argument(s_over_D: Tensor, tau_s: float) -> Tensor:
     """Return u = min(s/(D tau_s), 1); infinite travel gives 1."""
     return (s_over_D / tau_s).clamp(max=1.0)
 
 
 def basis(s_over_D: Tensor, tau_s: float) -> Tensor:
     """Return phi_1 ... phi_6 at the travel `s_over_D` (...), as (..., 6)."""
-    return powers(stretched(s_over_D, tau_s)) @ cardinal_matrix()[:, 1:]
+    return powers(spline_argument(s_over_D, tau_s)) @ cardinal_matrix()[:, 1:]
 
 
-def fixed(s_over_D: Tensor, tau_s: float) -> Tensor:
+def fixed_part(s_over_D: Tensor, tau_s: float) -> Tensor:
     """Return phi_0 at the travel `s_over_D` (...): 1 at rest, 0 from tau_s on."""
-    return 1 + powers(stretched(s_over_D, tau_s)) @ cardinal_matrix()[:, 0]
+    return 1 + powers(spline_argument(s_over_D, tau_s)) @ cardinal_matrix()[:, 0]
 
 
 def curve(s_over_D: Tensor, tau_s: float, start: float, ordinates: Tensor) -> Tensor:
     """Return C(s/D) for the value `start` at rest and six `ordinates`."""
-    return start * fixed(s_over_D, tau_s) + basis(s_over_D, tau_s) @ ordinates
+    return start * fixed_part(s_over_D, tau_s) + basis(s_over_D, tau_s) @ ordinates

@@ -9,33 +9,16 @@ Source: McLain & Rock (1998), eq. (1); the form of the curve is ours.
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-import torch
-from torch import Tensor
-
-from nnhydro.physics.coefficients.travel_bspline import basis, curve, pieces
-from nnhydro.physics.flow import Flow
-from nnhydro.physics.load_term import LinearTerm, Values, parameter
-from nnhydro.physics.travel.term import TravelTerm
+from nnhydro.physics.load_term import Values, parameter
+from nnhydro.physics.travel.spline_terms import BsplineTerm
 
 
 @final
 @dataclass(frozen=True)
-class BsplineDrag(TravelTerm, LinearTerm):
+class BsplineDrag(BsplineTerm):
     """Drag with C_D(s/D) of as many B-splines as `c` has values."""
 
     kind: ClassVar[str] = "bspline_drag"
     added_mass: ClassVar[bool] = False
     c: Values = parameter("1", 0.8, (-3.0, 5.0), "coefficients of the B-splines of C_D(s/D)", per="arm")
     tau_s: Values = parameter("1", 10.0, (2.0, 40.0), "travel in diameters after which C_D is steady", per="arm", linear=False)
-
-    def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d c, (n, joints, K)."""
-        return self.basis_columns(flow, lambda s_over_D: basis(s_over_D, self.tau_s[0], len(self.c))).sum(2)
-
-    def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
-        """Return C_D at the travels `s_over_D` (...); all links share it."""
-        return curve(s_over_D, self.tau_s[0], 0.0, torch.tensor(self.c, dtype=torch.float64))
-
-    def pieces(self) -> tuple[float, int]:
-        """Return where the curve ends and its number of cubic pieces."""
-        return self.tau_s[0], pieces(len(self.c))

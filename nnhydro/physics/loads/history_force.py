@@ -28,7 +28,7 @@ RATES = (-16.0, 12.5, 0.5)  # ln of the slowest and the fastest rate in 1/s, and
 EVEN = 1e-6  # steps that differ by less than this share count as even
 
 
-def _even(t: Tensor, rate: Tensor) -> Tensor:
+def _convolve(t: Tensor, rate: Tensor) -> Tensor:
     """The convolution on an even grid, by fast Fourier transform."""
     n, dt = len(t), float(t[-1] - t[0]) / (len(t) - 1)
     root = torch.arange(n, dtype=torch.float64).sqrt() * 2 * dt**0.5
@@ -46,7 +46,7 @@ def half_derivative(t: Tensor, v: Tensor) -> Tensor:
     dt = torch.diff(t)
     rate = torch.diff(v, dim=0) / dt[:, None]
     if float(dt.max() - dt.min()) <= EVEN * float(dt.mean()):
-        return _even(t, torch.cat([rate, torch.zeros_like(rate[:1])]))
+        return _convolve(t, torch.cat([rate, torch.zeros_like(rate[:1])]))
     parts = [torch.zeros_like(v[:1])]
     for first in range(1, len(t), CHUNK):
         rows = t[first:first + CHUNK, None]
@@ -76,7 +76,7 @@ def carried_half_derivative(v: Tensor, carried: Carried) -> Tensor:
         none = torch.zeros_like(v)
         return torch.stack([*([none] * width), v, none], dim=2)
 
-    def following(old: Tensor) -> Tensor:
+    def next_memory(old: Tensor) -> Tensor:
         dt = carried.steps(2)
         past, slope = old[:, :, :width], (v - old[:, :, width]) / (dt + 1e-12)
         fades = torch.exp(-rates * dt)[:, None, :]
@@ -84,7 +84,7 @@ def carried_half_derivative(v: Tensor, carried: Carried) -> Tensor:
         half = (past * fades) @ weights + 2 * slope * torch.sqrt(dt)
         return torch.cat([past * fades + slope[..., None] * growth, v[..., None], half[..., None]], dim=2)
 
-    return carried.value("boundary layer", start, following)[:, :, width + 1]
+    return carried.value("boundary layer", start, next_memory)[:, :, width + 1]
 
 
 @final

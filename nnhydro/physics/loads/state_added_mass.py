@@ -14,13 +14,8 @@ Source: McLain & Rock (1998), eqs. (26), (32), (33).
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-import torch
-from torch import Tensor
-
-from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, curve
-from nnhydro.physics.flow import Flow
-from nnhydro.physics.load_term import LinearTerm, Values, parameter
-from nnhydro.physics.travel.term import TravelTerm
+from nnhydro.physics.load_term import Values, parameter
+from nnhydro.physics.travel.spline_terms import SplineTerm
 
 BOUNDS = (-1.0, 3.0)
 TRAVEL = (2.0, 15.0)  # diameters
@@ -28,7 +23,7 @@ TRAVEL = (2.0, 15.0)  # diameters
 
 @final
 @dataclass(frozen=True)
-class StateAddedMass(TravelTerm, LinearTerm):
+class StateAddedMass(SplineTerm):
     """Added mass with C_M(s/D), beyond its value at rest; each ordinate has one value for the arm, or one a link."""
 
     kind: ClassVar[str] = "state_added_mass"
@@ -40,18 +35,3 @@ class StateAddedMass(TravelTerm, LinearTerm):
     m5: Values = parameter("1", 0.332, BOUNDS, "C_M after 5 tau_s / 6 diameters", per="arm")
     ms: Values = parameter("1", 0.36, BOUNDS, "steady C_M, from tau_s diameters on", per="arm")
     tau_s: Values = parameter("1", 8.0, TRAVEL, "travel in diameters after which C_M is steady", per="arm", linear=False)
-
-    def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d ordinates, (n, joints, p)."""
-        columns = self.basis_columns(flow, lambda s_over_D: basis(s_over_D, self.tau_s[0]))
-        return self.arranged(columns, tuple(len(getattr(self, f.name)) for f in self.linear_fields()))
-
-    def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
-        """Return C_M beyond its value at rest at the travels `s_over_D` (...) of `link` (from 0)."""
-        values = [getattr(self, f.name) for f in self.linear_fields()]
-        ordinates = torch.tensor([v[link if len(v) > 1 else 0] for v in values], dtype=torch.float64)
-        return curve(s_over_D, self.tau_s[0], 0.0, ordinates)
-
-    def pieces(self) -> tuple[float, int]:
-        """Return where the curve ends and its number of cubic pieces."""
-        return self.tau_s[0], KNOTS

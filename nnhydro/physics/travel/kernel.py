@@ -33,7 +33,7 @@ def _steps(x: float, A: Array, B: Array, turned: Array, moved: Array, w: Array, 
 
 
 @_jit
-def _remembered(t: Array, w: Array, step: Array, memory: Array, keep: bool, length: float | None, dwell: float | None, D: float,
+def _wake_travel(t: Array, w: Array, step: Array, memory: Array, keep: bool, length: float | None, dwell: float | None, D: float,
                 s: Array) -> None:
     """Travel s, m. None for a memory length or a pause leaves the code for it out, which would double the time of this loop."""
     path, zero, direction, origin, ever, s0, moving = memory
@@ -114,7 +114,7 @@ def _piece(start: int, stop: int, t: Array, motion: Array, x: Array, D: Array, k
             if developed:
                 s[:] = np.inf
             else:
-                _remembered(t, w, step, memory[link, strip], keep, length, dwell, D[link], s)
+                _wake_travel(t, w, step, memory[link, strip], keep, length, dwell, D[link], s)
             _loads(x[link, strip], k[link], M, N, w, s, drag[link], mass[link], F, Mo)
 
 

@@ -24,7 +24,7 @@ from nnhydro.physics.travel.term import TravelTerm
 from nnhydro.recordings.arm import Arm
 
 
-def _sized(term: LoadTerm, links: int) -> LoadTerm:
+def _per_link(term: LoadTerm, links: int) -> LoadTerm:
     """The term with each ordinate repeated a link."""
     return replace(term, **{f.name: getattr(term, f.name) * links for f in term.parameters() if f.metadata["linear"]})
 
@@ -37,7 +37,7 @@ def state_loads(arm: Arm, tau_s: float = 8.0, curve_per_link: bool = False, **op
     drag: LoadTerm = replace(StateDrag.started(arm, **options), tau_s=(tau_s,))
     added: LoadTerm = replace(StateAddedMass.started(arm, **options), tau_s=(tau_s,))
     if curve_per_link:
-        drag, added = _sized(drag, arm.n_links), _sized(added, arm.n_links)
+        drag, added = _per_link(drag, arm.n_links), _per_link(added, arm.n_links)
     return Loads({"rigid_body": RigidBody.of_arm(arm), "state_drag": drag, "state_added_mass": added,
                   "state_at_rest": replace(StateAtRest.started(arm, **options), tau_s=(tau_s,))})
 
@@ -52,14 +52,14 @@ def bspline_loads(arm: Arm, count: int = 8, tau_s: float = 10.0, **options: Any)
 
 def with_tau_s(loads: Loads, tau_s: float, added_mass: float | None = None) -> Loads:
     """Return `loads` with the travel scale of every term that has one set to `tau_s`; `added_mass` gives C_M a scale of its own."""
-    def scaled(term: LoadTerm) -> LoadTerm:
+    def at_scale(term: LoadTerm) -> LoadTerm:
         if not any(f.name == "tau_s" for f in term.parameters()):
             return term
         own = added_mass if added_mass is not None and "drag" not in term.kind else tau_s
         changed: dict[str, Any] = {"tau_s": (own,)}
         return replace(term, **changed)
 
-    return Loads({name: scaled(term) for name, term in loads.terms.items()})
+    return Loads({name: at_scale(term) for name, term in loads.terms.items()})
 
 
 def has_travel_scale(loads: Loads) -> bool:

@@ -62,11 +62,11 @@ def carried_travel(strips: Strips, rule: TravelRule, carried: Carried) -> Tensor
         none = torch.zeros_like(strips.w)
         return torch.stack([none, none, none, (strips.w.abs() > STILL).to(none.dtype), none, none], dim=-1)
 
-    def following(old: Tensor) -> Tensor:
+    def next_memory(old: Tensor) -> Tensor:
         assert before is not None
         return _strip(strips, rule, old, before, dt)
 
-    strip = carried.value(name, start, following)
+    strip = carried.value(name, start, next_memory)
     carried.value(f"{name}/link", lambda: now, lambda _: now)
     _, r, _, ever, s_0, _ = strip.unbind(-1)
     since = torch.where(ever > 0, torch.full_like(r, FOREVER), r)

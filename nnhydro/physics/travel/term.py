@@ -108,7 +108,7 @@ class TravelTerm(LoadTerm):
         both = torch.cat([rows @ basis(s_over_D) for rows, s_over_D in pieces])
         return _to_joints(state.strips, both)
 
-    def arranged(self, columns: Tensor, sizes: tuple[int, ...]) -> Tensor:
+    def arrange_columns(self, columns: Tensor, sizes: tuple[int, ...]) -> Tensor:
         """Return columns (n, joints, p) of (n, joints, links, K), K parameters of `sizes` values: 1 for the arm, else one a link."""
         links = columns.shape[2]
         wrong = [size for size in sizes if size not in (1, links)]

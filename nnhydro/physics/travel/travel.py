@@ -80,7 +80,7 @@ def _direction(w: Tensor, since_zero: Tensor) -> Tensor:
     return torch.where(moving, torch.sign(w), torch.zeros_like(w)).gather(0, _last(moving))
 
 
-def _decayed(since: Tensor, origin: Tensor, reversals: Tensor, rests: Tensor, length: Tensor) -> Tensor:
+def _decay(since: Tensor, origin: Tensor, reversals: Tensor, rests: Tensor, length: Tensor) -> Tensor:
     """s = r + s_0 exp(-r / length) with s_0 handed on from reversal to reversal; `since` and `origin` as after `reset`."""
     s0, memory = torch.zeros_like(since[0]), torch.zeros_like(since)
     events = (reversals | rests).flatten(1).any(1).nonzero().flatten().tolist()
@@ -110,7 +110,7 @@ def travel(strips: Strips, rule: TravelRule | None = None) -> Tensor:
     origin = torch.maximum(origin, torch.where(rests, path, zero)).cummax(0).values
     since = path - origin
     if rule.at_reversal == "decay":
-        since = _decayed(since, origin, reversals, rests, rule.memory * strips.flow.D[:, None])
+        since = _decay(since, origin, reversals, rests, rule.memory * strips.flow.D[:, None])
     running = w[0].abs() > torch.clamp(RUNNING_START * w.abs().amax(0), min=STILL)
     forgotten = ((reversals & restarts) | rests).cumsum(0) > 0
     return torch.where(running & ~forgotten, torch.inf, since)

@@ -2,7 +2,7 @@
 
     potential      complex potential, velocities and images of point vortices outside a moving cylinder   (eqs. 4, 12-16)
     forces         in-line and transverse force, coefficients C_D and C_M                                (eqs. 18, 19, 26, 27)
-    motion         how the cylinder moves: constant acceleration, a power of time, a sampled speed
+    kinematics     how the cylinder moves: constant acceleration, a power of time, a sampled speed
     choices        every choice of the simulation, with its default and reason
     separation     where the boundary layer leaves, how much circulation it carries
     wake           the vortices of the upper half and how they are kept few
@@ -20,11 +20,11 @@ from nnhydro.physics.vortex_wake.coefficients import (
     coefficients_across_motions,
     vortex_coefficients,
 )
-from nnhydro.physics.vortex_wake.motion import Motion, constant_acceleration, power_start, sampled_motion
+from nnhydro.physics.vortex_wake.kinematics import CylinderMotion, constant_acceleration, power_start, sampled_motion
 from nnhydro.physics.vortex_wake.simulation import WakeHistory, simulate_wake
 
 __all__ = [
-    "Motion",
+    "CylinderMotion",
     "MotionFamilyCoefficients",
     "VortexCoefficients",
     "WakeChoices",

@@ -13,7 +13,7 @@ import numpy as np
 
 from nnhydro.errors import require
 from nnhydro.physics.vortex_wake.choices import WakeChoices
-from nnhydro.physics.vortex_wake.motion import Motion, constant_acceleration, power_start
+from nnhydro.physics.vortex_wake.kinematics import CylinderMotion, constant_acceleration, power_start
 from nnhydro.physics.vortex_wake.potential import Real
 from nnhydro.physics.vortex_wake.simulation import WakeHistory, simulate_wake
 
@@ -44,7 +44,7 @@ def vortex_coefficients(
     travel: float = 10.0,
     choices: WakeChoices | None = None,
     *,
-    motion: Motion | None = None,
+    motion: CylinderMotion | None = None,
     diameter: float = 0.071,
     window: float = 0.25,
     spacing: float = 0.1,

@@ -15,10 +15,10 @@ import numpy as np
 from nnhydro.errors import require
 from nnhydro.physics.vortex_wake.choices import WakeChoices
 from nnhydro.physics.vortex_wake.forces import added_mass_coefficient, drag_coefficient, feeding_force, inline_force
-from nnhydro.physics.vortex_wake.motion import Motion
+from nnhydro.physics.vortex_wake.kinematics import CylinderMotion
 from nnhydro.physics.vortex_wake.potential import Complex, Real, image_positions
 from nnhydro.physics.vortex_wake.separation import circulation_flux, separation_angle
-from nnhydro.physics.vortex_wake.wake import EMPTY, Wake, merged, wake_velocities, without_absorbed
+from nnhydro.physics.vortex_wake.wake import EMPTY, Wake, merge, wake_velocities, without_absorbed
 
 
 @final
@@ -57,7 +57,7 @@ class _Step:
 
 
 def simulate_wake(
-    motion: Motion, diameter: float, travel: float, choices: WakeChoices | None = None, density: float = 1000.0
+    motion: CylinderMotion, diameter: float, travel: float, choices: WakeChoices | None = None, density: float = 1000.0
 ) -> WakeHistory:
     """Give forces and circulation of a cylinder that follows `motion` from rest over `travel` diameters.
 
@@ -75,16 +75,16 @@ def simulate_wake(
     )
     wake, shed, rows = EMPTY, 0.0, []
     for step in _steps(motion, diameter, travel, choices):
-        wake, birth, flux = _fed(wake, step, motion, diameter, choices)
-        wake, row = _advanced(wake, birth, flux, step, motion, diameter, density, choices)
+        wake, birth, flux = _feed(wake, step, motion, diameter, choices)
+        wake, row = _advance(wake, birth, flux, step, motion, diameter, density, choices)
         wake = without_absorbed(wake, 0.5 * diameter, choices.remove_within * diameter)
-        wake = merged(wake, choices.merge_distance * diameter, choices.merge_beyond * diameter)
+        wake = merge(wake, choices.merge_distance * diameter, choices.merge_beyond * diameter)
         shed += flux * (step.t_end - step.t)
         rows.append((*row, shed, _impulse(wake, float(motion.speed(np.asarray(step.t_end))), 0.5 * diameter)))
     return WakeHistory(final=wake, **dict(zip(ROW, np.asarray(rows, dtype=np.float64).T, strict=True)))
 
 
-def _steps(motion: Motion, diameter: float, travel: float, choices: WakeChoices) -> list[_Step]:
+def _steps(motion: CylinderMotion, diameter: float, travel: float, choices: WakeChoices) -> list[_Step]:
     """Steps of equal travel, with the times at their beginning, middle and end."""
     count = max(int(np.ceil(travel / choices.step - 1e-9)), 1)
     s = np.linspace(0.0, travel * diameter, count + 1)
@@ -95,7 +95,7 @@ def _steps(motion: Motion, diameter: float, travel: float, choices: WakeChoices)
     return [_Step(*(float(value) for value in row)) for row in zip(*columns, strict=True)]
 
 
-def _fed(wake: Wake, step: _Step, motion: Motion, diameter: float, choices: WakeChoices) -> tuple[Wake, complex, float]:
+def _feed(wake: Wake, step: _Step, motion: CylinderMotion, diameter: float, choices: WakeChoices) -> tuple[Wake, complex, float]:
     """Shed one vortex; give the wake, where it was born (m) and the flux of circulation (m^2/s^2)."""
     radius, U = 0.5 * diameter, float(motion.speed(np.asarray(step.t_middle)))
     theta = separation_angle(step.s_middle / diameter, choices)
@@ -108,8 +108,8 @@ def _fed(wake: Wake, step: _Step, motion: Motion, diameter: float, choices: Wake
     return wake.with_vortex(birth, flux * (step.t_end - step.t), step.t), birth, flux
 
 
-def _advanced(
-    wake: Wake, birth: complex, flux: float, step: _Step, motion: Motion, diameter: float, density: float, choices: WakeChoices
+def _advance(
+    wake: Wake, birth: complex, flux: float, step: _Step, motion: CylinderMotion, diameter: float, density: float, choices: WakeChoices
 ) -> tuple[Wake, tuple[float, ...]]:
     """Carry the wake over one step; give it and the row of `WakeHistory` at the midpoint."""
     radius = 0.5 * diameter
@@ -124,7 +124,7 @@ def _advanced(
 
 
 def _loads(
-    wake: Wake, carried: Complex, birth: complex, flux: float, step: _Step, motion: Motion, diameter: float, density: float
+    wake: Wake, carried: Complex, birth: complex, flux: float, step: _Step, motion: CylinderMotion, diameter: float, density: float
 ) -> tuple[float, ...]:
     """Give s/D, t, U, dU, F_X, C_M, (27) as printed and C_D at the midpoint."""
     radius = 0.5 * diameter

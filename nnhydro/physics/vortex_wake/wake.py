@@ -54,11 +54,11 @@ def wake_velocities(wake: Wake, U: float, radius: float, core: Real) -> Complex:
     z = wake.z[:, None]
     blur = 0.5 * (core[:, None] ** 2 + core[None, :] ** 2)  # (k, k) m^2
     image = radius**2 / np.conj(wake.z)
-    kernel = _smoothed(z - wake.z, blur) - _smoothed(z - np.conj(wake.z), blur) - 1.0 / (z - image) + 1.0 / (z - np.conj(image))
+    kernel = _smooth(z - wake.z, blur) - _smooth(z - np.conj(wake.z), blur) - 1.0 / (z - image) + 1.0 / (z - np.conj(image))
     return np.asarray(np.conj(U * radius**2 / wake.z**2 - 0.5j / np.pi * (kernel @ wake.Gamma)))
 
 
-def _smoothed(r: Complex, blur: Real) -> Complex:
+def _smooth(r: Complex, blur: Real) -> Complex:
     return np.asarray(np.conj(r) / (r.real**2 + r.imag**2 + blur))
 
 
@@ -68,7 +68,7 @@ def without_absorbed(wake: Wake, radius: float, closest: float) -> Wake:
     return wake if bool(keep.all()) else Wake(wake.z[keep], wake.Gamma[keep], wake.born[keep])
 
 
-def merged(wake: Wake, distance: float, beyond: float) -> Wake:
+def merge(wake: Wake, distance: float, beyond: float) -> Wake:
     """Give the wake with neighbours in the order of shedding made one, where both are beyond `beyond` m and within `distance` m.
 
         Gamma = Gamma_1 + Gamma_2,   z = (Gamma_1 z_1 + Gamma_2 z_2) / Gamma
@@ -85,11 +85,11 @@ def merged(wake: Wake, distance: float, beyond: float) -> Wake:
     if not bool(join.any()):
         return wake
     z, Gamma, born = wake.z.copy(), wake.Gamma.copy(), wake.born.copy()
-    one, two = 2 * np.flatnonzero(join), 2 * np.flatnonzero(join) + 1
-    total = Gamma[one] + Gamma[two]
-    z[one] = (Gamma[one] * z[one] + Gamma[two] * z[two]) / total
-    born[one] = (Gamma[one] * born[one] + Gamma[two] * born[two]) / total
-    Gamma[one] = total
+    left, right = 2 * np.flatnonzero(join), 2 * np.flatnonzero(join) + 1
+    total = Gamma[left] + Gamma[right]
+    z[left] = (Gamma[left] * z[left] + Gamma[right] * z[right]) / total
+    born[left] = (Gamma[left] * born[left] + Gamma[right] * born[right]) / total
+    Gamma[left] = total
     keep = np.ones(z.size, dtype=bool)
-    keep[two] = False
+    keep[right] = False
     return Wake(z[keep], Gamma[keep], born[keep])

@@ -82,9 +82,9 @@ class Rates(RecordingCheck):
         for joint in range(reading.arm.n_links):
             found = fit(reading, joint) if rows_a_period(reading, joint) > ROWS_A_PERIOD else None
             if found is not None:
-                yield from self._judged(reading, joint, found)
+                yield from self._judge(reading, joint, found)
 
-    def _judged(self, reading: Reading, joint: int, found: Fit) -> Iterator[Oddity]:
+    def _judge(self, reading: Reading, joint: int, found: Fit) -> Iterator[Oddity]:
         """What is wrong with a rate channel, from its regression on the derivative of the angle."""
         name, angle = reading.arm.column("qd", joint + 1), reading.arm.column("q", joint + 1)
         if abs(found.correlation) < FOLLOWS:

@@ -10,7 +10,7 @@ import numpy as np
 from nnhydro.recordings.checks.glitch import misfit
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading
-from nnhydro.recordings.checks.wrapped import TURNS, wrapped_rows
+from nnhydro.recordings.checks.wrapped_angles import TURNS, wrapped_rows
 
 ROWS_A_PERIOD = 14.0  # 1 - cos(2 pi / 14) = 0.1
 MOVED = 0.05  # rad

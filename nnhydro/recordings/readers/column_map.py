@@ -27,7 +27,7 @@ from pydantic import Field, field_validator
 from nnhydro.errors import ConfigError, RecordingError
 from nnhydro.recordings.readers.table import Array, Columns, Table, sha256_of
 from nnhydro.recordings.readers.units import TARGETS, factor
-from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 
 FILE = "columns.yaml"
@@ -95,7 +95,7 @@ def _require_known(where: str, targets: dict[str, Source]) -> None:
 
 def parse_column_map(document: dict[str, Any], where: str, sha256: str = "") -> ColumnMap:
     """Return the mapping that `document` describes; raises ConfigError naming `where` and the key."""
-    settings = validated(MapFile, document, where, ConfigError)
+    settings = validate(MapFile, document, where, ConfigError)
     _require_known(where, settings.columns)
     _require_known(where, settings.steady)
     return ColumnMap(where, sha256, settings)
@@ -112,14 +112,14 @@ def map_beside(path: Path) -> ColumnMap | None:
     return read_column_map(found) if path.absolute().parent.name in FOLDERS and found.is_file() else None
 
 
-def unwrapped(values: Array, period: float) -> Array:
+def unwrap(values: Array, period: float) -> Array:
     """Return `values` (n,) of a reading that begins again after a `period` as they go on; cells that are not finite stay."""
     made, finite = values.copy(), np.isfinite(values)
     made[finite] = np.unwrap(values[finite], period=period)
     return made
 
 
-def mapped(table: Table, sources: dict[str, Source], where: str) -> Columns:
+def map_columns(table: Table, sources: dict[str, Source], where: str) -> Columns:
     """Return the columns of `table` under our names and in SI; raises RecordingError where a source is absent or a name is taken."""
     used = {source.from_ for source in sources.values()}
     columns: Columns = {name: values for name, values in table.columns.items() if name not in used}
@@ -132,7 +132,7 @@ def mapped(table: Table, sources: dict[str, Source], where: str) -> Columns:
         if target in columns:
             raise RecordingError(f"{where}: has a column {target!r} already, but the mapping takes it from {source.from_!r}: remove one")
         values = np.asarray(table.columns[source.from_], dtype=float)
-        values = values if source.period is None else unwrapped(values, source.period)
+        values = values if source.period is None else unwrap(values, source.period)
         written = source.unit if source.unit is not None else table.units.get(source.from_)
         unit = 1.0 if written is None else _factor(written, target, source.from_, where)
         converted: Array = unit * source.scale * (source.sign * values + source.offset)

@@ -57,7 +57,7 @@ def _frame(path: Path, head: Layout, text: frozenset[str]) -> "pd.DataFrame":
     return frame
 
 
-def _explained(path: Path, head: Layout, cause: Exception) -> RecordingError:
+def _explain(path: Path, head: Layout, cause: Exception) -> RecordingError:
     """The parser's complaint in our words."""
     said = " ".join(str(cause).split())
     ragged = _RAGGED.search(said)
@@ -94,7 +94,7 @@ def read_csv(path: Path, request: Request) -> Table:
     except (UnicodeError, LookupError) as cause:
         raise _no_text(path, cause) from cause
     except (ValueError, OverflowError, pd.errors.ParserError, pd.errors.EmptyDataError, pd.errors.ParserWarning) as cause:
-        raise _explained(path, head, cause) from cause
+        raise _explain(path, head, cause) from cause
     require_shape(path, len(frame), len(head.names))
     columns: Columns = {}
     steps = list(head.said)

@@ -6,9 +6,9 @@ from pathlib import Path
 from nnhydro.conventions import CHANNELS, CLOCK, TIME
 from nnhydro.errors import RecordingError, require
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.readers.column_map import ColumnMap, in_stated_units, map_beside, mapped
+from nnhydro.recordings.readers.column_map import ColumnMap, in_stated_units, map_beside, map_columns
 from nnhydro.recordings.readers.csv_file import read_csv
-from nnhydro.recordings.readers.from_columns import Named, recording_from_columns, steady_from_columns
+from nnhydro.recordings.readers.from_columns import NamedColumns, recording_from_columns, steady_from_columns
 from nnhydro.recordings.readers.hdf5_file import read_hdf5
 from nnhydro.recordings.readers.parquet_file import read_parquet
 from nnhydro.recordings.readers.ros_bag import read_bag
@@ -57,7 +57,7 @@ def _state(path: Path) -> list[tuple[str, int, int, int]]:
     return [(name, stat.st_ino, stat.st_size, stat.st_mtime_ns) for name, stat in parts]
 
 
-def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, steady: bool) -> tuple[Named, Origin]:
+def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, steady: bool) -> tuple[NamedColumns, Origin]:
     """Columns under our names and in SI, and where they came from."""
     read = _reader(path)
     column_map = map_beside(path) if column_map is None else column_map
@@ -77,13 +77,13 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
         origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2",
                         tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text),
                         tuple(sorted(stated | (names & table.units.keys()))))
-        require(_state(path) == before, f"{path}: changed while it was read, so that its rows and its sha256 may not belong together: wait "
+        require(_state(path) == before, f"{path}: changed while it was read, so its rows and its sha256 may differ: wait "
                 "until the logger has closed it, then run again", RecordingError)
     except OSError as cause:
         raise RecordingError(f"{path}: cannot be read ({cause.strerror or cause}): check the path and its permissions") from cause
     steps = table.steps if not sources or column_map is None else (*table.steps, f"columns mapped by {column_map.path}")
-    columns = mapped(table, sources, str(path))
-    return Named(in_stated_units(columns, table, sources, str(path)), table.header, table.first_row, steps), origin
+    columns = map_columns(table, sources, str(path))
+    return NamedColumns(in_stated_units(columns, table, sources, str(path)), table.header, table.first_row, steps), origin
 
 
 def read_recording(path: Path, arm: Arm, torque: bool = True, column_map: ColumnMap | None = None) -> Recording:

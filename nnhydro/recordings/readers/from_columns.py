@@ -34,7 +34,7 @@ SHOWN = 6  # columns of a file that a message lists
 
 @final
 @dataclass(frozen=True)
-class Named:
+class NamedColumns:
     """Columns under our names, the header as it stands in the file, the row number of the first row, and what was done."""
 
     columns: Columns
@@ -51,15 +51,15 @@ class Named:
 def _likely(name: str, foreign: list[str]) -> str:
     """Which of the foreign columns is probably `name`; "" where none is."""
     stem = name.split("_")[0]
-    near = sorted(other for other in foreign if stem[-1].isdigit() and other.startswith(stem))
-    timely = [other for other in foreign if name == TIME and other.lower().startswith("t")]
+    near = sorted(column_name for column_name in foreign if stem[-1].isdigit() and column_name.startswith(stem))
+    timely = [column_name for column_name in foreign if name == TIME and column_name.lower().startswith("t")]
     only = foreign if len(foreign) == 1 else []
     return next(iter([*near, *timely, *get_close_matches(name, foreign, n=1), *only]), "")
 
 
-def _missing(named: Named, names: Sequence[str], where: str) -> RecordingError:
+def _missing_message(named: NamedColumns, names: Sequence[str], where: str) -> RecordingError:
     """Say which columns are missing, which of the file's might be they, and how to tell us."""
-    foreign = [other for other in named.header if not _OURS.match(other)]
+    foreign = [column_name for column_name in named.header if not _OURS.match(column_name)]
     likely = _likely(names[0], foreign)
     unit = _FOREIGN.search(likely)
     written = likely if re.fullmatch(r"\w[\w ().-]*", likely or "x") else json.dumps(likely, ensure_ascii=False)  # as YAML wants it
@@ -71,7 +71,7 @@ def _missing(named: Named, names: Sequence[str], where: str) -> RecordingError:
                           f"arm.yaml (or --map FILE), a line each under 'columns:', as in {line}")
 
 
-def _require_sane(named: Named, where: str) -> None:
+def _require_sane(named: NamedColumns, where: str) -> None:
     for name, values in named.columns.items():
         if isinstance(values, np.ndarray) and name not in (TIME, CLOCK):
             absurd = np.flatnonzero((np.abs(values) > ABSURD) & np.isfinite(values))
@@ -82,7 +82,7 @@ def _require_sane(named: Named, where: str) -> None:
                                      f"{'that cell' if len(absurd) == 1 else 'those cells'}, or map the unit (--map FILE) where all are so")
 
 
-def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
+def _joints(named: NamedColumns, channel: str, arm: Arm, where: str, required: bool = False) -> Array | None:
     """The columns of one channel side by side (n, links); None where none is there; raises where only some are."""
     names = [arm.column(channel, joint + 1) for joint in range(arm.n_links)]
     found = [values for name in names if (values := named.numbers(name)) is not None]
@@ -91,43 +91,43 @@ def _joints(named: Named, channel: str, arm: Arm, where: str, required: bool = F
     for name in names:
         values = named.numbers(name)
         if values is None:
-            raise _missing(named, [name for name in names if named.numbers(name) is None], where)
+            raise _missing_message(named, [name for name in names if named.numbers(name) is None], where)
         need = "it is needed: export the log again with it, or move the file away" if required else "remove the column or repair the file"
         require(bool(np.isfinite(values).any()), f"{where}: column {name!r} holds no finite number: {need}", RecordingError)
     return np.column_stack(found).astype(float)
 
 
-def _single(named: Named, name: str, where: str) -> Array | None:
+def _single(named: NamedColumns, name: str, where: str) -> Array | None:
     values = named.numbers(name)
     require(values is None or bool(np.isfinite(values).any()), f"{where}: column {name!r} holds no finite number: remove the column or "
             "repair the file", RecordingError)
     return values
 
 
-def _pair(named: Named, key: str, where: str) -> Array | None:
+def _pair(named: NamedColumns, key: str, where: str) -> Array | None:
     """Two columns that belong together (n, 2), 0 where only the other one is there; None where neither is."""
     found = [_single(named, column(channel), where) for channel in PAIRS[key]]
     given = [x for x in found if x is not None]
     return np.column_stack([np.zeros_like(given[0]) if x is None else x for x in found]) if given else None
 
 
-def _slopes(named: Named, key: str, where: str) -> Array | None:
+def _slopes(named: NamedColumns, key: str, where: str) -> Array | None:
     """The accelerations of two rates (n, 2), None unless every rate that is given has its own."""
     rates = [rate for rate in PAIRS[key] if named.numbers(column(rate)) is not None]
     return _pair(named, f"d{key}", where) if rates and all(named.numbers(column(f"d{rate}")) is not None for rate in rates) else None
 
 
-def _along_Y(named: Named, old: str, new: str, where: str) -> Array | None:
+def _along_Y(named: NamedColumns, old: str, new: str, where: str) -> Array | None:
     """The column `old` of the carriage, or `new`, which means the same of any base; refused where both are given and differ."""
-    one, other = _single(named, column(old), where), _single(named, column(new), where)
-    if one is None or other is None:
-        return other if one is None else one
-    require(bool(np.array_equal(one, other, equal_nan=True)), f"{where}: columns {column(old)!r} and {column(new)!r} mean the same and "
+    by_old, by_new = _single(named, column(old), where), _single(named, column(new), where)
+    if by_old is None or by_new is None:
+        return by_new if by_old is None else by_old
+    require(bool(np.array_equal(by_old, by_new, equal_nan=True)), f"{where}: columns {column(old)!r} and {column(new)!r} mean the same and "
             "differ: keep the one that was measured", RecordingError)
-    return one
+    return by_old
 
 
-def _surroundings(named: Named, where: str, steady: bool = False) -> dict[str, Array | None]:
+def _surroundings(named: NamedColumns, where: str, steady: bool = False) -> dict[str, Array | None]:
     """What moves besides the joints: base and water."""
     heading, turning = _single(named, column("heading"), where), column("base_yaw")
     alone = heading is not None and np.nanmax(heading) > np.nanmin(heading) and named.numbers(turning) is None
@@ -139,7 +139,7 @@ def _surroundings(named: Named, where: str, steady: bool = False) -> dict[str, A
                                          "dcurrent": _slopes(named, "current", where)}
 
 
-def _refuse_foreign_joints(named: Named, arm: Arm, where: str, torque: bool = True) -> None:
+def _refuse_foreign_joints(named: NamedColumns, arm: Arm, where: str, torque: bool = True) -> None:
     for name in named.header:
         match = _JOINT_COLUMN.match(name)
         if match and not 1 <= int(match[1]) <= arm.n_links and (torque or not name.startswith("tau")):
@@ -171,7 +171,7 @@ def spread_stamps(t: Array) -> tuple[Array, int]:
     return np.repeat(t[first], count) + np.concatenate([np.arange(k) for k in count]) * np.repeat(width, count), repeated
 
 
-def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, torque: bool = True) -> Recording:
+def recording_from_columns(named: NamedColumns, arm: Arm, name: str, origin: Origin, torque: bool = True) -> Recording:
     """Return the recording that `named` holds; with `torque`, torque columns are required; raises RecordingError naming the column."""
     where = origin.path or name
     _refuse_foreign_joints(named, arm, where, torque)
@@ -180,7 +180,7 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
     missing = [name for name in wanted if named.numbers(name) is None]
     t = _single(named, TIME, where)
     if missing or t is None:
-        raise _missing(named, missing, where)
+        raise _missing_message(named, missing, where)
     require(len(t) >= MIN_ROWS, f"{where}: holds {counted(len(t), 'row')}: a recording needs at least {MIN_ROWS}; remove the file or "
             "record again", RecordingError)
     _require_sane(named, where)
@@ -199,7 +199,7 @@ def recording_from_columns(named: Named, arm: Arm, name: str, origin: Origin, to
                      steps=steps, stamps=t if repeated else None)
 
 
-def steady_from_columns(named: Named, arm: Arm, name: str, origin: Origin) -> SteadyTable:
+def steady_from_columns(named: NamedColumns, arm: Arm, name: str, origin: Origin) -> SteadyTable:
     """Return the steady table that `named` holds; raises RecordingError naming the column and the row."""
     where = origin.path or name
     _refuse_foreign_joints(named, arm, where)

@@ -18,7 +18,7 @@ import numpy as np
 from nnhydro.conventions import TIME, column
 from nnhydro.errors import NnhydroError, RecordingError, missing_extra
 from nnhydro.recordings.readers.table import Array, Columns, Request, Table, require_shape, require_size
-from nnhydro.recordings.readers.unpacking import bound
+from nnhydro.recordings.readers.unpacking import limit_rosbags
 
 KINDS = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
 CHANNELS = {"position": "q", "velocity": "qd", "effort": "tau"}
@@ -37,7 +37,7 @@ def _messages(path: Path, topic: str | None) -> Iterator[_Message]:
     from rosbags.rosbag2 import Reader as Reader2
     from rosbags.typesys import Stores, get_typestore
 
-    bound()
+    limit_rosbags()
     old = path.suffix.lower() == ".bag" and path.is_file()
     types = get_typestore(Stores.ROS1_NOETIC if old else Stores.ROS2_HUMBLE)
     with (Reader1(path) if old else Reader2(path)) as reader:
@@ -75,7 +75,7 @@ def _topic(path: Path, there: Sequence[str], asked: str | None, kinds: Sequence[
     return there[0] if asked is None else asked
 
 
-def numbered(names: Sequence[str], links: int) -> tuple[str, ...]:
+def order_by_number(names: Sequence[str], links: int) -> tuple[str, ...]:
     """Return `names` ordered by the number they end in, if these are exactly 1 ... `links`, else ()."""
     by_number = {int(match[1]): name for name in names if (match := re.search(r"(\d{1,3})$", name))}
     return tuple(by_number[k] for k in sorted(by_number)) if len(names) == links and sorted(by_number) == list(range(1, links + 1)) else ()
@@ -103,7 +103,7 @@ def _time(messages: Sequence[_Message]) -> tuple[Array, str]:
 def _table(path: Path, messages: list[_Message], request: Request) -> Table:
     """Angles, rates and efforts of the chosen joints, one row a message."""
     names = list(dict.fromkeys(name for message in messages for name in message.names))
-    joints = request.joints or numbered(names, request.links)
+    joints = request.joints or order_by_number(names, request.links)
     unknown = [joint for joint in joints if joint not in names]
     if unknown:
         raise RecordingError(f"{path}: has no joint {unknown[0]!r}, but {', '.join(names[:8])}: correct 'joints:' in the mapping")

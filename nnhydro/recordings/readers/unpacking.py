@@ -22,7 +22,7 @@ def _too_much(most: int) -> RecordingError:
                           "record it again with smaller chunks, or export its joint states to CSV")
 
 
-def unpacked(make: Callable[[], Any], data: bytes, ratio: int | None = None) -> bytes:
+def unpack(make: Callable[[], Any], data: bytes, ratio: int | None = None) -> bytes:
     """Return what `data` holds, one compressed stream after the other, by decompressors that `make` makes.
 
     Raises RecordingError beyond MOST bytes, EOFError where a stream is cut off.
@@ -30,25 +30,25 @@ def unpacked(make: Callable[[], Any], data: bytes, ratio: int | None = None) -> 
     parts: list[bytes] = []
     left = MOST
     while data:
-        one = make()
+        decompressor = make()
         room = left + 1 if ratio is None else min(left + 1, ratio * len(data) + 1)  # lz4 takes all the room that it is given
-        parts.append(one.decompress(data, max_length=room))
+        parts.append(decompressor.decompress(data, max_length=room))
         left -= len(parts[-1])
         if left < 0:
             raise _too_much(MOST)
-        if not one.eof:
+        if not decompressor.eof:
             raise EOFError("a chunk is cut off")
-        data = one.unused_data or b""
+        data = decompressor.unused_data or b""
     return b"".join(parts)
 
 
-class _Measured:
+class _LimitedFile:
     """A compressed file that is read as such, and no further than is plausible."""
 
     def __init__(self, inner: Any, most: int) -> None:
         self._inner, self._left, self._most = inner, most, most
 
-    def __enter__(self) -> "_Measured":
+    def __enter__(self) -> "_LimitedFile":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -64,7 +64,7 @@ class _Measured:
 
 
 @cache
-def bound() -> None:
+def limit_rosbags() -> None:
     """Let rosbags unpack through these functions."""
     from lz4.frame import LZ4FrameDecompressor
     from rosbags.rosbag1 import reader as ros1
@@ -74,17 +74,17 @@ def bound() -> None:
     zstd = vars(ros2)["zstd"]  # compression.zstd, or what stands for it before Python 3.14
 
     def lz4(data: bytes, size: int = 0) -> bytes:
-        return unpacked(LZ4FrameDecompressor, data, LZ4_RATIO)
+        return unpack(LZ4FrameDecompressor, data, LZ4_RATIO)
 
     def zstandard(data: bytes, size: int = 0) -> bytes:
-        return unpacked(zstd.ZstdDecompressor, data)
+        return unpack(zstd.ZstdDecompressor, data)
 
-    def opened(file: Any, mode: str = "rb") -> _Measured:
+    def open_limited(file: Any, mode: str = "rb") -> _LimitedFile:
         file.seek(0, 2)
         most = max(HARMLESS, MAX_RATIO * file.tell())
         file.seek(0)
-        return _Measured(zstd.open(file, mode), most)
+        return _LimitedFile(zstd.open(file, mode), most)
 
-    ros1.decompressors |= {"bz2": lambda data: unpacked(bz2.BZ2Decompressor, data), "lz4": lz4}
+    ros1.decompressors |= {"bz2": lambda data: unpack(bz2.BZ2Decompressor, data), "lz4": lz4}
     storage_mcap.DECOMPRESSORS |= {"lz4": lz4, "zstd": zstandard}
-    vars(ros2)["zstd"] = SimpleNamespace(decompress=zstandard, open=opened)
+    vars(ros2)["zstd"] = SimpleNamespace(decompress=zstandard, open=open_limited)

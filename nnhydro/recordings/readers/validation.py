@@ -72,7 +72,7 @@ def _short(value: float | str) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def validated(model: type[M], document: dict[str, Any], where: str, error: type[NnhydroError]) -> M:
+def validate(model: type[M], document: dict[str, Any], where: str, error: type[NnhydroError]) -> M:
     """Return `document` as a `model`; raise `error` with one line that starts with `where`."""
     try:
         return model.model_validate(document)

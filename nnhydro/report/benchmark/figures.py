@@ -6,7 +6,7 @@ Lines differ in dash and width as well as in colour, so that they can be told ap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import Benchmark, modelled
+from nnhydro.evaluation.benchmark import Benchmark, model_torque
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
 from nnhydro.report.widgets.trace import benchmark_traces, with_whole_tables
@@ -36,7 +36,7 @@ def torque_history(result: Benchmark, recording: str, label: str, models: Sequen
     fold = max(k for k, held_out in enumerate(result.folds) if index in held_out)
     segment = max(result.units[index].segments(), key=len)
     standings = {name: result.standings[name] for name in models}
-    lines = {f"{name} ({100 * s.misfit[recording].error:.1f} %)": modelled(s.models[fold], segment) for name, s in standings.items()}
+    lines = {f"{name} ({100 * s.misfit[recording].error:.1f} %)": model_torque(s.models[fold], segment) for name, s in standings.items()}
     figure = new_figure(9.0, 2.6 * segment.n_links + 1.4)
     draw_joint_panels(figure, segment, lines)
     low_pass = segment.low_pass

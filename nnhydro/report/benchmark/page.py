@@ -12,7 +12,7 @@ from nnhydro.report.benchmark.figures import shown_models
 from nnhydro.report.benchmark.tables import coverage_sheet, folds_sheet, models_sheet
 from nnhydro.report.widgets.charts import error_chart, over_count, reliability
 from nnhydro.report.widgets.history import histories
-from nnhydro.report.widgets.render import rendered
+from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
 from nnhydro.report.widgets.trace import MOST, benchmark_traces, spread, table_of, with_whole_tables
 
@@ -33,7 +33,7 @@ def _by_recording(result: Benchmark, models: dict[str, Any]) -> list[tuple[str, 
     return [(unit, table_of(unit), [cell(name, unit) for name in names]) for unit in units]
 
 
-def _mapped(result: Benchmark) -> list[str]:
+def _models_mapped(result: Benchmark) -> list[str]:
     """The models whose residual is mapped: the best, and the best physics where that is another."""
     ranking = result.ranking()
     return list(dict.fromkeys([ranking[0], *[name for name in ranking if name in BASELINES][:1]]))
@@ -56,13 +56,13 @@ def benchmark_page(result: Benchmark) -> str:
     models, styles = document["models"], {name: number % 9 for number, name in enumerate(names)}
     held_out = [unit for unit, _, _ in _by_recording(result, models)]
     traces = benchmark_traces(result, spread(held_out, MOST))
-    maps = residual_maps(traces, _mapped(result))
+    maps = residual_maps(traces, _models_mapped(result))
     drawn = histories(with_whole_tables(traces), styles, shown_models(result))
     covered = {name: models[name]["coverage"] for name in names if "coverage" in models[name]}
     protocol = f"{len(result.folds)} folds, every recording held out once." if result.protocol == DEFAULT else \
         f"Protocol {result.protocol}: {protocol_called(result.protocol).meaning}."
     rows = [(name, models[name]["error"], (models[name]["error_ci95"][0], models[name]["error_ci95"][1])) for name in names]
-    page = rendered(
+    page = render(
         "benchmark.html", arm=result.campaign.arm.name, verdict=result.verdict(), d=document, styles=styles, protocol=protocol,
         errors=error_chart("Error of every model on held-out recordings, with 95 % interval", rows, styles, result.noise_floor),
         models=models_sheet(result, document), folds=None if result.protocol == DEFAULT else folds_sheet(result),

@@ -9,14 +9,14 @@ from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.errors import NnhydroError
-from nnhydro.recordings.campaign import verified
+from nnhydro.recordings.campaign import verify_campaign
 from nnhydro.report.diagnosis.folder import write_diagnosis
 from nnhydro.runtime.workers import HERE, Workers, spread
 
 
 @final
 @dataclass(frozen=True)
-class Asked:
+class DiagnosisRequest:
     """One diagnosis: the folder of the campaign, where the result goes, and the choices of `nnhydro diagnose`."""
 
     campaign: Path
@@ -36,17 +36,17 @@ class Asked:
 class BatchOutcome:
     """What became of it: diagnosis.json and the verdict, or why there is none."""
 
-    asked: Asked
+    asked: DiagnosisRequest
     document: dict[str, Any] | None
     verdict: str
 
 
-def _diagnosed(asked: Asked) -> BatchOutcome:
+def _diagnose(asked: DiagnosisRequest) -> BatchOutcome:
     """One campaign: read, diagnosed and written by the worker itself, so that a finished diagnosis is never lost."""
     try:
         if asked.effects is not None:
             load_plugin(asked.effects)
-        campaign = verified(asked.campaign, asked.column_map)
+        campaign = verify_campaign(asked.campaign, asked.column_map)
         result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, asked.without, rehearsals=asked.rehearsals,
                           limits=asked.limits)
         write_diagnosis(result, campaign, asked.out)
@@ -55,6 +55,6 @@ def _diagnosed(asked: Asked) -> BatchOutcome:
         return BatchOutcome(asked, None, str(cause))
 
 
-def diagnose_all(asked: Sequence[Asked], workers: Workers = HERE) -> Iterator[BatchOutcome]:
+def diagnose_all(asked: Sequence[DiagnosisRequest], workers: Workers = HERE) -> Iterator[BatchOutcome]:
     """Yield what became of each diagnosis, in order; one that fails by a user's error says so and stops no other."""
-    yield from spread(_diagnosed, [(one,) for one in asked], workers)
+    yield from spread(_diagnose, [(request,) for request in asked], workers)

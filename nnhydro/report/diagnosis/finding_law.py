@@ -21,7 +21,7 @@ from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
 from nnhydro.effects.quantity import Z95
-from nnhydro.evaluation.benchmark import modelled
+from nnhydro.evaluation.benchmark import model_torque
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -67,17 +67,17 @@ def _with(model: StripTheory, old: LoadEffect | InstrumentEffect, new: LoadEffec
         elif isinstance(new, LoadEffect):
             terms[name] = new
     instruments: list[InstrumentEffect] = []
-    for one in model.instruments:
-        if isinstance(one, ReadInSector) and one.effect is old:
-            instruments += [replace(one, effect=new)] if isinstance(new, InstrumentEffect) else []
-        elif one is not old:
-            instruments.append(one)
+    for instrument in model.instruments:
+        if isinstance(instrument, ReadInSector) and instrument.effect is old:
+            instruments += [replace(instrument, effect=new)] if isinstance(new, InstrumentEffect) else []
+        elif instrument is not old:
+            instruments.append(instrument)
         elif isinstance(new, InstrumentEffect):
             instruments.append(new)
     return replace(model, loads=Loads(terms), instruments=tuple(instruments))
 
 
-def _moved(effect: LoadEffect | InstrumentEffect, covariance: Array) -> Iterator[LoadEffect | InstrumentEffect]:
+def _perturbations(effect: LoadEffect | InstrumentEffect, covariance: Array) -> Iterator[LoadEffect | InstrumentEffect]:
     """The effect one standard deviation away, along each principal direction of the covariance of its linear values."""
     size, direction = np.linalg.eigh(covariance)
     for k in range(len(size)):
@@ -108,7 +108,7 @@ def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[T
     return "rows in the order of the recordings", np.arange(sum(int(t.segment.keep.sum()) for t in traces), dtype=float)
 
 
-def _acting(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
+def _active_rows(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
     """Which compared rows lie wholly in the part of the campaign in which the finding acts."""
     window, parts = finding.activity, []
     for trace in traces:
@@ -127,22 +127,23 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
         return None
 
     def torque(of: StripTheory) -> Array:
-        return np.concatenate([modelled(of, t.segment)[t.segment.keep] for t in traces])
+        return np.concatenate([model_torque(of, t.segment)[t.segment.keep] for t in traces])
 
-    rows = _acting(finding, traces)
+    rows = _active_rows(finding, traces)
     full = torque(model)
     law = full - torque(_with(model, effect, None))
     if not law[rows].any():
         return None
     joint = effect.joint or 1 + int(np.argmax((law**2).sum(axis=0)))
-    moved = [torque(_with(model, effect, other))[:, joint - 1] - full[:, joint - 1] for other in _moved(effect, finding.covariance)]
+    moved = [torque(_with(model, effect, variant))[:, joint - 1] - full[:, joint - 1]
+             for variant in _perturbations(effect, finding.covariance)]
     rest = np.concatenate([t.residual(name)[t.segment.keep, joint - 1] for t in traces]) + law[:, joint - 1]
     label, x = driver(effect, joint, traces, model)
-    found = _binned(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])
+    found = _bin(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])
     return found if len(found.x) else None  # nothing that drives it ever changed
 
 
-def _binned(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> DrawnLaw:
+def _bin(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> DrawnLaw:
     """The law of a finding at one joint: means over bins of its driver, of what is left for it and of what it says."""
     low, high = np.quantile(x, [0.002, 0.998])
     edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)

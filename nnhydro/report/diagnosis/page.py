@@ -12,7 +12,7 @@ from nnhydro.report.diagnosis.tables import errors_sheet, location_sheet, neares
 from nnhydro.report.sheet import Sheet
 from nnhydro.report.widgets.charts import bars, intervals, law_chart
 from nnhydro.report.widgets.history import histories
-from nnhydro.report.widgets.render import rendered
+from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
 from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change
 
@@ -50,7 +50,7 @@ def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces:
     styles = {CORRECTED: 0, BASELINE: 1}
     maps = residual_maps(traces, [BASELINE, CORRECTED])
     errors = errors_sheet(document)
-    return rendered(
+    return render(
         "diagnosis.html", arm=campaign.arm.name, verdict=verdict, d=document, styles=styles,
         ladder=list(zip(errors.columns[0].values, errors.columns[1].values, strict=True)),
         findings=[_finding(f, law) for f, law in zip_longest(document["findings"], laws)], location=location_sheet(document), maps=maps,
@@ -59,6 +59,7 @@ def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces:
         first=document["location"][0]["joint"] if document["location"] else 1,
         histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
         unnamed=[(law.joint, law.driver, law_chart(law, f"Residual of joint {law.joint} over {law.driver}")) for law in unnamed],
-        near=nearest_sheet(document), suggestions=[one["statement"] for one in document["unexplained"].get("suggestions", [])],
+        near=nearest_sheet(document),
+        suggestions=[suggestion["statement"] for suggestion in document["unexplained"].get("suggestions", [])],
         recalibrated=recalibrated_sheet(document),
         next=_next(document.get("next_experiment")))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.result import Diagnosis
-from nnhydro.diagnosis.unexplained.where import Residual
+from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
 
 Array = NDArray[np.float64]
@@ -60,5 +60,5 @@ def unknown_laws(result: Diagnosis) -> list[DrawnLaw]:
     parts = [part for part in result.proof.remains if part.dt > 0 and len(part.r) >= 2]
     if not result.remainder.detected or not parts:
         return []
-    drawn = [_law(parts, one.joint, one.depends_on[0]) for one in result.remainder.learned if one.real and one.depends_on]
+    drawn = [_law(parts, law.joint, law.depends_on[0]) for law in result.remainder.learned if law.real and law.depends_on]
     return [law for law in drawn if law is not None]

@@ -61,7 +61,7 @@ def demonstration_motion() -> Motion:
     return Motion(tensor(t), q, qd, qdd, still, still)
 
 
-def illustrated(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
+def illustrate(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     """Return motion, torque without and with the effect (n, joints) N m, and the joint (from 0) where it shows most."""
     arm, motion = demonstration_arm(), demonstration_motion()
     loads = baseline("constant").start(arm)
@@ -71,14 +71,14 @@ def illustrated(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     made = candidates(effect, arm, peak)
     if not made:
         raise ConfigError(f"effect {effect.id!r} cannot act on the picture's two-link arm in water: there is no picture of it")
-    one = made[len(made) // 2]
-    if isinstance(one, InstrumentEffect):
-        columns = one.columns(seen)
-    elif isinstance(one, LoadEffect):
-        columns = one.columns(seen.flow)
+    hypothesis = made[len(made) // 2]
+    if isinstance(hypothesis, InstrumentEffect):
+        columns = hypothesis.columns(seen)
+    elif isinstance(hypothesis, LoadEffect):
+        columns = hypothesis.columns(seen.flow)
     else:
         raise ConfigError(f"effect {effect.id!r} is neither a load nor an instrument effect")
-    values = one.linear_values()
+    values = hypothesis.linear_values()
     if not bool(values.any()):
         values[int(columns.flatten(0, 1).any(0).to(torch.int8).argmax())] = 1.0  # the first that does something
     change = columns @ values
@@ -112,7 +112,7 @@ def _dress(ax: "Axes", **labels: Any) -> None:
 
 def draw(effect: type[Effect], path: Path) -> Path:
     """Write the picture of `effect` to the PNG file `path`, and beside it as SVG and its data as CSV."""
-    motion, without, with_it, joint = illustrated(effect)
+    motion, without, with_it, joint = illustrate(effect)
     t, before, after = motion.t.numpy(), without[:, joint].numpy(), with_it[:, joint].numpy()
     figure = new_figure(10, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=[1.6, 1])

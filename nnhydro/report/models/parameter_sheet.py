@@ -15,7 +15,7 @@ def _values(model: StripTheory) -> dict[str, dict[str, Any]]:
     """Every parameter of the sum and of the instruments by its name, without intervals."""
     found: dict[str, dict[str, Any]] = {}
     named: dict[str, Parametrised] = {name: term.term if isinstance(term, InSector) else term for name, term in model.loads.terms.items()}
-    named |= {one.id: one.effect if isinstance(one, ReadInSector) else one for one in model.instruments}
+    named |= {instrument.id: instrument.effect if isinstance(instrument, ReadInSector) else instrument for instrument in model.instruments}
     for name, term in named.items():
         for field in term.parameters():
             values = getattr(term, field.name)
@@ -37,7 +37,7 @@ def _physics(model: StripTheory) -> Sheet:
         Column("note", [p.get("note") for p in shown.values()], words=True)))
 
 
-def _learned(model: LearnedTorque) -> Sheet:
+def _learned_sheets(model: LearnedTorque) -> Sheet:
     """Layout and training of a learned model."""
     rows = {"features": ", ".join(model.feature_names), "inputs": len(model.centre),
             "hidden layers": " x ".join(str(w.shape[2]) for w in model.ensemble.weights[:-1]),
@@ -70,5 +70,5 @@ def parameter_sheet(model: TorqueModel) -> Sheet:
     if isinstance(model, StripTheory):
         return _physics(model)
     if isinstance(model, LearnedTorque):
-        return _learned(model)
+        return _learned_sheets(model)
     return Sheet(model.kind, (Column("kind", [model.kind], words=True),))

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
-from nnhydro.report.widgets.svg import Scale, drawing, rule, tag, upright, words, x_axis, y_axis
+from nnhydro.report.widgets.svg import Scale, rule, svg_image, tag, upright, words, x_axis, y_axis
 
 WIDTH, LEFT, RIGHT, ROW = 760.0, 150.0, 70.0, 30.0
 NAMES = 220.0  # where names end in charts of numbers and weights
@@ -39,7 +39,7 @@ def error_chart(title: str, rows: Sequence[tuple[str, float, Ends | None]], styl
     if floor is not None:
         x = across(100 * floor)
         parts += [rule("floor", x, top - 4, x, bottom), words(f"noise alone: {100 * floor:.1f} %", x, top - 8, "tick")]
-    return drawing(WIDTH, bottom + 40, title, parts, "errors")
+    return svg_image(WIDTH, bottom + 40, title, parts, "errors")
 
 
 def bars(title: str, rows: Sequence[tuple[str, float]]) -> Markup:
@@ -48,7 +48,7 @@ def bars(title: str, rows: Sequence[tuple[str, float]]) -> Markup:
     for k, (name, weight) in enumerate(rows):
         parts += [words(name, NAMES, 18 + 24 * k, anchor="end"), words(f"{weight:.2f}", across(weight) + 6, 18 + 24 * k, "value"),
                   tag("rect", class_="weight", x=NAMES + 10, y=6 + 24 * k, width=across(weight) - NAMES - 10, height=14)]
-    return drawing(WIDTH, 24 * len(rows) + 8, title, parts, "bars")
+    return svg_image(WIDTH, 24 * len(rows) + 8, title, parts, "bars")
 
 
 def intervals(title: str, rows: Sequence[tuple[str, float, Ends, str]]) -> Markup:
@@ -59,7 +59,7 @@ def intervals(title: str, rows: Sequence[tuple[str, float, Ends, str]]) -> Marku
         parts += [words(name, NAMES, y + 4, anchor="end"), rule("axis", scale(0.0), y - 10, scale(0.0), y + 10),
                   rule("m0 bar", scale(low), y, scale(high), y), _dot(0, scale(value), y),
                   words(f"{value:.4g} ({low:.4g} to {high:.4g}) {'' if unit == '1' else unit}", WIDTH - 270, y + 4, "value")]
-    return drawing(WIDTH, 30 * len(rows) + 8, title, parts, "intervals")
+    return svg_image(WIDTH, 30 * len(rows) + 8, title, parts, "intervals")
 
 
 def law_chart(law: DrawnLaw, title: str | None = None) -> Markup:
@@ -84,7 +84,7 @@ def law_chart(law: DrawnLaw, title: str | None = None) -> Markup:
              tag("polyline", class_="m0", points=line(law.law)),
              *(tag("circle", class_="mean", cx=across(x), cy=up(y), r=3.5) for x, y in zip(law.x, law.rest, strict=True))]
     said = title or f"Torque of the finding against {law.driver}, and what the recordings leave for it"
-    return drawing(WIDTH, bottom + 40, said, parts, "law")
+    return svg_image(WIDTH, bottom + 40, said, parts, "law")
 
 
 def _curves(lines: Mapping[str, Sequence[Ends]], across: Scale, up: Scale, styles: Mapping[str, int]) -> list[Markup]:
@@ -101,10 +101,10 @@ def _curves(lines: Mapping[str, Sequence[Ends]], across: Scale, up: Scale, style
 def reliability(covered: Mapping[str, Mapping[str, Any]], styles: Mapping[str, int]) -> Markup:
     """Return the share of held-out torques inside each nominal interval, a line a model; on the diagonal the doubt is honest."""
     across, up = Scale(0, 100, 62, SQUARE), Scale(0, 100, SIZE, 10)
-    lines = {name: [(float(level), 100 * share) for level, share in one["shares"].items()] for name, one in covered.items()}
+    lines = {name: [(float(level), 100 * share) for level, share in coverage["shares"].items()] for name, coverage in covered.items()}
     frame = x_axis(across, 10, SIZE, "promised [%]", 5) + y_axis(up, 62, SQUARE, "inside [%]")
     title = "Reliability: share of held-out torques inside the intervals, against the share that the intervals promise"
-    return drawing(SQUARE + 150, SIZE + 44, title, [frame, rule("floor", across(0), up(0), across(100), up(100)),
+    return svg_image(SQUARE + 150, SIZE + 44, title, [frame, rule("floor", across(0), up(0), across(100), up(100)),
                                                           *_curves(lines, across, up, styles)], "square")
 
 
@@ -117,4 +117,4 @@ def over_count(title: str, counts: Sequence[int], errors: Mapping[str, Sequence[
     frame += [words(str(n), across(log2(n)), SIZE + 15, "tick", "middle") for n in counts]
     frame += [words("recordings fitted", (62 + SQUARE) / 2, SIZE + 34, "label", "middle"), upright("error [%]", SIZE / 2)]
     lines = {name: [(log2(n), log10(100 * e)) for n, e in zip(counts, line, strict=True) if e] for name, line in errors.items()}
-    return drawing(SQUARE + 150, SIZE + 44, title, [*frame, *_curves(lines, across, up, styles)], "square")
+    return svg_image(SQUARE + 150, SIZE + 44, title, [*frame, *_curves(lines, across, up, styles)], "square")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nnhydro.conventions import joint_text
 from nnhydro.recordings.segment import Segment
-from nnhydro.report.widgets.svg import FINE, Scale, drawing, joined, path, rule, tag, thinned, x_axis, y_axis
+from nnhydro.report.widgets.svg import FINE, Scale, join, path, rule, svg_image, tag, thin, x_axis, y_axis
 from nnhydro.report.widgets.trace import Trace
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def points_a_line(traces: Sequence[Trace], models: int) -> int:
 def _line(x: Array, y: Array, across: Scale, up: Scale, most: int) -> str:
     """A curve as path data."""
     finite = np.isfinite(y)
-    a, b = thinned(x[finite], y[finite], most)
+    a, b = thin(x[finite], y[finite], most)
     return path(across.pixels(a), up.pixels(b)) if len(a) else ""
 
 
@@ -97,7 +97,7 @@ class _Frame:
         """Shade the ends that the filter touches and no comparison uses."""
         compared, across = np.flatnonzero(self.trace.segment.keep), self.across
         pairs = () if self.trace.segment.steady else ((self.x[0], self.x[compared[0]]), (self.x[compared[-1]], self.x[-1]))
-        return joined([tag("rect", class_="ends", x=across(a), y=TOP, width=across(b) - across(a), height=bottom - TOP)
+        return join([tag("rect", class_="ends", x=across(a), y=TOP, width=across(b) - across(a), height=bottom - TOP)
                        for a, b in pairs if b > a])
 
 
@@ -112,12 +112,12 @@ def _picture(trace: Trace, x: Array, over: str, label: str, styles: Mapping[str,
     bottom, steady = top - 1.5 * GAP, trace.segment.steady
     title = f"Measured torque of {label} against {over}, and each model's, joint by joint; below each what the models leave"
     parts = [frame.ends(bottom), x_axis(across, TOP, bottom, over), *panels, rule("cursor", 0, TOP, 0, bottom)]
-    picture = drawing(WIDTH, bottom + BOTTOM, title, parts, "history steady" if steady else "history", tabindex=None if steady else 0,
+    picture = svg_image(WIDTH, bottom + BOTTOM, title, parts, "history steady" if steady else "history", tabindex=None if steady else 0,
                       data_x=f"{LEFT} {WIDTH - RIGHT} {across.low:.6g} {across.high:.6g}")
     return History(trace.recording, label, picture, {name: trace.error(name) for name in styles}, steady)
 
 
-def varied(segment: Segment) -> dict[str, Array]:
+def varied_column(segment: Segment) -> dict[str, Array]:
     """What a steady table varies, by its name."""
     found = {"towing speed [m/s]": segment.u0}
     for j in range(segment.n_links):
@@ -133,7 +133,7 @@ def history(trace: Trace, styles: Mapping[str, int], most: int, first: Sequence[
     if not trace.segment.steady:
         return [_picture(trace, trace.segment.t, "time [s]", f"{trace.recording}{part}", styles, most, first)]
     return [_picture(trace, x, name, f"{trace.recording} against {name.split(' [')[0]}", styles, most, first)
-            for name, x in varied(trace.segment).items()]
+            for name, x in varied_column(trace.segment).items()]
 
 
 def histories(traces: Sequence[Trace], styles: Mapping[str, int], first: Sequence[str]) -> list[History]:

@@ -24,6 +24,6 @@ def _file(name: str) -> str:
     return (files(PLACE) / name).read_text(encoding="utf-8")
 
 
-def rendered(template: str, **context: Any) -> str:
+def render(template: str, **context: Any) -> str:
     """Return the page that `template` makes of `context`, style and script inside."""
     return _environment().get_template(template).render(style=_file("style.css"), script=_file("script.js"), **context)

@@ -85,7 +85,7 @@ def _edges(values: Array) -> Array:
     return np.linspace(low, high if high > low else low + 1.0, BINS + 1)
 
 
-def _placed(values: Array, edges: Array) -> NDArray[np.int64]:
+def _place(values: Array, edges: Array) -> NDArray[np.int64]:
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
 
 
@@ -141,7 +141,7 @@ def residual_maps(traces: Sequence[Trace], models: Sequence[str]) -> list[Residu
         left = {model: np.concatenate([t.residual(model)[t.segment.keep, joint] for t in moving]) for model in models}
         for over, (x, y) in state_pairs(joint, links).items():
             across, down = _edges(states[x]), _edges(states[y])
-            column, row = _placed(states[x], across), BINS - 1 - _placed(states[y], down)
+            column, row = _place(states[x], across), BINS - 1 - _place(states[y], down)
             maps += [ResidualMap(joint + 1, model, over, x, y, _ranges(across), _ranges(down)[::-1],
                                  _grid(r, of, names, column, row, (BINS, BINS)), across, down) for model, r in left.items()]
         column = (progress * BINS).astype(np.int64)

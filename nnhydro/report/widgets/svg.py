@@ -22,7 +22,7 @@ def tag(name: str, *inside: Any, **attributes: Any) -> Markup:
     return Markup(f"<{name}{''.join(written)}>{content}</{name}>" if inside else f"<{name}{''.join(written)}/>")
 
 
-def joined(parts: Sequence[Markup]) -> Markup:
+def join(parts: Sequence[Markup]) -> Markup:
     """Return the parts one after the other."""
     return Markup("").join(parts)
 
@@ -77,7 +77,7 @@ class Scale:
         return [k * step for k in range(ceil(self.low / step - 1e-9), floor(self.high / step + 1e-9) + 1)]
 
 
-def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
+def thin(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     """Return at most `most` points of a curve: lowest and highest of every stretch, so that no peak is lost."""
     if len(x) <= most:
         return x, y
@@ -104,7 +104,7 @@ def y_axis(scale: Scale, left: float, right: float, label: str, about: int = 4) 
     """Return grid lines, ticks and label of a vertical axis."""
     lines = [rule("grid", left, scale(v), right, scale(v)) + words(number(v), left - 5, scale(v) + 4, "tick", "end")
              for v in scale.ticks(about)]
-    return joined(lines) + upright(label, (scale.start + scale.stop) / 2)
+    return join(lines) + upright(label, (scale.start + scale.stop) / 2)
 
 
 def upright(label: str, middle: float) -> Markup:
@@ -116,9 +116,9 @@ def x_axis(scale: Scale, top: float, bottom: float, label: str, about: int = 8) 
     """Return grid lines, ticks and label of a horizontal axis."""
     lines = [rule("grid", scale(v), top, scale(v), bottom) + words(number(v), scale(v), bottom + 15, "tick", "middle")
              for v in scale.ticks(about)]
-    return joined(lines) + words(label, (scale.start + scale.stop) / 2, bottom + 32, "label", "middle")
+    return join(lines) + words(label, (scale.start + scale.stop) / 2, bottom + 32, "label", "middle")
 
 
-def drawing(width: float, height: float, title: str, parts: Sequence[Markup], kind: str, **more: Any) -> Markup:
+def svg_image(width: float, height: float, title: str, parts: Sequence[Markup], kind: str, **more: Any) -> Markup:
     """Return a whole picture that a screen reader calls `title`."""
     return tag("svg", *parts, class_=kind, viewBox=f"0 0 {width:.0f} {height:.0f}", role="img", aria_label=title, **more)

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.benchmark import Benchmark, modelled
+from nnhydro.evaluation.benchmark import Benchmark, model_torque
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.linear.several_arms import arm_of, on_arm
 from nnhydro.models.corrected_simulation import CorrectedSimulation
@@ -47,7 +47,7 @@ class Trace:
 
 def _torque(model: TorqueModel, segment: Segment) -> Array:
     """The model's torque as it is compared; of a change to a simulation outside, that simulation's torque with it."""
-    tau = modelled(model, segment)
+    tau = model_torque(model, segment)
     outside = isinstance(model, CorrectedSimulation) and model.simulation is None
     return tau + segment.tau_sim if outside and segment.tau_sim is not None else tau
 

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from nnhydro.errors import require
 from nnhydro.recordings.readers.validation import Settings
-from nnhydro.simulation.motions.profiles import RampProfile, ramped
+from nnhydro.simulation.motions.profiles import RampProfile, ramp_profile
 
 Array = NDArray[np.float64]
 
@@ -32,5 +32,5 @@ class Carriage(Settings):
         """Return u0 m/s and du0 m/s^2, both (n,), at the times `t` (n,) s of a recording of `duration` s."""
         if self.u0_m_s == 0 or self.ramp_s == 0:
             return np.full(len(t), self.u0_m_s), np.zeros(len(t))
-        _, speed, acceleration = ramped(self.profile, t - self.start_s, self.ramp_s, duration - 2 * (self.start_s + self.ramp_s))
+        _, speed, acceleration = ramp_profile(self.profile, t - self.start_s, self.ramp_s, duration - 2 * (self.start_s + self.ramp_s))
         return self.u0_m_s * speed, self.u0_m_s * acceleration

@@ -31,7 +31,7 @@ class FileMotion(TimedMotion):
         """Return the one file."""
         return {"file": folder / self.file}
 
-    def _read(self, setting: Setting) -> Recording:
+    def _motion(self, setting: Setting) -> Recording:
         """The motion on an even grid."""
         read = read_recording(setting.folder / self.file, setting.arm, torque=False)
         whole = stretches(read, with_torque=False)
@@ -44,17 +44,17 @@ class FileMotion(TimedMotion):
         """Return the length of the file, s, and the splines through its angles and carriage speed."""
         from scipy.interpolate import make_interp_spline
 
-        read = self._read(setting)
+        read = self._motion(setting)
         t, smooth = np.asarray(read.t - read.t[0]), LowPass(self.low_pass_hz) if self.low_pass_hz else None
 
-        def smoothed(x: Array) -> Array:
+        def low_pass(x: Array) -> Array:
             return smooth.apply(x, float(t[1])) if smooth else x
 
-        angles = make_interp_spline(t, smoothed(read.q), k=5)
+        angles = make_interp_spline(t, low_pass(read.q), k=5)
         rates, accelerations = angles.derivative(1), angles.derivative(2)
         carriage: CarriagePath | None = None
         if read.u0 is not None:
-            speed = make_interp_spline(t, smoothed(read.u0), k=3)
+            speed = make_interp_spline(t, low_pass(read.u0), k=3)
             slope = speed.derivative(1)
 
             def carriage(at: Array) -> tuple[Array, Array]:

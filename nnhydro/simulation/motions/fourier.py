@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from nnhydro.errors import require
 from nnhydro.simulation.motions.motion_kind import Array, Setting, TimedMotion, Way
-from nnhydro.simulation.motions.profiles import ramped, slew_shape
+from nnhydro.simulation.motions.profiles import ramp_profile, slew_shape
 from nnhydro.simulation.recipe.per_joint import PerJoint, PerJointMagnitude, one_each, spread
 
 Frequency = Annotated[float, Field(gt=0, le=1000)]
@@ -60,16 +60,16 @@ class Fourier(TimedMotion):
             raise ValueError("fade_s must be at most half of duration_s")
         return self
 
-    def _faded(self, t: Array, amplitude: Array, frequency: Array, phase: Array) -> tuple[Array, Array, Array]:
+    def _fade(self, t: Array, amplitude: Array, frequency: Array, phase: Array) -> tuple[Array, Array, Array]:
         """The windowed sum and its derivatives, by the product rule."""
         x, dx, ddx = sines(t, amplitude, frequency, phase)
-        _, w, dw = (y[:, None] for y in ramped("minimum_jerk", t, self.fade_s, self.duration_s - 2 * self.fade_s))
+        _, w, dw = (y[:, None] for y in ramp_profile("minimum_jerk", t, self.fade_s, self.duration_s - 2 * self.fade_s))
         bend = [slew_shape("minimum_jerk", (t - begin) / self.fade_s, 0.5)[2] / self.fade_s**2
                 for begin in (0.0, self.duration_s - self.fade_s)]
         ddw = (bend[0] - bend[1])[:, None]
         return w * x, w * dx + dw * x, w * ddx + 2 * dw * dx + ddw * x
 
-    def _given(self, joints: int) -> tuple[Array, Array, Array]:
+    def _stated_sines(self, joints: int) -> tuple[Array, Array, Array]:
         """Amplitude, frequency and phase (joints, sines) as the recipe gives them."""
         assert self.amplitude_rad is not None
         assert self.frequency_hz is not None
@@ -81,7 +81,7 @@ class Fourier(TimedMotion):
                     "one a frequency")
         return np.array(self.amplitude_rad), np.broadcast_to(np.array(self.frequency_hz), shape), np.array(phase)
 
-    def _drawn(self, joints: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    def _draw_sines(self, joints: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
         """Amplitude, frequency and phase (joints, sines), drawn and scaled to reach and rate."""
         assert self.reach_rad is not None
         assert self.rate_rad_s is not None
@@ -91,7 +91,7 @@ class Fourier(TimedMotion):
         points = int(self.duration_s * max(self.band_hz[1], 1.0 / self.fade_s) * GRID)
         require(points * joints * self.count <= 20_000_000, f"{self.key('duration_s')}: too long for sines up to {self.band_hz[1]} Hz: "
                 "shorten it or lower band_hz")
-        x, dx, _ = self._faded(np.linspace(0.0, self.duration_s, points + 2), amplitude, frequency, phase)
+        x, dx, _ = self._fade(np.linspace(0.0, self.duration_s, points + 2), amplitude, frequency, phase)
         reach = spread(self.reach_rad, joints, self.key("reach_rad")) / np.abs(x).max(axis=0)
         rate = spread(self.rate_rad_s, joints, self.key("rate_rad_s")) / np.abs(dx).max(axis=0)
         return MARGIN * np.minimum(reach, rate)[:, None] * amplitude, frequency, phase
@@ -100,10 +100,10 @@ class Fourier(TimedMotion):
         """Return `duration_s` and the faded sines about `q_rad`."""
         joints = setting.arm.n_links
         centre = one_each(self.q_rad, joints, self.key("q_rad"))
-        coefficients = self._given(joints) if self.amplitude_rad is not None else self._drawn(joints, setting.rng)
+        coefficients = self._stated_sines(joints) if self.amplitude_rad is not None else self._draw_sines(joints, setting.rng)
 
         def path(t: Array) -> tuple[Array, Array, Array]:
-            q, qd, qdd = self._faded(t, *coefficients)
+            q, qd, qdd = self._fade(t, *coefficients)
             return centre + q, qd, qdd
 
         return Way(self.duration_s, path)

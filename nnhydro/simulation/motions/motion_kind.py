@@ -14,7 +14,7 @@ from pydantic import Field
 
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.readers.validation import Settings, validated
+from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.simulation.motions.carriage import Carriage
 
 Array = NDArray[np.float64]
@@ -128,4 +128,4 @@ def motion_of(document: Any, where: str) -> MotionKind:
     kind = document.get("kind")
     if not isinstance(kind, str) or kind not in kinds:
         raise ConfigError(f"{where}.kind: {kind!r:.80} is not a kind of motion: give one of {', '.join(sorted(kinds))}")
-    return validated(kinds[kind], document, f"{where} ({kind})", ConfigError)
+    return validate(kinds[kind], document, f"{where} ({kind})", ConfigError)

@@ -60,7 +60,7 @@ def _rise(profile: RampProfile, t: Array, ramp: float) -> tuple[Array, Array, Ar
     return ramp * integral + after, value, np.where(inside, slope / ramp, 0.0)
 
 
-def ramped(profile: RampProfile, t: Array, ramp: float, hold: float) -> tuple[Array, Array, Array]:
+def ramp_profile(profile: RampProfile, t: Array, ramp: float, hold: float) -> tuple[Array, Array, Array]:
     """Return way, speed and acceleration of a unit speed that is ramped up from t = 0, held and ramped down; `ramp` > 0 s."""
     up, down = _rise(profile, t, ramp), _rise(profile, t - ramp - hold, ramp)
     return up[0] - down[0], up[1] - down[1], up[2] - down[2]

@@ -8,7 +8,7 @@ from typing import Literal, final
 from pydantic import Field
 
 from nnhydro.simulation.motions.motion_kind import Array, Setting, TimedMotion, Way
-from nnhydro.simulation.motions.profiles import RampProfile, ramped
+from nnhydro.simulation.motions.profiles import RampProfile, ramp_profile
 from nnhydro.simulation.recipe.per_joint import PerJoint, one_each
 
 
@@ -29,7 +29,7 @@ class Rotation(TimedMotion):
         start, rate = one_each(self.q_rad, joints, self.key("q_rad")), one_each(self.dq_rad_s, joints, self.key("dq_rad_s"))
 
         def path(t: Array) -> tuple[Array, Array, Array]:
-            way, speed, acceleration = ramped(self.profile, t, self.ramp_s, self.hold_s)
+            way, speed, acceleration = ramp_profile(self.profile, t, self.ramp_s, self.hold_s)
             return start + way[:, None] * rate, speed[:, None] * rate, acceleration[:, None] * rate
 
         return Way(2 * self.ramp_s + self.hold_s, path)

@@ -10,7 +10,7 @@ import numpy as np
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.load_sum import Loads
 from nnhydro.recordings.arm import Arm, parse_arm, read_arm
-from nnhydro.recordings.readers.validation import validated
+from nnhydro.recordings.readers.validation import validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.simulation.motions.motion_kind import MotionKind, Reference, Setting, TimedMotion, motion_of
 from nnhydro.simulation.motions.steady import SteadyRuns
@@ -70,7 +70,7 @@ def _require_names(settings: RecipeFile, motions: tuple[MotionKind, ...], where:
 
 def parse_recipe(document: Mapping[str, Any], where: str, folder: Path) -> Recipe:
     """Return the recipe that `document` describes, paths in it relative to `folder`; raise NnhydroError naming `where` and the key."""
-    settings = validated(RecipeFile, dict(document), where, ConfigError)
+    settings = validate(RecipeFile, dict(document), where, ConfigError)
     arm = read_arm(folder / settings.arm) if isinstance(settings.arm, str) else parse_arm(settings.arm, f"{where}: arm")
     loads = true_loads(settings.terms, arm, where)
     motions = tuple(motion_of(m, f"{where}: motions[{i}]") for i, m in enumerate(settings.motions))

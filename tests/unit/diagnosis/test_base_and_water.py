@@ -95,7 +95,7 @@ def test_a_finding_on_a_linear_axis_is_told_in_newtons(slide):
     assert " N" in finding.statement
     assert "N m" not in finding.statement + found.verdict()
     assert "rad" not in finding.statement
-    assert {one["unit"] for one in finding.parameters.values()} == {"N"}
+    assert {parameter["unit"] for parameter in finding.parameters.values()} == {"N"}
 
 
 @pytest.mark.slow

@@ -95,7 +95,7 @@ def test_a_finding_in_a_sector_is_confined_to_it_and_one_that_has_ended_is_no_pa
 
 
 def test_what_has_a_phase_of_its_own_in_every_recording_is_no_part_of_a_prediction():
-    phased = [one.effect for one in enumerate_hypotheses(ARM, (5.0, 2.0)) if one.per_recording][::20]
+    phased = [hypothesis.effect for hypothesis in enumerate_hypotheses(ARM, (5.0, 2.0)) if hypothesis.per_recording][::20]
     assert phased
     for effect in phased:
         model = corrected_model(BASE, Z, Z, [finding(effect)])

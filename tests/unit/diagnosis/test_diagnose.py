@@ -76,7 +76,7 @@ def test_two_frictions_at_once_are_both_named_with_their_own_share():
 @pytest.mark.parametrize("name", ["rubbing, 1 kHz", "rubbing, shuffled and renamed", "rubbing, single precision"])
 def test_rate_order_names_and_precision_of_the_files_change_no_name_and_hardly_a_value(name):
     assert named(diagnosed(name)) == named(diagnosed("rubbing"))
-    (usual, low, high), (again, *_) = (value(one, "coulomb_friction", "level") for one in ("rubbing", name))
+    (usual, low, high), (again, *_) = (value(label, "coulomb_friction", "level") for label in ("rubbing", name))
     assert abs(again - usual) < 0.1 * (high - low)
 
 

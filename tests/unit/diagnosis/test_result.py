@@ -10,8 +10,8 @@ from rigs import arm
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import states
 from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Dependence, Unexplained
-from nnhydro.diagnosis.unexplained.where import Location
 from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 
 

@@ -1,0 +1,127 @@
+"""Where the baseline and the recordings differ: joint, recordings, region of state and frequency band of the residual's excess energy.
+
+    share_j     excess of joint j's residual energy over the noise, as a share of all joints' excess
+    conditions  the range of the state variable whose bins explain the largest share of the residual's energy or mean
+    band        frequencies between which 90 % of the residual's power lies
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+BINS = 10
+TELLING = 0.05  # share of the residual's variance that bins must explain before a region is named
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """The residual of one segment: `r` (n, joints) N m at `state` {name: (n,)}, rows `dt` s apart (0 for steady runs)."""
+
+    recording: str
+    r: Array
+    state: dict[str, Array]
+    dt: float
+
+
+@final
+@dataclass(frozen=True)
+class Location:
+    """Where one joint's residual lies, as diagnosis.json tells it."""
+
+    joint: int
+    share: float
+    where: str
+    conditions: dict[str, list[float]]
+    band_hz: list[float]
+    recordings: list[str]
+
+    def document(self) -> dict[str, Any]:
+        """Return the location for diagnosis.json."""
+        return {"joint": self.joint, "share": self.share, "where": self.where, "conditions": self.conditions, "band_hz": self.band_hz,
+                "recordings": self.recordings}
+
+
+def _explained_share(x: Array, y: Array) -> tuple[float, Array, Array]:
+    """Share of var(y) explained by bins of x of equal count, the bins' edges and their means of y."""
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
+    if len(edges) < 3:
+        return 0.0, edges, np.zeros(max(len(edges) - 1, 0))
+    which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    count = np.bincount(which, minlength=len(edges) - 1)
+    mean = np.bincount(which, y, minlength=len(edges) - 1) / np.maximum(count, 1)
+    spread = float(((mean - y.mean()) ** 2 * count).sum() / max(((y - y.mean()) ** 2).sum(), 1e-300))
+    return spread, edges, mean
+
+
+def _region(edges: Array, size: Array) -> list[float]:
+    """The range of bins around the largest in which `size` stays above half of it."""
+    top = int(np.argmax(size))
+    low = high = top
+    while low > 0 and size[low - 1] > size[top] / 2:
+        low -= 1
+    while high < len(size) - 1 and size[high + 1] > size[top] / 2:
+        high += 1
+    return [float(edges[low]), float(edges[high + 1])]
+
+
+def _band(parts: Sequence[Residual], joint: int) -> list[float]:
+    """Frequencies in Hz between which 90 % of the residual's power lies, over recordings."""
+    spectra = []
+    for part in parts:
+        if part.dt > 0 and len(part.r) >= 32:
+            x = part.r[:, joint] - part.r[:, joint].mean()
+            spectra.append((np.fft.rfftfreq(len(x), part.dt), np.abs(np.fft.rfft(x * np.hanning(len(x)))) ** 2))
+    if not spectra:
+        return [0.0, 0.0]
+    grid = np.linspace(0, min(float(f[-1]) for f, _ in spectra), 200)
+    power = np.sum([np.interp(grid, f, p) for f, p in spectra], axis=0)
+    share = np.cumsum(power) / np.sum(power)
+    low, high = int(np.searchsorted(share, 0.05)), min(int(np.searchsorted(share, 0.95)), len(grid) - 1)
+    return [float(grid[low]), float(grid[high])]
+
+
+def _sentence(name: str, grows: bool, region: list[float], recordings: list[str]) -> str:
+    where = f"{'depends on' if grows else 'is largest at'} {name}, most at {region[0]:.3g} to {region[1]:.3g}"
+    return where + (f", in {', '.join(recordings[:4])}" if recordings else ", in every recording")
+
+
+def _of_joint(parts: Sequence[Residual], joint: int, share: float) -> Location:
+    r = np.concatenate([part.r[:, joint] for part in parts])
+    names = [name for name in parts[0].state if all(name in part.state for part in parts)]
+    candidates = []
+    for name in names:
+        x = np.concatenate([part.state[name] for part in parts])
+        for y, signed in ((r, True), (r**2, False)):
+            explained, edges, mean = _explained_share(x, y)
+            if len(mean) >= 2:
+                candidates.append((explained, name, signed, edges, np.abs(mean)))
+    per_row = {part.recording: 0.0 for part in parts}
+    rows = dict.fromkeys(per_row, 0)
+    for part in parts:
+        per_row[part.recording] += float((part.r[:, joint] ** 2).sum())
+        rows[part.recording] += len(part.r)
+    mean_square = {name: per_row[name] / max(rows[name], 1) for name in per_row}
+    typical = float(np.median(list(mean_square.values())))
+    loud = [name for name, value in mean_square.items() if value > 4 * typical] if len(mean_square) > 3 else []
+    best = max(candidates, key=lambda c: c[0]) if candidates else None
+    if best is None or best[0] < TELLING:
+        return Location(joint + 1, share, "spread over all states" + (f", mostly in {', '.join(loud[:4])}" if loud else ""), {},
+                        _band(parts, joint), loud)
+    region = _region(best[3], best[4])
+    return Location(joint + 1, share, _sentence(best[1], best[2], region, loud), {best[1]: region}, _band(parts, joint), loud)
+
+
+def locate(parts: Sequence[Residual], noise: Array) -> list[Location]:
+    """Return one location a joint with excess residual energy, largest first; `noise` (joints,) N m."""
+    energy = sum((part.r**2).sum(axis=0) for part in parts)
+    rows = sum(len(part.r) for part in parts)
+    excess = np.maximum(np.asarray(energy) - rows * noise**2, 0.0)
+    if not excess.any():
+        return []
+    shares = excess / excess.sum()
+    return [_of_joint(parts, j, float(shares[j])) for j in np.argsort(-shares).tolist() if shares[j] > 0.02]

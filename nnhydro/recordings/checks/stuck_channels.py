@@ -1,0 +1,119 @@
+"""Stuck channels: an encoder that stops counting, a torque that is not updated, while the arm moves on."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nnhydro.recordings.checks.clipping import clipped_plateaus
+from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
+from nnhydro.recordings.checks.reading import Array, Reading, quantum, rows, runs
+
+FROZEN = 0.1  # s
+FROZEN_ROWS = 10
+MOVED = 0.02  # rad that the joint moved meanwhile
+STOP = 5  # rows over which a speed is taken
+JUMP = 5.0  # times the largest step elsewhere
+
+
+def _frozen_rows(x: Array, dt: float) -> list[tuple[int, int]]:
+    """(start, stop) of rows over which `x` keeps one value for long, clipped ones aside."""
+    if not dt > 0:
+        return []
+    least = max(FROZEN_ROWS, round(FROZEN / dt))
+    known = {float(np.nanmax(x)), float(np.nanmin(x))} if clipped_plateaus(x) else set()
+    return [(a, b + 1) for a, b in runs(np.diff(x) == 0) if b + 1 - a >= least and float(x[a]) not in known]
+
+
+def _by_rate(reading: Reading, joint: int, span: tuple[int, int]) -> float:
+    """How far the given rate says that the joint moved over the frozen rows, rad."""
+    r = reading.recording
+    a, b = span
+    if r.qd is None:
+        return 0.0
+    qd, steps = r.qd[a:b, joint], np.diff(r.t[a:b])
+    return float(abs(np.nansum(0.5 * (qd[1:] + qd[:-1]) * steps)))
+
+
+def _by_jump(q: Array, span: tuple[int, int]) -> float:
+    """By how much the angle jumps when it thaws, rad, where that is far more than any other step."""
+    b = span[1]
+    if b >= len(q) or not np.isfinite(q[b]):
+        return 0.0
+    others = np.abs(np.delete(np.diff(q), b - 1))
+    jump = abs(q[b] - q[b - 1])
+    return float(jump) if jump > JUMP * np.nanmax(others, initial=0.0) else 0.0
+
+
+def _by_stop(reading: Reading, joint: int, span: tuple[int, int]) -> float:
+    """How far the joint would have gone on, rad, where it stops for good from full speed within one row; 0 where it slows down."""
+    q, a = reading.recording.q[:, joint], span[0]
+    if span[1] < len(q) or a < 2 * FROZEN_ROWS:
+        return 0.0
+    speed = (q[STOP: a + 1] - q[: a + 1 - STOP]) / STOP  # rad a row
+    bend = float(np.nanmax(np.abs(speed[STOP:] - speed[:-STOP]), initial=0.0))
+    last = abs(float(speed[-1]))
+    return last * (span[1] - a) if last > 2 * bend + 3 * quantum(q) / STOP else 0.0
+
+
+@check
+class StuckEncoder(RecordingCheck):
+    """An angle may stand still only where the joint does."""
+
+    id = "stuck_encoder"
+    looks_for = "an angle that keeps exactly one value while its rate, or a jump afterwards, says that the joint moved"
+    remedy = "a loose encoder or a frozen driver: leave these cells empty or record again"
+
+    def find(self, reading: Reading) -> Iterator[Oddity]:
+        """Yield one finding a joint: the longest frozen span that the arm moved through."""
+        for joint in range(reading.arm.n_links):
+            q = reading.recording.q[:, joint]
+            found = [(moved, span) for span in _frozen_rows(q, reading.dt)
+                     if (moved := max(_by_rate(reading, joint, span), _by_jump(q, span), _by_stop(reading, joint, span))) > MOVED]
+            if found:
+                moved, span = max(found)
+                what = f"keeps exactly {q[span[0]]:.6g} rad while the joint moves by about {moved:.2g} rad ({len(found)} time(s))"
+                yield Oddity(reading.name, "warning", f"{reading.arm.column('q', joint + 1)}, {rows(*span)}", what, self.remedy)
+
+
+@check
+class StuckTorque(RecordingCheck):
+    """A torque may be constant only where nothing moves."""
+
+    id = "stuck_torque"
+    looks_for = "a torque that keeps exactly one value while the arm moves"
+    remedy = "the torque channel is dead or not updated: leave these cells empty or record again"
+
+    def find(self, reading: Reading) -> Iterator[Oddity]:
+        """Yield one finding a joint: the longest span."""
+        tau = reading.recording.tau
+        if tau is None:
+            return
+        for joint in range(reading.arm.n_links):
+            spans = [span for span in _frozen_rows(tau[:, joint], reading.dt) if self._range_moved(reading, span) > 0.1]
+            if spans:
+                span = max(spans, key=lambda s: s[1] - s[0])
+                what = f"keeps exactly {tau[span[0], joint]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
+                yield Oddity(reading.name, "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what, self.remedy)
+
+    def _range_moved(self, reading: Reading, span: tuple[int, int]) -> float:
+        q = reading.recording.q[slice(*span)]
+        return float(np.nanmax(np.ptp(q, axis=0), initial=0.0))
+
+
+@check
+class NeverMoves(RecordingCheck):
+    """A joint that keeps exactly one value in a whole recording is locked, or its encoder is dead."""
+
+    id = "never_moves"
+    looks_for = "a joint whose angle is exactly constant while another joint moves far"
+    remedy = "right if the joint is locked; else look at its encoder"
+
+    def find(self, reading: Reading) -> Iterator[Oddity]:
+        """Yield a note a joint."""
+        for joint in range(reading.arm.n_links):
+            moving = float(np.max(np.delete(reading.moved, joint), initial=0.0))
+            given = reading.recording.qd
+            still = given is None or not np.nanmax(np.abs(given[:, joint]), initial=0.0) > 0.1
+            if reading.moved[joint] == 0.0 and moving > 0.5 and still:
+                yield Oddity(reading.name, "note", reading.arm.column("q", joint + 1), "never changes while another joint moves",
+                             self.remedy)

@@ -1,0 +1,181 @@
+"""Search and decision on random columns: what is planted is claimed for a reason that is told, chance is not, bounds are kept."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from problems import design, law, search, unknown
+
+from nnhydro.diagnosis.calibration.null_draws import null_gains, null_threshold
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
+from nnhydro.diagnosis.decision.decide import decide, torque_shares
+from nnhydro.diagnosis.search.library import bound_bonus, log_mass
+
+LAWS = tuple(law(f"law_{k}") for k in range(8))
+
+
+def columns(of, k=8, seed=50):
+    """Columns (n, joints, k) whose rms is the scale of joint 1."""
+    return np.random.default_rng(seed).standard_normal((*of.y.shape, k))
+
+
+def with_planted(values, seed=0, laws=LAWS, **keys):
+    """A search on a design in which the first laws act with `values`."""
+    of = design(seed, groups=8, rows=30, **keys)
+    X = columns(of, sum(law.width for law in laws))
+    of.y = of.y + X[..., : len(values)] @ np.asarray(values, float)
+    return search(of, laws, X)
+
+
+def test_a_planted_law_is_claimed_and_nothing_else():
+    for seed in range(3):
+        one = with_planted([0.6], seed)
+        decided = decide(one, one.run(), 0)
+        assert decided.claimed.chosen == (0,)
+        (decision,) = [d for d in decided.decisions if d.claimed]
+        assert (decision.effect, decision.joint) == ("law_0", 0)
+        assert decision.statistic > decision.threshold >= LEAST_GAIN
+        assert "nats" in decision.reason
+
+
+def test_two_planted_laws_are_claimed_whatever_their_order():
+    one = with_planted([0.5, -0.4])
+    assert decide(one, one.run(), 0).claimed.chosen == (0, 1)
+
+
+def test_laws_that_take_little_from_the_unknown_one_by_one_are_found_together_beside_what_is_in_no_card():
+    for seed in range(3):
+        rng = np.random.default_rng(100 + seed)
+        of = design(seed, groups=8, rows=60, noise=0.02)
+        smooth = unknown(of).Phi
+        X = np.einsum("nm,mjk->njk", smooth, rng.standard_normal((smooth.shape[1], 2, len(LAWS))))
+        X /= np.sqrt((X**2).mean(axis=(0, 1)))
+        of.y = of.y + X[..., :5] @ np.array([0.5, -0.5, 0.5, -0.5, 0.5]) + 0.1 * smooth[:, :2]
+        one = search(of, LAWS, X, level=0.02**2)
+        alone = [one.score((k,)).unknown_nats / one.score(()).unknown_nats for k in range(5)]
+        assert np.median(alone) > LEAVES, "hardly a law is plain alone"
+        assert decide(one, one.run(), 0).claimed.chosen == (0, 1, 2, 3, 4)
+
+
+def test_a_law_whose_values_make_no_sense_together_is_not_claimed():
+    laws = (law("law_0", sense=lambda values: values[0] < 0), *LAWS[1:])
+    one = with_planted([0.6], laws=laws)
+    assert decide(one, one.run(), 0).claimed.chosen == ()
+    one = with_planted([-0.6], laws=laws)
+    assert decide(one, one.run(), 0).claimed.chosen == (0,)
+
+
+def test_noise_alone_is_left_alone():
+    assert [with_planted([], seed).run().chosen for seed in range(5)].count(()) >= 4
+    assert all(decide(one := with_planted([], seed), one.run(), 0).claimed.chosen == () for seed in range(5))
+
+
+def test_the_largest_gain_of_chance_stays_below_its_threshold_in_99_of_100_campaigns():
+    above, of = 0, 100
+    for seed in range(of):
+        one = with_planted([], seed + 1000)
+        empty = one.score(())
+        largest = max(one.view.gains(None, empty.fit) + np.array([one.view.library.log_prior(k) for k in range(len(LAWS))]))
+        above += largest > null_threshold(one, empty, seed)
+    assert above <= 5, f"{above} of {of}: one is expected, more than 5 in 1 of 1,500 tests"
+
+
+def test_draws_of_the_null_have_the_mean_that_gains_have_under_it():
+    one = with_planted([], 3)
+    drawn = null_gains(one, one.score(()), 0)
+    assert len(drawn) == NULL_DRAWS
+    assert null_threshold(one, one.score(()), 0) == pytest.approx(np.quantile(drawn, NULL_QUANTILE))
+    seen = []
+    for seed in range(60):
+        other = with_planted([], seed + 2000)
+        prior = np.array([other.view.library.log_prior(k) for k in range(len(LAWS))])
+        seen.append((other.view.gains(None, other.score(()).fit) + prior).max())
+    spread = np.sqrt(np.var(drawn) / len(drawn) + np.var(seen) / len(seen))
+    assert abs(np.mean(seen) - drawn.mean()) < 4 * spread
+
+
+def test_more_laws_that_could_gain_by_chance_raise_the_threshold():
+    few, many = (with_planted([], 5, laws=tuple(law(f"law_{k}") for k in range(count))) for count in (2, 60))
+    prior = [candidates.view.library.log_prior(0) for candidates in (few, many)]
+    assert null_threshold(many, many.score(()), 0) - prior[1] > null_threshold(few, few.score(()), 0) - prior[0]
+
+
+@pytest.mark.parametrize(("value", "claimed"), [(0.6, True), (-0.6, False)])
+def test_a_value_beyond_its_physical_bounds_is_not_claimed(value, claimed):
+    one = with_planted([value], laws=(law("law_0", limits=((0.0, np.inf),)), *LAWS[1:]))
+    assert (0 in decide(one, one.run(), 0).claimed.chosen) == claimed
+
+
+def test_what_hardly_moves_the_torque_is_not_claimed_however_sure_it_is():
+    of = design(1, groups=8, rows=30, noise=1e-5)
+    X = columns(of)
+    of.y = of.y + 0.5 * RELEVANT * X[..., 0]
+    one = search(of, LAWS, X, level=1e-10)
+    decided = decide(one, one.score((0,)), 0)
+    assert decided.claimed.chosen == ()
+    (decision,) = decided.decisions
+    assert not decision.claimed
+    assert f"({100 * RELEVANT:.2f} % needed)" in decision.reason
+
+
+def test_less_than_the_form_of_the_largest_claim_is_not_claimed_beside_it():
+    of = design(1, groups=8, rows=30, noise=1e-4)
+    X = columns(of)
+    of.y = of.y + 0.8 * X[..., 0] + 0.3 * FORM * X[..., 1]
+    one = search(of, LAWS, X, level=1e-8)
+    assert decide(one, one.score((0, 1)), 0).claimed.chosen == (0,)
+    assert torque_shares(one, one.score((0, 1)))[1] == pytest.approx(0.3 * FORM, rel=0.1)
+
+
+def test_a_value_that_might_as_well_be_0_is_not_claimed():
+    one = with_planted([0.02], 6)
+    decided = decide(one, one.score((0,)), 0)
+    assert decided.claimed.chosen == ()
+    values = one.score((0,))
+    at = values.places(one.view)[0]
+    sd = float(np.sqrt(values.fit.covariance(np.array([at.start]))[0, 0]))
+    assert abs(float(values.fit.mean[at][0])) < PRECISE * sd
+
+
+def test_every_member_that_fails_is_told_with_the_first_test_that_it_fails():
+    one = with_planted([0.6], 2)
+    decided = decide(one, one.score((0, 4, 5)), 0)
+    assert decided.claimed.chosen == (0,)
+    dropped = [d for d in decided.decisions if not d.claimed]
+    assert {d.effect for d in dropped} == {"law_4", "law_5"}
+    assert all(d.statistic <= d.threshold and d.reason for d in dropped)
+    assert set(decided.shares) == {0}
+    assert decided.decisions[0].document()["joint"] is None
+
+
+@given(seed=st.integers(0, 300))
+@settings(max_examples=10)
+def test_a_search_never_ends_below_the_empty_set_and_is_the_same_each_time(seed):
+    one = with_planted([0.15 * (seed % 4)], seed)
+    best = one.run()
+    assert best.score >= one.score(()).score
+    assert best.unknown_nats >= 0
+    assert with_planted([0.15 * (seed % 4)], seed).run().chosen == best.chosen
+    assert len(one.taken(best.chosen)) == len(best.chosen), "one law of a family at a place"
+
+
+@given(mean=st.floats(-3, 3), sd=st.floats(0.01, 3), low=st.floats(-2, 0), width=st.floats(0.1, 5))
+def test_the_mass_within_bounds_is_that_of_the_normal_distribution(mean, sd, low, width):
+    from scipy.stats import norm
+
+    got = float(np.exp(log_mass(np.array(low), np.array(low + width), np.array(mean), np.array(sd))))
+    assert got == pytest.approx(norm.cdf(low + width, mean, sd) - norm.cdf(low, mean, sd), rel=1e-4, abs=1e-9)
+
+
+def test_bounds_reward_what_lies_within_and_punish_what_lies_beyond():
+    low, high = np.array([0.0]), np.array([np.inf])
+    inside, outside = (bound_bonus(low, high, np.array([m]), np.array([0.01])) for m in (0.2, -0.2))
+    assert inside == pytest.approx(np.log(2)), "half of the prior's mass lay on the wrong side"
+    assert outside < -100
+    assert bound_bonus(np.array([-np.inf]), high, np.array([0.2]), np.array([0.01])) == 0.0
+
+
+def test_every_key_has_the_same_prior_and_every_law_of_a_key():
+    one = search(design(0), (law("a"), law("a"), law("a"), law("b", joint=1), law("b", joint=2), law("c")))
+    prior = np.exp([one.view.library.log_prior(k) for k in range(6)])
+    np.testing.assert_allclose(prior, np.array([1 / 3, 1 / 3, 1 / 3, 1, 1, 1]) / 4)

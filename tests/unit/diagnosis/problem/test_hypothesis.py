@@ -1,0 +1,110 @@
+"""Hypotheses: every effect at every joint that makes sense, values on a grid, finer ones half-way, instruments about their values."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from rigs import arm
+
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, _half_way, enumerate_hypotheses, grid_neighbours, refine_grid
+from nnhydro.effects.catalogue import catalogue, effect_of_id
+from nnhydro.effects.effect import InstrumentEffect
+
+PEAKS = (5.0, 2.0)
+
+
+@pytest.mark.parametrize(("values", "value", "span"), [
+    ((1.0, 2.0, 4.0), 2.0, (1.0, 4.0)), ((1.0, 2.0, 4.0), 1.0, (0.5, 2.0)), ((1.0, 2.0, 4.0), 4.0, (2.0, 8.0)),
+    ((-1.0, 0.0, 2.0), 0.0, (-1.0, 2.0)), ((-1.0, 0.0, 2.0), -1.0, (-2.0, 0.0)), ((-1.0, 0.0, 2.0), 2.0, (0.0, 4.0)),
+    ((3.0,), 3.0, (3.0, 3.0)),
+])
+def test_the_search_reaches_to_the_neighbours_and_as_far_beyond_an_end(values, value, span):
+    assert grid_neighbours(values, value) == pytest.approx(span)
+
+
+NUMBERS = st.lists(st.floats(-100, 100, allow_subnormal=False).map(lambda x: round(x, 3)), min_size=1, max_size=8, unique=True)
+
+
+@given(NUMBERS, st.integers(0, 7))
+def test_neighbours_hold_their_value_between_them_whatever_the_grid(values, at):
+    value = sorted(values)[at % len(values)]
+    low, high = grid_neighbours(values, value)
+    assert low <= value <= high
+    assert (low < high) == (len(values) > 1)
+
+
+def test_between_two_values_lies_their_geometric_mean_where_both_are_positive_else_their_mean():
+    assert _half_way(1.0, 4.0) == pytest.approx(2.0)
+    assert _half_way(-1.0, 4.0) == pytest.approx(1.5)
+    assert _half_way(0.0, 4.0) == pytest.approx(2.0)
+
+
+def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tried():
+    made = enumerate_hypotheses(arm(2), PEAKS)
+    for hypothesis in made:
+        assert hypothesis.width == len(hypothesis.bounds()) == len(hypothesis.effect.linear_names()) + hypothesis.effect.offset_of_its_own
+        for name, (low, high) in hypothesis.spans.items():
+            value = getattr(hypothesis.effect, name)[0]
+            assert low <= value <= high
+    assert {hypothesis.key[0] for hypothesis in made} == set(catalogue())
+    assert {hypothesis.key[1] for hypothesis in made} <= {0, 1, 2}
+
+
+@pytest.mark.parametrize("left_out", ["torque_bias", "coulomb_friction"])
+def test_an_effect_that_is_taken_out_of_the_catalogue_is_no_hypothesis(left_out):
+    whole, part = (enumerate_hypotheses(arm(2), PEAKS, without) for without in ((), (left_out,)))
+    assert {hypothesis.key[0] for hypothesis in whole} - {hypothesis.key[0] for hypothesis in part} == {left_out}
+
+
+def test_where_nothing_is_driven_no_effect_of_a_drive_or_its_sensor_is_tried():
+    free = {hypothesis.key[0] for hypothesis in enumerate_hypotheses(arm(1), (0.0,), driven=False)}
+    assert {"viscous_friction", "coulomb_friction", "added_mass"} <= free
+    assert not {"torque_bias", "torque_gain", "torque_drift", "sensor_timing", "torque_saturation", "backlash"} & free
+
+
+def test_finer_values_stay_within_what_physics_allows_and_narrow_around_themselves():
+    effect = effect_of_id("stribeck_friction").started(arm(2), joint=1)
+    low, high = next(f.metadata["bounds"] for f in effect.parameters() if f.name == "speed")
+    hypothesis = Hypothesis(replace(effect, speed=(low,)), 5, {"speed": (low / 4, 4 * low)})
+    same, above = refine_grid(hypothesis)
+    assert same.effect is hypothesis.effect
+    assert above.effect.speed[0] == pytest.approx(2 * low)
+    assert above.spans["speed"] == pytest.approx((low * np.sqrt(2), low * np.sqrt(8)))
+    top = Hypothesis(replace(effect, speed=(high,)), 5, {"speed": (high / 4, 4 * high)})
+    assert [x.effect.speed[0] for x in refine_grid(top)] == pytest.approx([high, high / 2])
+    still = Hypothesis(replace(effect, speed=(0.2,)), 1, {"speed": (0.2, 0.2)})
+    assert len(refine_grid(still)) == 1
+
+
+def test_refined_values_lie_half_way_and_close_in_on_the_best():
+    effect = effect_of_id("stribeck_friction").started(arm(2), joint=1)
+    hypothesis = Hypothesis(replace(effect, speed=(0.2,)), 5, {"speed": (0.1, 0.4)})
+    best, *others = refine_grid(hypothesis)
+    assert best.spans["speed"] == pytest.approx((0.1 * 2**0.5, 0.2 * 2**0.5))
+    assert sorted(other.effect.speed[0] for other in others) == pytest.approx([0.1 * 2**0.5, 0.2 * 2**0.5])
+    assert {refine_grid(other)[1].key for other in others} == {hypothesis.key}
+
+
+@pytest.mark.parametrize("id_", catalogue())
+def test_refined_values_of_every_effect_stay_within_its_bounds_and_can_be_made(id_):
+    made = [hypothesis for hypothesis in enumerate_hypotheses(arm(2), PEAKS) if hypothesis.key[0] == id_]
+    for hypothesis in made[:3] + made[-3:]:
+        limits = {f.name: f.metadata["bounds"] for f in hypothesis.effect.parameters()}
+        for finer in refine_grid(hypothesis):
+            for name in finer.spans:
+                low, high = limits[name]
+                assert low <= getattr(finer.effect, name)[0] <= high
+
+
+def test_loads_are_linear_as_they_are_and_instruments_have_their_columns_about_their_values():
+    made = {hypothesis.key[0]: hypothesis for hypothesis in enumerate_hypotheses(arm(2), PEAKS)}
+    load, bias = made["viscous_friction"], made["torque_bias"]
+    values = torch.full((bias.width,), 0.1)
+    assert load.linearised_at(values, "model") is load
+    told = bias.linearised_at(values, "model")
+    assert isinstance(told.effect, InstrumentEffect)
+    assert told.working_model == "model"
+    assert told.effect.linear_values()[0] == pytest.approx(0.1)

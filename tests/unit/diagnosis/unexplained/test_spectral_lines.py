@@ -1,0 +1,69 @@
+"""A hum is told from noise: one line at one frequency in every recording, and nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.fft import dct, idct
+from scipy.signal import lfilter
+
+from nnhydro.diagnosis.unexplained.residual_location import Residual
+from nnhydro.diagnosis.unexplained.spectral_lines import strongest
+
+
+def noise(kind, shape, rng):
+    white = rng.standard_normal(shape)
+    if kind == "tailed":
+        return rng.standard_t(3, shape)
+    return white if kind == "white" else lfilter([0.6], [1, -0.8], white, axis=0)
+
+
+def recordings(seed, kind="white", hum=lambda k, t: 0.0, count=10):
+    rng, made = np.random.default_rng(seed), []
+    for k in range(count):
+        t = 0.02 * np.arange(int(rng.integers(250, 600)))
+        r = noise(kind, (len(t), 2), rng)
+        r[:, 1] += hum(k, t)
+        made.append(Residual(f"run{k}", r, {}, 0.02))
+    return made
+
+
+@pytest.mark.parametrize("kind", ["white", "correlated", "tailed"])
+def test_noise_is_not_taken_for_a_hum(kind):
+    p = [strongest(recordings(seed, kind), 0).p_value for seed in range(60)]
+    assert sum(x < 0.0025 for x in p) <= 1
+
+
+def test_a_hum_is_found_at_its_frequency_with_its_size_in_the_channel_that_has_it():
+    parts = recordings(1, hum=lambda k, t: 0.6 * np.sin(2 * np.pi * 7.3 * t + k))
+    line = strongest(parts, 1)
+    assert line.p_value < 1e-6
+    assert line.frequency_hz == pytest.approx(7.3, abs=0.1)
+    assert line.amplitude == pytest.approx(0.6, rel=0.25)
+    assert "joint 2" in line.sentence()
+    assert line.material
+    assert strongest(parts, 0).p_value > 0.01
+
+
+def test_a_hum_is_found_up_to_the_edge_of_the_band_behind_which_nothing_is_left():
+    def cut(part, edge=8.0):
+        spectrum = dct(part.r, axis=0, norm="ortho")
+        spectrum[np.arange(len(spectrum)) / (2 * len(spectrum) * part.dt) > edge] = 0.0
+        return replace(part, r=idct(spectrum, axis=0, norm="ortho"))
+
+    humming = [cut(part) for part in recordings(3, hum=lambda k, t: 0.6 * np.sin(2 * np.pi * 7.3 * t + k))]
+    assert strongest(humming, 1, 8.0).frequency_hz == pytest.approx(7.3, abs=0.1)
+    assert strongest(humming, 1, 8.0).p_value < 1e-6
+    quiet = [strongest([cut(part) for part in recordings(seed)], 0, 8.0).p_value for seed in range(60)]
+    assert sum(x < 0.0025 for x in quiet) <= 1
+
+
+def test_motions_at_frequencies_of_their_own_are_no_hum():
+    line = strongest(recordings(2, hum=lambda k, t: 1.0 * np.sin(2 * np.pi * (2 + 0.9 * k) * t)), 1)
+    assert line.p_value > 0.001
+
+
+def test_too_few_or_too_short_recordings_tell_nothing():
+    assert strongest(recordings(3, count=3), 0) is None
+    short = [Residual("a", np.zeros((30, 1)), {}, 0.01)] * 8
+    assert strongest(short, 0) is None

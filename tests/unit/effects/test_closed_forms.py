@@ -1,0 +1,430 @@
+"""Closed forms, limits and rigid-body identities of single hypotheses."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+import torch
+from hypotheses import made, steady, view
+from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
+
+from nnhydro.effects.catalogue import candidates
+from nnhydro.effects.effect import REGISTER
+from nnhydro.effects.link_interference import shadowed
+from nnhydro.effects.quantity import Quantity, format_quantity, intervals
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_term import term_of
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.strips import Strips
+from nnhydro.physics.transmission import to_drives
+
+
+def test_a_spring_pulls_to_its_rest_angle():
+    spring = made("umbilical_stiffness", arm(2), 2, stiffness=(0.5,), preload=(-0.1,))
+    tau = spring.torque(Flow(arm(2), steady([[1.0, 0.7], [1.0, 0.2]])))
+    assert_close(tau, tensor([[0.0, 0.25], [0.0, 0.0]]))
+    assert spring.quantities() == {"stiffness": Quantity(0.5, "N m/rad"), "rest_angle": Quantity(0.2, "rad")}
+    said = spring.statement({"stiffness": (0.44, 0.56)})
+    assert said == "Joint 2 is pulled back towards 0.2 rad by 0.50 +- 0.06 N m/rad: a hose or cable."
+
+
+def bent(k, p, k2, k3):
+    return made("umbilical_stiffness", arm(1), 1, stiffness=(k,), preload=(p,), quadratic=(k2,), cubic=(k3,))
+
+
+def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_there_as_its_slope():
+    k, rest, hardening = 0.8, 0.3, 0.15  # k (d + 0.15 d^3), d = q - rest, multiplied out
+    hose = bent(k * (1 + 3 * hardening * rest**2), -k * (rest + hardening * rest**3), -3 * k * hardening * rest, k * hardening)
+    q = np.linspace(-2, 2, 9)
+    d = q - rest
+    np.testing.assert_allclose(hose.torque(Flow(arm(1), steady(q[:, None])))[:, 0], k * (d + hardening * d**3), atol=1e-12)
+    format_quantity = hose.quantities()
+    assert (format_quantity["stiffness"].value, format_quantity["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
+    assert "grows more than in proportion" in hose.statement()
+    assert "grows less than in proportion" in bent(1.0, 0.0, 0.0, -0.1).statement()
+    assert "grows on one side more than on the other" in bent(1.0, 0.0, 0.5, 0.1).statement()
+
+
+@pytest.mark.parametrize(("zeros", "rest"), [((-0.4, 1.0, 2.0), -0.4), ((0.3, 2j, -2j), 0.3)])
+def test_of_several_angles_a_hose_lies_slack_at_the_least_that_is_one_and_towards_which_it_pulls(zeros, rest):
+    k3, k2, k, p = np.poly(zeros).real
+    assert bent(k, p, k2, k3).quantities()["rest_angle"].value == pytest.approx(rest)
+
+
+def test_a_hose_is_also_tried_as_a_linear_spring():
+    effect = bent(1.0, 0.0, 0.0, 0.0)
+    assert [len(law.linear_names()) for law in (effect, *effect.narrower())] == [4, 2]
+    assert effect.linear
+    assert not bent(1.0, 0.0, 0.0, 0.1).linear
+
+
+@pytest.mark.parametrize(("values", "makes_sense"), [
+    ((1.0, 0.5, 0.0, -0.1), True), ((1.0, -6.2, 0.0, 0.0), True), ((1.0, 6.4, 0.0, 0.0), False),  # a rest angle beyond a turn
+    ((0.0, 0.5, 0.0, 0.0), False), ((0.0, 0.0, 0.0, 0.0), True), ((-1.0, 0.5, 0.0, 0.0), False),  # no pull; none; a push
+    ((0.0, 0.5, 1.0, 0.0), False), ((0.0, 0.0, 0.0, -1.0), False), ((1.0, 0.0, 0.0, 1e-310), True),  # never slack; nothing cubic
+    ((0.0, -1.0, 1.0, 0.0), False), ((0.001, 0.3, 0.0, 0.01), False),  # pushes on one side; a torque that hardly changes
+    ((1.0, -0.39, 0.0, -1.0), False), ((1.7, -0.5, 0.3, 0.2), True)])
+def test_a_hose_pulls_towards_an_angle_within_a_turn_and_bends_about_it(values, makes_sense):
+    assert bent(*values).plausible() == makes_sense
+
+
+@pytest.mark.parametrize("rest", [-1.6, -0.9, 0.9, 1.6])
+def test_a_hose_that_lies_slack_far_from_zero_may_be_soft_there(rest):
+    k3, k2, k, p = np.poly1d([-0.15, 0.0, 1.0, 0.0])(np.poly1d([1.0, -rest])).coef
+    effect = bent(k, p, k2, k3)
+    assert effect.plausible()
+    assert all(low <= value <= high for value, (low, high) in zip(effect.linear_values(), effect.linear_bounds(), strict=True))
+
+
+@pytest.mark.parametrize("law", [np.ones_like, lambda q: -np.cos(q)])
+def test_a_bent_hose_is_no_name_for_a_constant_or_for_a_tilt_about_its_turning_point(law):
+    rng, q, hits = np.random.default_rng(0), np.linspace(-0.8, 0.8, 600), 0
+    for _ in range(100):
+        k3, k2, k, p = np.polyfit(q, 0.3 * law(q) + 0.02 * rng.standard_normal(600), 3)
+        hits += bent(k, p, k2, k3).plausible()
+    assert hits <= 10
+
+
+def test_models_of_before_know_the_linear_hose_alone():
+    document = {"kind": "effect:umbilical_stiffness", "parameters": {"stiffness": [0.5], "preload": [-0.1]}, "options": {"joint": 1}}
+    old = term_of(document)
+    assert old == made("umbilical_stiffness", arm(1), 1, stiffness=(0.5,), preload=(-0.1,), quadratic=(), cubic=())
+    assert term_of(old.document()) == old
+
+
+def dragged(area, linear=()):
+    return made("tip_drag", arm(1), drag_area=(area,), linear=linear)
+
+
+def test_a_body_at_the_tip_drags_with_the_square_of_its_speed_and_some_in_proportion_to_it_besides():
+    v = np.array([-0.8, 0.1, 0.4, 1.6])
+    L = LINKS[0]["length_m"]
+    flow = Flow(arm(1), steady(np.zeros((4, 1)), (v / L)[:, None]))
+    plain, bent = (effect.torque(flow)[:, 0] for effect in (dragged(0.003), dragged(0.003, (0.5,))))
+    assert_close(plain, tensor(0.5 * 1000 * 0.003 * np.abs(v) * v * L))
+    assert_close(bent - plain, tensor(0.5 * v * L))
+    assert [len(law.linear_names()) for law in (dragged(0.003, (0.5,)), *dragged(0.003, (0.5,)).narrower())] == [2, 1]
+
+
+def test_drag_at_the_tip_takes_the_power_of_its_force_along_the_way_of_the_tip():
+    a, motion = arm(2), hub_at_rest(run(2))
+    flow, effect = Flow(a, motion), made("tip_drag", a, drag_area=(0.003,), linear=(0.5,))
+    v = torch.hypot(flow.A[:, 1] * flow.L[1] + flow.B[:, 1], flow.u_x[:, 1])
+    assert_close((effect.torque(flow) * motion.qd).sum(1), (0.5 * 1000 * 0.003 * v + 0.5) * v**2)
+
+
+def test_a_law_with_another_power_of_the_speed_is_nearly_that_of_drag_at_the_tip_with_both_parts():
+    v = np.linspace(0.05, 1.2, 60)
+    law = v**1.85
+    flow = Flow(arm(1), steady(np.zeros((60, 1)), (v / LINKS[0]["length_m"])[:, None]))
+    X = dragged(0.003, (0.5,)).columns(flow)[:, 0].numpy()
+    both, plain = (np.linalg.lstsq(X[:, :k], law, rcond=None)[0] for k in (2, 1))
+    assert np.abs(X @ both - law).max() < 0.01 * law.max() < 0.025 * law.max() < np.abs(X[:, :1] @ plain - law).max()
+    assert dragged(both[0], (both[1],)).plausible()
+
+
+@pytest.mark.parametrize(("area", "linear", "makes_sense"), [
+    (0.004, (), True), (0.0, (), True), (0.0, (0.1,), False), (0.004, (0.9,), True), (0.004, (1.1,), False), (0.004, (0.0,), True)])
+def test_drag_at_the_tip_that_hardly_grows_faster_than_the_speed_is_no_bodys(area, linear, makes_sense):
+    """At 0.5 m/s 1/2 rho C_D S |v| is 1 N s/m for 0.004 m^2: as much linear drag makes the power 1.5."""
+    assert dragged(area, linear).plausible() == makes_sense
+
+
+def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_models_have_none():
+    assert dragged(0.004).statement() == "Something at the tip drags through the water with C_D times area of 0.004 m^2."
+    assert "and, in proportion to its speed, 0.5 N s/m" in dragged(0.004, (0.5,)).statement()
+    assert term_of({"kind": "effect:tip_drag", "parameters": {"drag_area": [0.004]}, "options": {"joint": 0}}) == dragged(0.004)
+
+
+def test_a_ripple_of_any_whole_number_of_teeth_is_tried_as_its_neighbours_hardly_see_it():
+    q = np.linspace(-1.5, 1.5, 400)
+    angles = Flow(arm(1), steady(q[:, None], np.ones((400, 1))))
+    tried = {effect.periods[0]: effect for effect in candidates(REGISTER["torque_ripple"], arm(1))}
+    assert set(map(float, range(4, 60))) <= set(tried)
+    for teeth in (9, 13, 31, 57):
+        tau = np.cos(teeth * q + 1.0)
+        for number, seen in ((teeth, True), (teeth - 1, False), (teeth + 1, False)):
+            X = tried[number].columns(angles)[:, 0].numpy()
+            assert (((tau - X @ np.linalg.lstsq(X, tau, rcond=None)[0]) ** 2).sum() < 0.3 * (tau**2).sum()) == seen
+
+
+def test_dry_friction_has_its_level_at_a_hundredth_of_a_radian_a_second():
+    grips = {"sliding": (0.1,), "excess": (0.1,), "speed": (3.0,)}
+    for name, values in (("coulomb_friction", {"level": (0.2,)}), ("stribeck_friction", grips)):
+        tau = made(name, arm(1), 1, **values).torque(Flow(arm(1), steady([[0.0]] * 2, [[0.01], [-0.01]])))[:, 0]
+        assert_close(tau, tensor([0.2, -0.2]), rtol=0.04)
+
+
+def swept(rows=6000, step=0.002):
+    """One joint that swings with several reversals and pauses: the flow and its velocity (n,) rad/s."""
+    t = np.arange(rows) * step
+    qd = 0.8 * np.sin(2 * np.pi * 0.5 * t) * np.cos(2 * np.pi * 0.11 * t) * (np.sin(2 * np.pi * 0.2 * t) > -0.8)
+    q, qdd, still = np.cumsum(qd)[:, None] * step, np.gradient(qd, step)[:, None], np.zeros(rows)
+    return Flow(arm(1), Motion(*(tensor(x) for x in (t, q, qd[:, None], qdd, still, still)))), qd
+
+
+@pytest.mark.parametrize("bending", [0.006, 0.02])
+def test_a_contact_that_bends_before_it_slips_is_dahls(bending):
+    flow, qd = swept()
+    tau = made("coulomb_friction", arm(1), 1, level=(0.3,), bending=(bending,)).torque(flow)[:, 0].numpy()
+    z = np.zeros(len(qd))  # dz/dt = qd - |qd| z / z_0, by Euler's rule in parts of a step
+    for k in range(1, len(qd)):
+        z[k] = z[k - 1]
+        for part in range(20):
+            rate = qd[k - 1] + (part + 0.5) / 20 * (qd[k] - qd[k - 1])
+            z[k] += 0.002 / 20 * (rate - abs(rate) * z[k] / bending)
+    assert np.abs(tau - 0.3 * z / bending).max() < 0.015, "but for the width of the turn, as Dahl has it"
+    assert np.abs(tau).max() <= 0.3 * (1 + 1e-12)
+
+
+def test_a_contact_that_bends_little_is_dry_friction_and_gives_back_no_more_than_was_bent():
+    flow, qd = swept()
+    stiff, soft = (made("coulomb_friction", arm(1), 1, level=(0.3,), bending=(b,)).torque(flow)[:, 0].numpy() for b in (1e-7, 0.02))
+    plain = made("coulomb_friction", arm(1), 1, level=(0.3,)).torque(flow)[:, 0].numpy()
+    turning = np.abs(qd) > 0.02
+    np.testing.assert_allclose(stiff[turning], plain[turning], atol=5e-4)
+    work = np.cumsum(soft * qd) * 0.002
+    assert work.min() > -1e-9, "begun unbent it never gives more than it took"
+    assert np.diff(work).min() < 0, "a little of what was bent comes back"
+    still = np.flatnonzero(np.diff(qd) == 0)
+    np.testing.assert_allclose(soft[still + 1], soft[still], err_msg="at rest it stays bent")
+
+
+def test_stribeck_friction_breaks_away_high_and_slides_low():
+    effect = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.3,))
+    tau = effect.torque(Flow(arm(1), steady([[0.0]] * 3, [[0.06], [3.0], [0.3]])))[:, 0]
+    assert_close(tau, tensor([0.2 + 0.3 * np.exp(-0.04), 0.2, 0.2 + 0.3 / np.e]) * torch.tanh(tensor([12.0, 600.0, 60.0])))
+
+
+@pytest.mark.parametrize("peak", [1.2, 2.4])
+def test_the_breakaway_of_a_joint_that_grips_as_sharply_as_it_turns_is_told(peak):
+    t = np.arange(4000) * 0.005
+    qd = peak * np.sin(2 * np.pi * 0.35 * t) * np.cos(2 * np.pi * 0.06 * t)
+    tau, effect = (0.2 + 0.3 / (1 + (qd / 0.15) ** 2)) * np.sign(qd), made("stribeck_friction", arm(1), 1, tail=(1.0,))
+    fits = []
+    for speed in np.linspace(0.05, 0.3, 51):
+        X = replace(effect, speed=(speed,)).columns(Flow(arm(1), steady(np.zeros((4000, 1)), qd[:, None])))[:, 0].numpy()
+        values = np.linalg.lstsq(X, tau, rcond=None)[0]
+        fits.append((((tau - X @ values) ** 2).sum(), speed, values.sum()))
+    _, speed, breakaway = min(fits)
+    assert speed == pytest.approx(0.15, rel=0.1)
+    assert breakaway == pytest.approx(0.5, rel=0.06)
+
+
+@pytest.mark.parametrize(("tail", "grip"), [((), lambda x: np.exp(-(x**2))), ((0.0,), lambda x: np.exp(-(x**2))),
+                                            ((1e-6,), lambda x: np.exp(-(x**2))), ((0.5,), lambda x: (1 + x**2 / 2) ** -2),
+                                            ((1.0,), lambda x: 1 / (1 + x**2))])
+def test_a_grip_is_lost_as_Gauss_or_Lorentz_say_or_between_them(tail, grip):
+    effect = made("stribeck_friction", arm(1), 1, sliding=(0.2,), excess=(0.3,), speed=(0.4,), tail=tail)
+    qd = np.array([0.2, -0.4, 1.0, 2.0])
+    tau = effect.torque(Flow(arm(1), steady([[0.0]] * 4, qd[:, None])))[:, 0]
+    assert_close(tau, tensor((0.2 + 0.3 * grip(np.abs(qd) / 0.4)) * np.tanh(qd / 0.005)), rtol=1e-5)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 0.05])
+def test_a_mass_at_the_tip_or_beyond_it_is_a_point_mass_of_the_rigid_body(beyond):
+    a = arm(2, gravity_m_s2=9.81)
+    m, reach = 0.3, LINKS[1]["length_m"] + beyond
+    tau = made("payload_mass", a, mass=(m,), beyond=(beyond,)).torque(Flow(a, states(2)))
+    assert_close(tau, RigidBody((0.0, m), (0.0, m * reach), (0.0, m * reach**2)).torque(Flow(a, states(2))))
+
+
+def test_the_rotor_behind_a_belt_is_felt_by_its_own_motor_alone():
+    a = arm(2, drive={"kind": "remote", "pulley_ratio": 1.5})
+    motion = run(2)
+    for joint in (1, 2):
+        at_motors = to_drives(made("rotor_inertia", a, joint, inertia=(0.1,)).torque(Flow(a, motion)), a)
+        wanted = torch.zeros_like(at_motors)
+        wanted[:, joint - 1] = 0.1 * (motion.qdd[:, 0] + (motion.qdd[:, 1] / 1.5 if joint == 2 else 0))
+        assert_close(at_motors, wanted)
+
+
+def test_drag_at_the_tip_of_a_swinging_link():
+    tau = made("tip_drag", arm(1), drag_area=(0.01,), linear=()).torque(Flow(arm(1), steady([[0.3]], [[-2.0]])))
+    assert_close(tau, tensor([[-0.5 * 1000 * 0.01 * 4.0 * 0.55**3]]))
+
+
+def test_drag_at_the_tip_is_the_same_in_any_direction():
+    effect, a = made("tip_drag", arm(1), drag_area=(0.01,), linear=()), arm(1)
+    q = np.linspace(-3, 3, 9)[:, None]
+    tau = effect.torque(Flow(a, steady(q, 0.0, 0.0, 0.8)))[:, 0]
+    assert_close(tau, tensor(0.5 * 1000 * 0.01 * 0.64 * 0.55 * np.cos(q[:, 0])))
+
+
+@pytest.mark.parametrize(("values", "force"), [
+    ({"linear": 0.2}, lambda w, s: 0.2 * w), ({"cubic": 0.2}, lambda w, s: 0.2 * w**3), ({"taper": 0.2}, lambda w, s: 0.2 * s * w**2),
+])
+def test_other_drag_laws_of_a_swinging_link(values, force):
+    effect = made("drag_form", arm(1), **{name: (values.get(name, 0.0),) for name in ("linear", "cubic", "taper", "ends")})
+    x = np.linspace(0, 0.55, 20001)
+    tau = np.trapezoid(0.5 * 1000 * 0.07 * force(1.5 * x, 2 * x / 0.55 - 1) * x, x)  # s = -1 at the joint, 1 at the tip
+    assert_close(effect.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[tau]]), rtol=0.01)
+
+
+def test_relief_at_the_ends_leaves_an_even_flow_its_torque_and_takes_that_of_a_swing():
+    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(0.0,), ends=(-0.4,))
+    assert_close(effect.torque(Flow(arm(1), steady([[0.0]], 0.0, 0.0, 0.8))), tensor([[0.0]]), rtol=0, atol=2e-3)
+    x = np.linspace(0, 0.55, 20001)
+    law = -0.4 * (3 * (2 * x / 0.55 - 1) ** 2 - 1) / 2
+    swing = np.trapezoid(0.5 * 1000 * 0.07 * law * (1.5 * x) ** 2 * x, x)
+    assert_close(effect.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[swing]]), rtol=0.02)
+
+
+def test_of_a_link_that_only_swings_taper_and_relief_are_one_torque():
+    """int z^3 s dz = 0.15, int z^3 (3 s^2 - 1)/2 dz = 0.05: 1 of the one and -3 of the other cancel, so both may come out large."""
+    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(4.8,))
+    part = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(0.0,))
+    swings = Flow(arm(1), steady(np.zeros((9, 1)), np.linspace(-2, 2, 9)[:, None]))
+    assert float(effect.torque(swings).abs().max()) < 0.02 * float(part.torque(swings).abs().max())
+    within = {f.name: f.metadata["bounds"] for f in type(effect).parameters()}
+    assert within["ends"][1] > 4.8
+
+
+@pytest.mark.parametrize("turn", [(), (0.2,)])
+def test_a_power_law_of_the_Reynolds_number_is_seen_in_a_tow(turn):
+    effect, a = made("reynolds_drag", arm(1), slope=(0.3,), bend=(0.1,), turn=turn), arm(1)
+    u0 = 0.9
+    r = np.log10(u0 * 0.07 / 1e-6 / 3e4)
+    drag = NormalDrag((0.3 * r + 0.1 * r**2 + sum(turn) * r**3,)).torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0)))
+    assert_close(effect.torque(Flow(a, steady([[0.0]], 0.0, 0.0, u0))), drag)
+
+
+@pytest.mark.parametrize("steep", [3, 4])
+def test_a_crisis_of_drag_has_two_bends(steep):
+    """C_D falls by 0.8 about Re = 4e4, tow after tow: the cubic leaves a third of what the parabola leaves."""
+    a, u0 = arm(1), np.linspace(0.05, 1.2, 80)
+    tows = Flow(a, steady(np.zeros((80, 1)), 0.0, 0.0, u0))
+    measured = 0.8 / (1 + (u0 * 0.07 / 1e-6 / 4e4) ** steep) * 0.5 * 1000 * 0.07 * u0**2 * 0.55**2 / 2
+    left = []
+    for turn in ((0.0,), ()):
+        law = made("reynolds_drag", a, slope=(0.0,), bend=(0.0,), turn=turn)
+        X = torch.cat([law.columns(tows), NormalDrag((1.0,)).columns(tows)], dim=-1)[:, 0].numpy()
+        theta = np.linalg.lstsq(X, measured, rcond=None)[0]
+        assert all(low < value < high for value, (low, high) in zip(theta, law.linear_bounds(), strict=False)), "what physics allows"
+        left.append(np.linalg.norm(measured - X @ theta))
+    assert left[0] < left[1] / 3
+    whole = made("reynolds_drag", a, slope=(0.0,), bend=(0.0,), turn=(0.0,))
+    assert [law.linear_names() for law in whole.narrower()] == [("slope", "bend")], "the parabola is tried besides"
+
+
+def test_a_tilted_plane_pulls_as_gravity_would():
+    a = arm(2, density=0.0, gravity_m_s2=9.81)
+    level = arm(2, density=0.0)
+    motion = steady(np.random.default_rng(3).uniform(-3, 3, (20, 2)))
+    masses = [link["mass_kg"] for link in LINKS[:2]]
+    centred = [m * link["length_m"] / 2 for m, link in zip(masses, LINKS, strict=False)]
+    weight = RigidBody(masses, centred, [0.0, 0.0])
+    tilt = made("buoyancy_tilt", level, force_X=(0.0, 0.0), force_Y=tuple(-9.81 * m for m in masses))
+    assert_close(tilt.torque(Flow(level, motion)), weight.torque(Flow(a, motion)))
+    assert tilt.quantities()["direction"].value == pytest.approx(-pi / 2)
+
+
+def test_a_compliant_drive_of_a_dry_link_raises_its_inertia_with_frequency():
+    """J q'' seen through a spring k: J q'' / (1 - J w^2 / k)."""
+    a, t, w, k = arm(1, density=0.0), np.linspace(0, 8, 1601), 5.0, 40.0
+    q, qd, qdd = (tensor(x)[:, None] for x in (np.cos(w * t), -w * np.sin(w * t), -w**2 * np.cos(w * t)))
+    seen = view(a, Motion(tensor(t), q, qd, qdd, 0 * q[:, 0], 0 * q[:, 0]), "rigid")
+    J = LINKS[0]["inertia_kg_m2"] + LINKS[0]["mass_kg"] * LINKS[0]["com_m"] ** 2
+    read = made("joint_elasticity", a, 1, compliance=(1 / k,)).apply(seen)
+    inner = slice(200, -200)  # the low-pass rings at the ends
+    assert_close(read[inner], (J * qdd / (1 - J * w**2 / k))[inner], rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize(("ratio", "low", "high"), [(0.95, 1.3, 4.0), (1.0, 1.1, 2.0), (1.1, 1.0, 1.4), (2.0, 0.95, 1.05)])
+def test_a_compliant_drive_lifts_what_is_near_its_resonance_by_a_bounded_share_and_leaves_what_is_above(ratio, low, high):
+    """In closed form 1 / |1 - r^2|: 10, infinite, 4.8 at the first three; but then a recording's own ringing would be all of it."""
+    a, t, w = arm(1, density=0.0), np.linspace(0, 40, 4001), 5.0
+    q, qd, qdd = (tensor(x)[:, None] for x in (np.cos(w * t), -w * np.sin(w * t), -w**2 * np.cos(w * t)))
+    seen = view(a, Motion(tensor(t), q, qd, qdd, 0 * q[:, 0], 0 * q[:, 0]), "rigid")
+    J = LINKS[0]["inertia_kg_m2"] + LINKS[0]["mass_kg"] * LINKS[0]["com_m"] ** 2
+    read = made("joint_elasticity", a, 1, compliance=(ratio**2 / (J * w**2),)).apply(seen)
+    inner = slice(1000, -1000)
+    assert low < float(read[inner].abs().max() / seen.tau[inner].abs().max()) < high
+
+
+def test_the_drives_from_which_a_search_starts_are_the_same_behind_a_belt():
+    motion = run(2)
+    direct, belt = (made("joint_elasticity", a, 2, compliance=(1e-3,)).starts(view(a, motion))
+                    for a in (arm(2), arm(2, drive={"kind": "remote", "pulley_ratio": 1.5})))
+    for one, other in zip(direct, belt, strict=True):
+        assert one.compliance == pytest.approx(other.compliance)
+    at_rest = view(arm(2), steady([[0.2, 1.0]], [[0.0, 0.0]], 0.0, [0.7]))
+    assert made("joint_elasticity", arm(2), 2, compliance=(1e-3,)).starts(at_rest) == ()
+
+
+def test_friction_under_load_is_a_share_of_the_torque_carried():
+    a, motion = arm(1), hub_at_rest(run(1))
+    seen = view(a, motion)
+    extra = made("load_friction", a, 1, coefficient=(0.1,)).apply(seen) - seen.tau
+    assert_close(extra, 0.1 * seen.tau.abs() * torch.tanh(motion.qd / 0.02))
+
+
+def test_folding_back_changes_the_sheltered_links_drag_alone():
+    a = arm(2)
+    drag = NormalDrag((0.0, 1.0)).torque
+    effect = made("link_interference", a, 2, shelter=(-0.4,), side=(0.0,), power=(1.0,))
+    flow = Flow(a, steady([[0.2, pi], [0.2, 0.0], [0.2, pi / 2]], [[0.0, 0.0]] * 3, 0.0, [0.7, 0.7, 0.7]))
+    share = tensor([[-0.4], [0.0], [-0.2]])
+    assert_close(effect.torque(flow), share * drag(flow), rtol=2e-3, atol=1e-9)
+
+
+@pytest.mark.parametrize(("value", "interval", "text"), [
+    (0.5, (0.47, 0.53), "0.50 +- 0.03 N"), (0.5, None, "0.5 N"), (1.0, (0.2, 5.0), "1.0 N (95 %: 0.2 to 5.0)"),
+    (3.0, (3.0, 3.0), "3 +- 0 N"), (0.1234, (0.1112, 0.1356), "0.123 +- 0.012 N"), (12345.0, (8345.0, 16345.0), "12345 +- 4000 N"),
+])
+def test_numbers_are_told_with_the_figures_of_their_uncertainty(value, interval, text):
+    assert format_quantity(Quantity(value, "N"), interval) == text
+
+
+def test_the_interval_of_a_derived_quantity_follows_from_the_covariance():
+    spring = made("umbilical_stiffness", arm(1), 1, stiffness=(2.0,), preload=(-1.0,), quadratic=(), cubic=())
+    covariance = torch.tensor([[0.01, 0.002], [0.002, 0.04]], dtype=torch.float64)
+    low, high = intervals(lambda v: spring.with_linear(v).quantities(), spring.linear_values(), covariance)["rest_angle"]
+    gradient = np.array([-0.25, -0.5])  # of -preload/stiffness
+    assert (high - low) / 2 == pytest.approx(1.96 * np.sqrt(gradient @ covariance.numpy() @ gradient), rel=1e-5)
+
+
+def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():
+    a = arm(2)
+    rng = np.random.default_rng(7)
+    n = 200
+    q, qd = rng.uniform(-3, 3, (n, 2)), rng.uniform(-1, 1, (n, 2))
+    u0 = tensor(rng.uniform(-1, 1, n))
+    flow = Flow(a, Motion(tensor(np.arange(n) * 0.01), tensor(q), tensor(qd), tensor(0 * q), u0, 0 * u0))
+    L, D = np.array([link.length_m for link in a.links]), np.array([link.diameter_m for link in a.links])
+    strips = Strips.of(flow, 20)
+    for link in (0, 1):
+        share = shadowed(flow, strips, link, 10.0).numpy()
+        phi = np.cumsum(q, axis=1)
+        e = np.stack([np.cos(phi), np.sin(phi)], axis=2)  # (n, links, 2)
+        start = np.stack([np.zeros((n, 2)), L[0] * e[:, 0]], axis=1)
+        for k in range(0, n, 10):
+            for s in range(0, 20, 3):
+                x = float(strips.x[link, s])
+                normal = np.array([-e[k, link, 1], e[k, link, 0]])
+                v = float(flow.u_x[k, link]) * e[k, link] + float(strips.w[k, link, s]) * normal
+                here = start[k, link] + x * e[k, link]
+                z = np.linspace(0.1, 0.9, 161)[:, None] * L[1 - link]
+                to = start[k, 1 - link] + z * e[k, 1 - link] - here
+                beside = np.abs(to[:, 0] * v[1] - to[:, 1] * v[0]) / np.linalg.norm(v)
+                met = (beside < 0.006 * L[1 - link]) & (to @ v > 0)
+                if met.any() and D[1 - link] < 0.1 * L[1 - link]:
+                    assert share[k, s] > 0.0
+                    assert share[k, s] == pytest.approx(1 / (1 + np.linalg.norm(to[met][0]) / (10 * D[1 - link])), rel=0.35)
+
+
+def test_narrower_laws_of_drag_hold_the_columns_that_the_whole_law_has_for_them():
+    a = arm(2)
+    flow, whole = Flow(a, run(2)), made("drag_form", a)
+    every = dict(zip(whole.linear_names(), whole.columns(flow).unbind(-1), strict=True))
+    laws = whole.narrower()
+    assert [set(law.linear_names()) for law in laws] == [{"taper[1]", "taper[2]", "ends[1]", "ends[2]"}, {"taper[1]", "taper[2]"},
+                                                         {"linear", "cubic"}]
+    for law in laws:
+        for name, column in zip(law.linear_names(), law.columns(flow).unbind(-1), strict=True):
+            assert_close(column, every[name])
+        assert_close(law.with_linear(torch.ones(len(law.linear_names()))).torque(flow), law.columns(flow).sum(-1))
+        assert set(law.quantities()) == set(law.linear_names())

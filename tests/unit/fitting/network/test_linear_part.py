@@ -1,0 +1,174 @@
+"""The linear part of a learned model: the same ridge in dense form, member by member."""
+
+from types import SimpleNamespace
+
+import pytest
+import torch
+
+from nnhydro.features.strip_law import REMEMBERED, SURROUNDED
+from nnhydro.fitting.network.linear_part import CLOSED, FREE, LinearPart, _chosen_weights, _solved, linear_part
+from nnhydro.fitting.network.rows import Rows
+
+JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
+
+
+def problem(seed=1, noise=0.3, n=240):
+    """Rows and columns of a linear torque: body coefficients of about half a deviation, a law, odd features a joint."""
+    generator = torch.Generator().manual_seed(seed)
+    columns = torch.randn(n, JOINTS, SHARED + ODD, generator=generator)
+    shared, odd = torch.tensor([1.0, -0.5, 0.3, 0.4, 0.8]), torch.tensor([[0.5, -1.0], [0.0, 0.2], [1.0, 0.1]])
+    target = columns[..., :SHARED] @ shared + torch.einsum("njk,kj->nj", columns[..., SHARED:], odd)
+    target = target * torch.tensor([1.0, 1.0]) + noise * torch.randn(n, JOINTS, generator=generator)
+    parity = torch.tensor([-1.0, 1.0, -1.0, -1.0])
+    rows = Rows(torch.randn(n, 4, generator=generator), parity, torch.ones(n, JOINTS), target, torch.arange(n) % UNITS)
+    watched = torch.zeros(3, UNITS, dtype=torch.bool)
+    watched[0, 0] = watched[1, 2] = watched[2, 5] = True
+    return rows, SimpleNamespace(columns=columns, law_size=LAW, shared=SHARED, free_size=0, tiers=torch.full((LAW,), SURROUNDED)), watched
+
+
+def dense(rows, linear):
+    """The weighted columns (n joints, q) with odd features a joint each, right-hand sides, and the unit of each row."""
+    s = rows.target.double().pow(2).mean(dim=0).sqrt()
+    parts = []
+    for j in range(JOINTS):
+        A = torch.zeros(len(rows.x), SHARED + JOINTS * ODD, dtype=torch.float64)
+        A[:, :SHARED] = linear.columns[:, j, :SHARED]
+        A[:, SHARED + j * ODD:SHARED + (j + 1) * ODD] = linear.columns[:, j, SHARED:]
+        parts.append((A / s[j], rows.target[:, j].double() / s[j], rows.unit))
+    return (torch.cat(x) for x in zip(*parts, strict=True))
+
+
+def ridge(A, z, h, penalty):
+    """argmin |A theta - z|^2 + penalty sum h theta^2 over all but the stated coefficients, of which 1e-3 theta^2 is said."""
+    weight = penalty * h
+    weight[LAW:LAW + STATED] = 1e-3
+    return torch.linalg.solve(A.T @ A + torch.diag(weight), A.T @ z)
+
+
+def by_hand(rows, linear, watched):
+    """The best penalty, the members' solutions on the rows that they train on, and that of all rows."""
+    A, z, unit = dense(rows, linear)
+    h = (A**2).sum(dim=0)
+
+    def tried(penalty):
+        members, error = [], 0.0
+        for own in watched:
+            seen = own[unit]
+            members.append(ridge(A[~seen], z[~seen], h.clone(), penalty))
+            error += float(((z - A @ members[-1])[seen] ** 2).sum() / (z[seen] ** 2).sum())
+        return error, penalty, torch.stack(members), ridge(A, z, h.clone(), penalty)
+
+    first = min((tried(10.0**k) for k in range(1, -6, -1)), key=lambda pair: pair[0])
+    return min((tried(first[1] * factor) for factor in (0.316, 1.0, 3.16)), key=lambda pair: pair[0])[1:]
+
+
+@pytest.mark.parametrize("noise", [0.05, 3.0])
+def test_members_solve_on_the_rows_that_they_train_on_with_the_penalty_that_watched_rows_choose(noise):
+    rows, linear, watched = problem(noise=noise)
+    own, moved = linear_part(rows, linear, watched, STATED)
+    _, members, shown = by_hand(rows, linear, watched)
+    torch.testing.assert_close(own.shared, members[:, :SHARED], rtol=1e-4, atol=1e-5)
+    torch.testing.assert_close(own.odd, members[:, SHARED:].reshape(3, JOINTS, ODD).transpose(1, 2), rtol=1e-4, atol=1e-5)
+    torch.testing.assert_close(moved.shared.mean(dim=0), shown[:SHARED], rtol=1e-4, atol=1e-5)
+    torch.testing.assert_close(moved.odd.mean(dim=0), shown[SHARED:].reshape(JOINTS, ODD).T, rtol=1e-4, atol=1e-5)
+
+
+def test_what_is_stated_counts_where_rows_hardly_tell_the_coefficient():
+    rows, linear, watched = problem()
+    linear.columns[..., LAW] *= 2e-3  # what was asked for is now five hundred deviations away, and half of it is believed
+    own, _ = linear_part(rows, linear, watched, STATED)
+    _, members, _ = by_hand(rows, linear, watched)
+    assert 1.0 < float(members[0, LAW]) < 150.0
+    torch.testing.assert_close(own.shared, members[:, :SHARED], rtol=1e-3, atol=1e-4)
+
+
+def test_members_differ_from_their_mean_alike_in_both():
+    own, moved = linear_part(*problem(), STATED)
+    for one, other in ((own.shared, moved.shared), (own.odd, moved.odd)):
+        torch.testing.assert_close(one - one.mean(dim=0), other - other.mean(dim=0))
+        assert float((one - one.mean(dim=0)).abs().max()) > 1e-4
+        assert float((one.mean(dim=0) - other.mean(dim=0)).abs().max()) > 1e-6
+
+
+def test_more_noise_asks_for_a_larger_penalty():
+    quiet, loud = (by_hand(*problem(noise=noise))[0] for noise in (0.01, 8.0))
+    assert quiet < loud
+
+
+def test_where_nothing_can_be_watched_all_members_are_the_fit_to_all():
+    rows, linear, watched = problem()
+    own, moved = linear_part(rows, linear, watched & False, STATED)
+    A, z, _ = dense(rows, linear)
+    want = ridge(A, z, (A**2).sum(dim=0), 1e-1)
+    for part in (own, moved):
+        torch.testing.assert_close(part.shared, want[:SHARED].expand(3, -1), rtol=1e-5, atol=1e-6)
+
+
+def test_a_column_that_hardly_moves_has_no_coefficient_and_a_stated_one_keeps_what_was_stated():
+    rows, linear, watched = problem()
+    linear.columns[..., 0] = 0.0
+    linear.columns[..., LAW] *= 1e-9
+    own, _ = linear_part(rows, linear, watched, STATED)
+    assert float(own.shared[:, 0].abs().max()) == 0.0
+    assert float(own.shared[:, LAW].abs().max()) < 1e-3
+
+
+def test_a_loud_joint_counts_no_more_than_a_quiet_one():
+    rows, linear, watched = problem()
+    plain, _ = linear_part(rows, linear, watched, 0)
+    rows.target[:, 1] *= 100
+    linear.columns[:, 1] *= 100
+    louder, _ = linear_part(rows, linear, watched, 0)
+    torch.testing.assert_close(louder.shared, plain.shared, rtol=1e-4, atol=1e-5)
+
+
+def test_the_torque_of_the_linear_part_is_that_of_its_columns():
+    part = LinearPart(torch.randn(3, SHARED).double(), torch.randn(3, ODD, JOINTS).double(), torch.zeros(3, 0, JOINTS).double(), False)
+    columns = torch.randn(7, JOINTS, SHARED + ODD).double()
+    tau = part.of(columns)
+    assert tau.shape == (7, 3, JOINTS)
+    for e in range(3):
+        for j in range(JOINTS):
+            want = columns[:, j, :SHARED] @ part.shared[e] + columns[:, j, SHARED:] @ part.odd[e, :, j]
+            torch.testing.assert_close(tau[:, e, j], want)
+
+
+@pytest.mark.parametrize("joints", [1, 2, 3])
+@pytest.mark.parametrize("odd", [0, 4])
+def test_joint_by_joint_the_whole_system_is_solved(joints, odd):
+    rows = torch.randn(200, 5 + joints * odd, generator=torch.Generator().manual_seed(1)).double()
+    for j in range(joints):
+        rows[j * (200 // joints):(j + 1) * (200 // joints), 5:5 + j * odd] = 0.0
+        rows[j * (200 // joints):(j + 1) * (200 // joints), 5 + (j + 1) * odd:] = 0.0
+    rows = rows[:joints * (200 // joints)]
+    A, b = rows.T @ rows + 0.1 * torch.eye(rows.shape[1]).double(), torch.randn(rows.shape[1]).double()
+    torch.testing.assert_close(_solved(A, b, 5, joints), torch.linalg.solve(A, b))
+
+
+def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
+    def left(weights):
+        gain = {REMEMBERED: 0.5, SURROUNDED: 0.99, FREE: 0.5}  # of the error, at the right weight of 1e-2
+        total = 1.0
+        for tier, value in gain.items():
+            if weights[tier] < CLOSED:
+                total *= value * (1 + 0.01 * abs(torch.tensor(weights[tier] / 1e-2).log10().item()))
+        return total
+
+    weights = _chosen_weights(left, (REMEMBERED, SURROUNDED, FREE))
+    assert weights[REMEMBERED] == pytest.approx(1e-2)
+    assert weights[SURROUNDED] == CLOSED, "one per cent is not worth it"
+    assert weights[FREE] == pytest.approx(1e-2)
+
+
+def test_free_functions_are_learned_where_the_mirror_does_not_hold_and_left_out_where_it_does():
+    rows, linear, watched = problem(noise=0.05)
+    generator = torch.Generator().manual_seed(3)
+    free = torch.randn(len(rows.x), 1, 2, generator=generator).expand(-1, JOINTS, -1)
+    wide = SimpleNamespace(columns=torch.cat([linear.columns, free], dim=2), law_size=LAW, shared=SHARED, free_size=2, tiers=linear.tiers)
+    _, none = linear_part(rows, wide, watched, STATED)
+    assert not none.open
+    assert not none.free.any()
+    rows.target.add_(free @ torch.tensor([2.0, -1.0]))
+    _, found = linear_part(rows, wide, watched, STATED)
+    assert found.open
+    torch.testing.assert_close(found.free.mean(dim=0), torch.tensor([[2.0, 2.0], [-1.0, -1.0]]).double(), rtol=0.0, atol=0.05)

@@ -1,0 +1,176 @@
+"""What the user knows beforehand is used: friction and rotor inertia in arm.yaml, the model of a run in air, units that are stated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from campaigns import GIVEN, campaign, planted, recording, sensor_torque, write_csv, write_folder
+from rigs import arm, assert_close
+from rigs import run as motion
+
+from nnhydro.cli.main import run
+from nnhydro.effects.rotor_inertia import RotorInertia
+from nnhydro.errors import ArmError, ModelError
+from nnhydro.fitting.dry_model import calibrated_in_water, identify_in_water, in_water
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.linear.prior import prior
+from nnhydro.models.baselines import BASELINES
+from nnhydro.models.seen import seen_by
+from nnhydro.models.storage import load_model, save_model
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.loads.drive_inertia import DriveInertia
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
+from nnhydro.physics.motion import Motion
+from nnhydro.recordings.arm import parse_arm
+from nnhydro.recordings.campaign import Campaign, open_campaign
+from nnhydro.recordings.filtering.preprocessing import prepare
+from nnhydro.recordings.splitting import units
+from nnhydro.recordings.survey import survey
+
+FRICTION = [{"coulomb_Nm": 0.3, "viscous_Nm_s": 0.2, "known_to": 0.2}, {"coulomb_Nm": 0.1, "known_to": 0.2}]
+DRIVE = {"kind": "direct", "rotor_inertia_kg_m2": [0.05, 0.02], "known_to": 0.2}
+
+
+def stated(links=2, **keys):
+    return arm(links, friction=FRICTION[:links], **keys)
+
+
+def rubbing(a, level=(0.33, 0.09), b=(0.17, 0.0)):
+    return planted(a).plus("c", CoulombTerm(level[:a.n_links], 0.005)).plus("v", ViscousTerm(b[:a.n_links]))
+
+
+@pytest.mark.parametrize("name", sorted(BASELINES))
+def test_every_baseline_holds_what_arm_yaml_states(name):
+    a = arm(2, friction=FRICTION, drive=DRIVE)
+    loads = BASELINES[name].start(a)
+    assert loads.terms["stated_coulomb_friction"].level == (0.3, 0.1)
+    assert loads.terms["stated_viscous_friction"].b == (0.2, 0.0)
+    assert loads.terms["stated_drive_inertia"].inertia == (0.05, 0.02)
+    assert not [key for key in BASELINES[name].start(arm(2)).terms if key.startswith("stated_")]
+
+
+def test_a_stated_friction_is_calibrated_within_what_is_known_of_it():
+    a = stated()
+    whole = campaign(a, rubbing(a), 4, noise=0.01)
+    found = identify(whole, "constant").fit["parameters"]
+    assert found["stated_coulomb_friction.level[1]"]["value"] == pytest.approx(0.33, abs=0.02)
+    assert found["stated_viscous_friction.b[1]"]["value"] == pytest.approx(0.17, abs=0.02)
+    assert found["stated_viscous_friction.b[2]"]["note"] == "known exactly beforehand"
+    exact = stated().model_copy(update={"friction": tuple(f.model_copy(update={"known_to": 0.0}) for f in a.friction)})
+    held = identify(Campaign.of(exact, list(whole.recordings())), "constant").fit["parameters"]
+    assert held["stated_coulomb_friction.level[1]"]["value"] == 0.3
+
+
+@pytest.mark.parametrize("keys", [{"friction": [{"coulomb_Nm": 0.4, "viscous_Nm_s": 0.3, "known_to": 0.25}]},
+                                  {"drive": {"kind": "direct", "rotor_inertia_kg_m2": [0.08], "known_to": 0.25}}])
+def test_the_prior_of_a_stated_value_is_as_wide_as_it_is_known(keys):
+    a = arm(1, **keys)
+    loads = Loads({name: term for name, term in BASELINES["rigid"].start(a).terms.items() if name.startswith("stated_")})
+    before = prior(loads, a)
+    np.testing.assert_allclose(np.diag(before.F), 0.25 * before.mean)
+    assert (before.mean + before.F @ before.lowest >= -1e-12).all()
+
+
+def test_recordings_that_say_nothing_of_friction_leave_it_as_stated():
+    a = stated(1)
+    r = recording(a, rubbing(a), seconds=3.0)
+    still = replace(r, q=0 * r.q + 0.3, qd=0 * r.qd, qdd=0 * r.qdd, u0=0.4 + 0.1 * np.sin(r.t), du0=0.1 * np.cos(r.t))
+    (segment,) = prepare(still, GIVEN)
+    still = replace(still, tau=sensor_torque(a, planted(a), Motion.of(segment)))
+    found = identify(Campaign.of(a, [still, replace(still, name="b")]), "constant").fit["parameters"]
+    assert found["stated_coulomb_friction.level[1]"]["value"] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("drive", ["direct", {"kind": "remote", "pulley_ratio": 1.5}])
+def test_a_stated_rotor_inertia_is_that_of_the_catalogue(drive):
+    a, at = arm(2, drive=drive), motion(2)
+    inner = RotorInertia((0.05,), joint=1).columns(Flow(a, at))[..., 0] * 0.05
+    other = RotorInertia((0.02,), joint=2).columns(Flow(a, at))[..., 0] * 0.02
+    assert_close(DriveInertia((0.05, 0.02)).torque(Flow(a, at)), inner + other)
+
+
+@pytest.mark.parametrize(("keys", "words"), [
+    ({"friction": [{"coulomb_Nm": 0.1}]}, "friction has 1 entries for 2 joints"),
+    ({"friction": [{"coulomb": 0.1}, {}]}, "unknown key 'friction\\[0\\].coulomb': did you mean 'coulomb_N"),
+    ({"friction": [{"coulomb_N": 0.1}, {}]}, "rename coulomb_N"),
+    ({"drive": {"kind": "direct", "rotor_inertia_kg_m2": [0.1]}}, "rotor_inertia_kg_m2 has 1 entries"),
+    ({"friction": [{"coulomb_Nm": -0.1}, {}]}, "friction\\[0\\]")])
+def test_a_statement_that_does_not_fit_is_refused(keys, words):
+    with pytest.raises(ArmError, match=words):
+        parse_arm({**arm(2).document(), **keys}, "arm.yaml")
+
+
+def test_a_statement_survives_the_model_file(tmp_path):
+    a = stated()
+    model = identify(campaign(a, rubbing(a), 2, noise=0.01), "constant")
+    assert load_model(save_model(model, tmp_path / "m")).arm == a
+
+
+# a run in air as the baseline of one in water
+
+@pytest.fixture(scope="module")
+def dry_model():
+    a = arm(2, friction=[{"coulomb_Nm": 0.25, "viscous_Nm_s": 0.2, "known_to": 0.5}, {"coulomb_Nm": 0.12, "known_to": 0.5}])
+    dry = a.model_copy(update={"fluid": a.fluid.model_copy(update={"density_kg_m3": 0.0})})
+    return a, identify(campaign(dry, rubbing(dry), 6, noise=0.005), "rigid")
+
+
+def slow_and_wet(a):
+    """Slow tows: they say little of friction."""
+    return campaign(a, rubbing(a), 3, noise=0.02, highest=0.25)
+
+
+def test_friction_found_in_air_is_held_in_water_where_the_recordings_say_little(dry_model):
+    _, dry = dry_model
+    whole = slow_and_wet(arm(2))
+    model = identify_in_water(whole, dry, "constant")
+    found = model.fit["parameters"]
+    for key, value in (("stated_coulomb_friction.level[1]", 0.33), ("stated_viscous_friction.b[1]", 0.17)):
+        assert found[key]["value"] == pytest.approx(value, rel=0.06)
+    assert found["normal_drag.C_D[2]"]["value"] == pytest.approx(1.3, rel=0.1)
+    alone = identify(whole, "constant").fit["parameters"]
+    assert abs(alone["normal_drag.C_D[2]"]["value"] - 1.3) > abs(found["normal_drag.C_D[2]"]["value"] - 1.3)
+
+
+def test_a_model_on_a_dry_one_has_seen_the_recordings_of_both(dry_model):
+    _, dry = dry_model
+    whole = slow_and_wet(arm(2))
+    model = calibrated_in_water(dry, units(whole, whole.plan()), whole.arm, whole.plan())
+    assert seen_by(model) == seen_by(dry) | {whole.content(name) for name in whole.names}
+    assert {"rigid_body", "normal_drag", "added_mass", "stated_coulomb_friction"} <= set(model.loads.terms)
+
+
+def test_what_is_no_dry_model_of_this_arm_is_refused(dry_model):
+    wet, dry = dry_model
+    for model, where, words in ((replace(dry, arm=wet), arm(2), "was made in water"), (dry, dry.arm, "without water itself"),
+                                (dry, arm(1), "is of 2 joint")):
+        with pytest.raises(ModelError, match=words):
+            in_water(model, where, [])
+
+
+def test_the_command_takes_a_dry_model(dry_model, tmp_path, capsys):
+    _, dry = dry_model
+    save_model(dry, tmp_path / "dry")
+    folder = write_folder(slow_and_wet(arm(2)), tmp_path / "wet")
+    assert run(["identify", str(folder), "--dry", str(tmp_path / "dry"), "--out", str(tmp_path / "m")]) == 0
+    assert "constant on rigid" in capsys.readouterr().out
+    assert "stated_coulomb_friction" in load_model(tmp_path / "m").loads.terms
+
+
+# units that are stated are believed
+
+def spinning(tmp_path, mapping):
+    a = arm(1, 0.0)
+    t = np.arange(400) / 100
+    write_csv(tmp_path / "recordings" / "spin.csv", {"t_s": t, "theta": 40 * t, "tau1_Nm": 0.1 + 0.01 * np.sin(t)})
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump(a.document()))
+    (tmp_path / "columns.yaml").write_text(f"columns: {{q1_rad: {mapping}}}\n")
+    return [x.check for x in survey(open_campaign(tmp_path)).oddities]
+
+
+def test_a_shaft_that_spins_is_not_in_degrees_where_its_unit_is_stated(tmp_path):
+    assert "degrees" in spinning(tmp_path / "guessed", "theta")
+    assert "degrees" not in spinning(tmp_path / "stated", "{from: theta, unit: rad}")

@@ -1,0 +1,65 @@
+"""Torques in another unit are told by the physics, with the line that maps them; nobody else is accused."""
+
+from dataclasses import replace
+
+import pytest
+from campaigns import campaign, dry, planted
+from rigs import arm
+
+from nnhydro.fitting.physical_survey import survey_with_physics
+from nnhydro.fitting.torque_unit import judged_units, torque_unit
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.recordings.campaign import Campaign
+
+A = arm(2)
+
+
+def whole(a=A, loads=None):
+    return campaign(a, (planted(a) if loads is None else loads).plus("c", CoulombTerm((0.2, 0.1)[:a.n_links])), 3, noise=0.05,
+                    seconds=4.0, rate=50.0)
+
+
+def written_in(unit, c):
+    return Campaign.of(c.arm, [replace(r, tau=r.tau / unit) for r in c.recordings()])
+
+
+@pytest.mark.parametrize(("unit", "name"), [(1e-3, "mN m"), (1e-2, "N cm"), (1e3, "kN m"), (9.80665, "kgf m"),
+                                           (0.1129848, "lbf in or kgf cm")])
+def test_the_unit_of_the_torques_is_told(unit, name):
+    c = written_in(unit, whole())
+    found = torque_unit(c, c.plan())
+    assert f"seem to be in {name}" in found.what
+    first = name.partition(" or ")[0]
+    assert f"'tau1_Nm: {{from: tau1_Nm, unit: {first}}}'" in found.remedy
+
+
+@pytest.mark.parametrize("a", [A, arm(1), arm(2, 0.0, gravity_m_s2=9.81)], ids=["two links", "one link", "in air, upright"])
+def test_torques_in_newton_metres_are_left_alone(a):
+    c = whole(a, dry(a) if a.dry else None)
+    assert torque_unit(c, c.plan()) is None
+
+
+def test_a_unit_that_the_user_states_is_believed():
+    c = written_in(1e-3, whole())
+    stated = Campaign.of(A, [replace(r, origin=replace(r.origin, stated=("tau1_Nm",))) for r in c.recordings()])
+    assert torque_unit(stated, c.plan()) is None
+
+
+def test_torques_that_no_unit_explains_accuse_nobody():
+    c = whole()
+    odd = Campaign.of(A, [replace(r, tau=300 * r.tau[::-1]) for r in c.recordings()])
+    assert torque_unit(odd, c.plan()) is None
+
+
+def test_a_unit_changes_the_likelihood_by_its_jacobian_alone():
+    """The same campaign in mN m gives the likelihood of mN m that it gave of N m, but for the width of the numbers themselves."""
+    c = whole()
+    here, there = judged_units(c, c.plan()), judged_units(written_in(1e-3, c), c.plan())
+    assert there["mN m"].error == pytest.approx(here[""].error, rel=1e-6)
+    assert there["mN m"].likelihood > there[""].likelihood + 100
+    assert here[""].likelihood > here["mN m"].likelihood + 100
+
+
+def test_check_says_it_once():
+    c = written_in(1e-3, whole(arm(1)))
+    assert [oddity.check for oddity in survey_with_physics(c).oddities if oddity.severity == "warning"] == ["torque_unit"]

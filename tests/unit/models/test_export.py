@@ -1,0 +1,232 @@
+"""An exported model gives, in onnxruntime and step by step, the torques of the model; what a step cannot carry is refused."""
+
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import onnxruntime
+import pytest
+import torch
+from campaigns import GIVEN, TINY, campaign, planted, recording
+from rigs import arm, run, states
+
+from nnhydro.errors import ConfigError, MissingExtraError, ModelError
+from nnhydro.features.wake import STATES, STRIPS
+from nnhydro.fitting.network.train import train
+from nnhydro.models.export.expressions import Program
+from nnhydro.models.export.onnx_file import export_onnx, record, run_steps
+from nnhydro.models.export.onnx_graph import onnx_model
+from nnhydro.models.export.step import Step
+from nnhydro.models.export.tracing import traced
+from nnhydro.models.prediction import predict
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.axial_drag import AxialDrag
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.loads.history_force import HistoryForce
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.travel.state_model import state_loads
+
+ROUND_OFF = 1e-12  # of the torque: sums in another order
+SAME = 1e-6  # of the rms torque, what a controller is promised
+
+
+def session(path_or_bytes):
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(path_or_bytes, options, providers=["CPUExecutionProvider"])
+
+
+def theory(a, loads=None):
+    return StripTheory(a, GIVEN, {}, "constant", planted(a) if loads is None else loads)
+
+
+def relative(got, want):
+    return float(np.abs(np.asarray(got) - np.asarray(want)).max() / np.sqrt((np.asarray(want) ** 2).mean()))
+
+
+def fed(exported, motion, dtype=np.float64):
+    """Outputs of an exported model for the rows of a motion, one call a row, the memory handed on as the sidecar says."""
+    names = [x.name for x in exported.get_inputs()]
+    columns = {k: getattr(motion, k).numpy() for k in ("q", "qd", "qdd", "u0", "du0")}
+    wake, t, found = None, motion.t.numpy(), []
+    if "wake" in names:
+        wake = np.zeros(next(x.shape for x in exported.get_inputs() if x.name == "wake"), dtype)
+    for row in range(len(t)):
+        begin = 1e9 if columns["u0"][0] != 0 else 0.0
+        given = {k: np.atleast_1d(x[row]) for k, x in columns.items()} | {"dt": np.array([t[row] - t[row - 1] if row else begin])}
+        given |= {} if wake is None else {"wake": wake}
+        out = dict(zip([x.name for x in exported.get_outputs()],
+                       exported.run(None, {k: v.astype(dtype) for k, v in given.items() if k in names}), strict=True))
+        wake = out.pop("wake_next", None)
+        found.append(out)
+    return {k: np.stack([row[k] for row in found]) for k in found[0]}
+
+
+@pytest.fixture(scope="module")
+def hybrid():
+    a = arm(2)
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)  # a truth that the baseline cannot hold
+
+
+@pytest.fixture(scope="module")
+def exported(hybrid, tmp_path_factory):
+    path = tmp_path_factory.mktemp("exported") / "hybrid.onnx"
+    return export_onnx(hybrid, path, digest="abc"), path
+
+
+OPERATIONS = {
+    "arithmetic": lambda x: (2 - x) * x / (x.abs() + 1) + x**2 - x**3 + x**4 / 3 + 1 / (2 + x**2) - (-x),
+    "powers": lambda x: (x.abs() + 0.1) ** 0.5 + (x.abs() + 1) ** -1.5 + 2.0**x + torch.rsqrt(x.abs() + 1),
+    "functions": lambda x: torch.tanh(x) + torch.sin(x) * torch.cos(x) + torch.exp(x) + torch.log10(1 + x.abs()) + torch.sigmoid(x),
+    "bounds": lambda x: torch.minimum(x.clamp(min=-0.5), x * 2) + torch.maximum(x, -x) + x.clamp(-0.2, 0.3) + x.clamp(max=0.1),
+    "comparisons": lambda x: torch.where((x > 0) & (x <= 1), x, -x) + (x != 0) * x + torch.sign(x) + torch.where(x == 0, x, 2 * x),
+    "sums": lambda x: x.sum(0, keepdim=True) + x.mean(1, keepdim=True) + x.cumsum(1) + x.std(dim=0) + x.amax(1, keepdim=True),
+    "products": lambda x: x @ x.T @ x + torch.einsum("ij,kj->ik", x, x) @ x + torch.bmm(x[None], x.T[None])[0] @ x,
+    "shapes": lambda x: torch.cat([x.flip(0), x[1:, :]]).T.reshape(-1)[:9].view(3, 3) + torch.stack([x[0], x[2], x[1]]) + x.expand(3, 3),
+    "indices": lambda x: x[torch.tensor([2, 0, 1])] + x[:, torch.tensor([1, 1, 0])],
+    "complex": lambda x: (torch.exp(1j * x) * (x + 2j * x) / (1 + 1j * x)).imag + torch.exp(1j * x).real * (x + 1j * x).abs(),
+    "lengths": lambda x: torch.hypot(x, x + 1) + torch.hypot(torch.ones_like(x), x / 3),
+}
+
+
+def in_place(x):
+    y = torch.zeros(3, 4, dtype=torch.float64)
+    y[:, 1] = x[:, 0]
+    y[0, 2:] += x[0, :2]
+    y.mul_(2)
+    return y[:, :3] + x.clone().fill_(1.5)
+
+
+@pytest.mark.parametrize("function", [*OPERATIONS.values(), in_place], ids=[*OPERATIONS, "in place"])
+def test_what_torch_does_is_recorded_exactly(function):
+    g = torch.Generator().manual_seed(1)
+    first, *others = (torch.randn(3, 3, generator=g, dtype=torch.float64) for _ in range(6))
+    program, (values,) = traced(lambda x: (function(x),), [first])
+    got = program.evaluate(list(values.ravel()), np.stack([x.numpy().ravel() for x in others]))
+    for row, x in zip(got, others, strict=True):
+        np.testing.assert_allclose(row, function(x).numpy().ravel(), rtol=1e-12, atol=1e-13)
+    made = session(onnx_model(program, {"x": (3, 3)}, {"y": values}, np.float64, 18, {}).SerializeToString())
+    for x in others:
+        np.testing.assert_allclose(made.run(None, {"x": x.numpy()})[0], function(x).numpy(), rtol=1e-12, atol=1e-13)
+
+
+def test_an_operation_without_a_rule_is_named():
+    with pytest.raises(ModelError, match="cummax"):
+        traced(lambda x: (x.cummax(0).values,), [torch.ones(2, dtype=torch.float64)])
+
+
+def test_equal_products_are_made_once_and_constants_folded():
+    program = Program(2)
+    a, b = program.input(0), program.input(1)
+    assert program.mul(a, b).key == program.mul(b, a).key
+    assert program.apply("tanh", 0.0) == 0.0
+    assert len(program.atoms) == 3
+
+
+@pytest.mark.parametrize("keys", [{}, {"gravity_m_s2": 9.81}, {"drive": {"kind": "remote", "pulley_ratio": 1.5}},
+                                  {"gear": {"ratio": 5.0, "efficiency": 0.8, "torque_at": "motor"}}],
+                         ids=["plain", "upright", "belt", "gear"])
+@pytest.mark.parametrize("links", [1, 2, 3])
+def test_a_physics_model_is_exported_exactly(links, keys, tmp_path):
+    if links != 2 and "drive" in keys:
+        pytest.skip("a belt drives two links")
+    a = arm(links, **keys)
+    friction = CoulombTerm((0.05,) * links)
+    model = theory(a, planted(a).plus("friction", friction).plus("axial", AxialDrag((0.03,) * links)))
+    told = export_onnx(model, tmp_path / "m.onnx")
+    motion = states(links, 30)
+    assert relative(fed(session(tmp_path / "m.onnx"), motion)["tau"], model.torque(motion)) < ROUND_OFF
+    assert [x["name"] for x in told["inputs"]] == ["q", "qd", "qdd", "u0", "du0"]
+    assert told["memory"] is None
+
+
+def test_a_hybrid_gives_in_onnxruntime_what_predict_gives_for_a_whole_recording(hybrid, exported):
+    _, path = exported
+    for speed in (0.0, 0.4):
+        r = recording(hybrid.arm, planted(hybrid.arm), seed=9, seconds=2.0, rate=50.0, speed=speed)
+        wanted = predict(hybrid, r)
+        zero = np.zeros(len(r))
+        carriage = (zero, zero) if r.u0 is None else (r.u0, r.du0)
+        motion = Motion(*(torch.from_numpy(np.array(x)) for x in (r.t, r.q, r.qd, r.qdd, *carriage)))
+        got = fed(session(path), motion)
+        assert relative(got["tau"], wanted.tau) < SAME
+        assert relative(got["std"], wanted.std) < SAME
+
+
+def test_the_memory_matters(hybrid, exported):
+    motion = run(2)
+    forgetful = replace(motion, steady=True)
+    got = fed(session(exported[1]), motion)["tau"]
+    assert relative(got, hybrid.torque(motion)) < SAME
+    assert relative(got, hybrid.torque(forgetful)) > 1e-3
+
+
+@pytest.mark.slow
+def test_single_precision_is_close(hybrid, tmp_path):
+    export_onnx(hybrid, tmp_path / "h.onnx", "single")
+    got = fed(session(tmp_path / "h.onnx"), run(2), np.float32)["tau"]
+    assert relative(got, hybrid.torque(run(2))) < 1e-4
+
+
+def test_the_sidecar_says_how_to_feed_it(exported):
+    told, path = exported
+    assert json.loads((path.parent / "hybrid.onnx.json").read_text()) == told
+    assert told["schema"] == "nnhydro/onnx/1"
+    assert told["model_digest"] == "abc"
+    wake = {x["name"]: x for x in told["inputs"]}["wake"]
+    assert (wake["shape"], wake["unit"]) == ([STATES, 2, STRIPS], "m/s")
+    assert "dt = 1e9" in told["memory"]
+    assert told["checked"]["relative_deviation_in_double"]["along_runs"] < 1e-9
+    assert json.loads(session(path).get_modelmeta().custom_metadata_map["nnhydro"]) == told
+
+
+def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
+    import onnx
+
+    graph = onnx.load(exported[1]).graph
+    assert sum(int(np.prod(x.dims)) for x in graph.initializer) < 250_000
+
+
+@pytest.mark.parametrize("loads", [lambda a: state_loads(a), lambda a: planted(a).plus("history", HistoryForce((1.0, 1.0)))],
+                         ids=["travel", "history"])
+def test_a_model_that_remembers_more_than_the_wake_is_refused(loads):
+    with pytest.raises(ModelError, match="of the motion before"):
+        record(theory(arm(2), loads(arm(2))))
+
+
+class InNumpy(TorqueModel):
+    """A model that leaves torch on the way."""
+
+    def torque(self, motion):
+        return torch.from_numpy(NormalDrag((1.0, 1.0)).torque(Flow(self.arm, motion)).numpy().copy())
+
+    def document(self):
+        return {}
+
+
+def test_a_model_that_computes_outside_torch_is_refused():
+    with pytest.raises(ModelError, match="outside torch"):
+        record(InNumpy(arm(2), GIVEN, {}))
+
+
+def test_stepping_is_the_run_row_by_row(hybrid):
+    assert relative(run_steps(Step(hybrid, True), run(2)), hybrid.torque(run(2))) < ROUND_OFF
+
+
+def test_without_the_library_the_pip_command_is_named(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    with pytest.raises(MissingExtraError, match=r"nnhydro\[onnx\]"):
+        export_onnx(theory(arm(1)), tmp_path / "m.onnx")
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_precision_and_a_folder_are_refused(tmp_path):
+    with pytest.raises(ConfigError, match="double, single"):
+        export_onnx(theory(arm(1)), tmp_path / "m.onnx", "half")
+    with pytest.raises(ConfigError, match="is a folder"):
+        export_onnx(theory(arm(1)), tmp_path)

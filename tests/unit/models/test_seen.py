@@ -1,0 +1,198 @@
+"""What a model has seen is known recording by recording, whatever the file is called, and through every baseline it stands on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import TINY, campaign, columns_of, planted, recording, steady_table, write_folder
+from rigs import arm
+
+from nnhydro.errors import CampaignError, ConfigError
+from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.fitting.identify import identify
+from nnhydro.fitting.network.train import train
+from nnhydro.models.seen import SEEN, seen_by, seen_campaign, unseen_units
+from nnhydro.models.storage import load_model, save_model
+from nnhydro.recordings.campaign import Campaign, open_campaign
+from nnhydro.recordings.content_hash import content_sha256, exact, marks, steady_sha256
+from nnhydro.recordings.repeats import copied_recordings, noise_floor
+from nnhydro.recordings.splitting import units
+
+A = arm(1)
+
+
+def runs(numbers, prefix="run"):
+    return [recording(A, planted(A), f"{prefix}{k}", seed=k, seconds=2.0, rate=50.0, noise=0.02) for k in numbers]
+
+
+def contents(recordings):
+    return frozenset(content_sha256(r) for r in recordings)
+
+
+def test_the_content_knows_nothing_of_name_filter_and_derived_rates():
+    (r,) = runs([1])
+    assert content_sha256(replace(r, name="other", qd=None, qdd=None)) == content_sha256(r)
+
+
+@pytest.mark.parametrize("channel", ["t", "q", "tau"])
+def test_the_content_changes_with_one_sample_of_any_channel(channel):
+    (r,) = runs([1])
+    x = getattr(r, channel).copy()
+    x.flat[-1] += 1e-9
+    assert content_sha256(replace(r, **{channel: x})) != content_sha256(r)
+
+
+def test_a_file_that_was_renamed_or_written_in_another_format_is_known(tmp_path):
+    import pandas as pd
+
+    folder = write_folder(Campaign.of(A, runs([1, 2])), tmp_path / "c")
+    before = {open_campaign(folder).content(name) for name in ("run1", "run2")}
+    (folder / "recordings" / "run1.csv").rename(folder / "recordings" / "z.csv")
+    r = open_campaign(folder).load("run2")
+    frame = pd.DataFrame(columns_of(r))
+    (folder / "recordings" / "run2.csv").unlink()
+    frame.to_parquet(folder / "recordings" / "again.parquet")
+    whole = open_campaign(folder)
+    assert {whole.content(name) for name in whole.names} == before
+
+
+def test_a_table_with_one_steady_run_more_is_known_but_for_that_run():
+    table = steady_table(A, planted(A), rows=6)
+    assert set(steady_sha256(table.rows(np.arange(6) < 5))) == set(steady_sha256(table)[:5])
+
+
+@pytest.mark.parametrize("kind", ["constant", "network", "hybrid"])
+def test_a_stored_model_says_every_recording_that_its_fit_has_seen(kind, tmp_path):
+    whole = Campaign.of(A, runs(range(1, 5)), (steady_table(A, planted(A), rows=5),))
+    model = identify(whole, "constant") if kind == "constant" else train(whole, TINY.model_copy(update={"model": kind}))
+    loaded = load_model(save_model(model, tmp_path / "m"))
+    assert seen_by(loaded) == contents(whole.recordings()) | set(steady_sha256(whole.steady[0]))
+
+
+def test_a_hybrid_has_seen_what_its_baseline_has_seen(tmp_path):
+    base = save_model(identify(Campaign.of(A, runs([1, 2, 3])), "constant"), tmp_path / "base")
+    config = TINY.model_copy(update={"model": "hybrid", "baseline": str(base)})
+    model = train(Campaign.of(A, runs([4, 5, 6])), config)
+    assert seen_by(model) == contents(runs(range(1, 7)))
+
+
+def test_what_is_not_fitted_has_seen_nothing():
+    assert seen_by(identify(Campaign.of(A, runs([1, 2])), "textbook")) == frozenset()
+
+
+def test_a_model_whose_baseline_says_nothing_says_nothing_either():
+    base = identify(Campaign.of(A, runs([1, 2])), "constant")
+    assert seen_campaign(Campaign.of(A, runs([3])), replace(base, fit={})) is None
+    assert exact(seen_campaign(Campaign.of(A, runs([3])), base)) == contents(runs([1, 2, 3]))
+    assert seen_by(replace(base, fit={})) is None
+
+
+def test_the_units_that_are_honest_for_a_model():
+    model = identify(Campaign.of(A, runs([1, 2, 3])), "constant")
+    mixed = Campaign.of(A, runs([3, 4, 5], "renamed"))
+    every = units(mixed, mixed.plan())
+    assert [unit.name for unit in unseen_units(model, every)] == ["renamed4", "renamed5"]
+    assert unseen_units(replace(model, fit={}), every) == ()
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    return save_model(identify(Campaign.of(A, runs([1, 2, 3])), "constant"), tmp_path_factory.mktemp("m") / "first")
+
+
+def test_a_renamed_arm_and_one_recording_more_do_not_make_recordings_new(fitted):
+    """The old guard compared one sha256 of the whole campaign: this campaign passed as new."""
+    other = A.model_copy(update={"name": "another name"})
+    result = benchmark(Campaign.of(other, runs([1, 2, 3, 4, 5], "x")), ["constant", str(fitted)], 3)
+    assert set(result.standings["first"].misfit) == set(result.standings["constant"].misfit) == {"x4", "x5"}
+    assert result.document()["seen_before"] == {"first": ["x1", "x2", "x3"]}
+    assert "Not compared on 3 recordings that first had seen before: x1, x2, x3." in result.verdict()
+
+
+def test_a_campaign_that_the_model_has_seen_whole_is_refused(fitted):
+    with pytest.raises(CampaignError, match=r"first: has seen 3 of the 3 recordings here in its own fit"):
+        benchmark(Campaign.of(A, runs([3, 2, 1], "y")), [str(fitted)], 3)
+
+
+def test_a_model_that_does_not_say_what_it_has_seen_is_refused(tmp_path):
+    silent = replace(identify(Campaign.of(A, runs([1, 2])), "constant"), fit={})
+    folder = save_model(silent, tmp_path / "silent")
+    with pytest.raises(ConfigError, match="does not say which recordings it has seen"):
+        benchmark(Campaign.of(A, runs([4, 5, 6])), [str(folder)], 3)
+    assert SEEN not in load_model(folder).fit
+
+
+def test_new_recordings_are_compared_as_ever(fitted):
+    result = benchmark(Campaign.of(A, runs([7, 8, 9])), [str(fitted)], 3)
+    assert len(result.standings["first"].misfit) == 3
+    assert "Not compared" not in result.verdict()
+
+
+def nonsense(count=4):
+    """Recordings whose torques have nothing to do with the motion."""
+    rng = np.random.default_rng(1)
+    return Campaign.of(A, [replace(r, tau=rng.standard_normal(r.tau.shape)) for r in runs(range(1, count + 1))])
+
+
+def test_where_nobody_explains_the_torques_the_verdict_says_so_and_sends_to_the_diagnosis():
+    result = benchmark(nonsense(), ["constant", "textbook"], 2)
+    assert result.verdict().startswith("No model explains these torques")
+    assert "times better" not in result.verdict()
+    assert result.following("c") == "nnhydro diagnose c --out diagnosis   (what is missing?)"
+
+
+def test_where_the_physics_wins_the_next_command_makes_that_model():
+    result = benchmark(campaign(A, planted(A), 4, noise=0.01, seconds=2.0, rate=50.0), ["constant", "textbook"], 2)
+    assert "times better than textbook" in result.verdict()
+    assert result.following("c").startswith("nnhydro identify c --model constant --out my_model")
+
+
+def test_two_models_that_are_alike_are_not_told_as_better():
+    whole = campaign(A, planted(A), 4, noise=0.2, seconds=2.0, rate=50.0)
+    result = benchmark(whole, ["constant", "rigid"], 2)
+    result.standings["rigid"] = replace_standing(result.standings["constant"], "rigid")
+    assert "no better than" in result.verdict()
+
+
+def replace_standing(standing, name):
+    return type(standing)(name, standing.by_fold, standing.fit_s, standing.models)
+
+
+# files that were saved again with fewer digits
+
+RESAVED = {"single precision": lambda x: x.astype(np.float32).astype(float), "six significant digits": lambda x: np.array(
+    [float(f"{v:.6g}") for v in x.ravel()]).reshape(x.shape), "five decimals": lambda x: np.round(x, 5)}
+
+
+@pytest.mark.parametrize("how", RESAVED)
+def test_a_file_that_was_saved_again_with_fewer_digits_is_known(how):
+    change, missed = RESAVED[how], 0
+    for r in runs(range(1, 41)):
+        again = replace(r, name="again", t=np.round(r.t, 5), q=change(r.q), tau=change(r.tau))
+        assert content_sha256(again) != content_sha256(r)
+        missed += not marks(again) & marks(r)
+    assert missed == 0
+
+
+def test_repeats_of_a_motion_are_no_copies_of_each_other():
+    (r,) = runs([1])
+    rms = float(np.sqrt((r.tau**2).mean()))
+    for noise in (0.003, 0.01, 0.1):
+        again = [replace(r, tau=r.tau + noise * rms * np.random.default_rng(k).standard_normal(r.tau.shape)) for k in range(20)]
+        assert not any(marks(unit) & marks(other) for k, unit in enumerate(again) for other in again[:k])
+    assert not marks(r) & marks(replace(r, tau=None))
+
+
+def test_a_resaved_recording_is_told_as_a_copy_and_says_nothing_of_the_noise():
+    first, *others = runs([1, 2, 3])
+    again = replace(first, name="again", tau=np.round(first.tau, 4))
+    whole = Campaign.of(A, [first, *others, again])
+    assert copied_recordings(whole) == (("run1", "again"),)
+    assert noise_floor(whole, whole.plan()) is None
+
+
+def test_a_resaved_recording_is_not_new_to_a_model():
+    model = identify(Campaign.of(A, runs([1, 2, 3])), "constant")
+    again = [replace(r, name=f"x{r.name}", tau=np.round(r.tau, 4)) for r in runs([2, 3, 4, 5])]
+    mixed = Campaign.of(A, again)
+    assert [unit.name for unit in unseen_units(model, units(mixed, mixed.plan()))] == ["xrun4", "xrun5"]

@@ -1,0 +1,120 @@
+"""One trajectory from all that was recorded of a motion, and the band in which its acceleration is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import multi_sine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trajectory, trusted_edge, white_level
+from nnhydro.recordings.recording import Recording
+
+EDGE = 4.0  # Hz
+NOISE = (1e-3, 1e-2, 0.1)  # rad, rad/s, rad/s^2
+
+
+def moved(rate=100.0, seconds=8.0, links=2, seed=1, channels="qva", noise=(0.0, 0.0, 0.0), given=0):
+    """A motion of three sines a joint and what was recorded of it."""
+    t = np.arange(round(rate * seconds)) / rate
+    rng = np.random.default_rng(given)
+    exact = multi_sine(t, links, seed)
+    q, qd, qdd = (x + s * rng.standard_normal(x.shape) for x, s in zip(exact, noise, strict=True))
+    return Recording("run", t, q, np.zeros_like(q), qd if "v" in channels else None, qdd if "a" in channels else None), exact
+
+
+def errors(made, exact, inside=slice(50, -50)):
+    """Largest errors of angle, rate and acceleration over their largest values."""
+    pairs = zip((made.q, made.qd, made.qdd), exact, strict=True)
+    return [float(np.abs(got - want)[inside].max() / np.abs(want).max()) for got, want in pairs]
+
+
+def rms(x):
+    return float(np.sqrt((x[50:-50] ** 2).mean()))
+
+
+@pytest.mark.parametrize("channels", ["q", "qv", "qva"])
+def test_a_motion_is_recovered_with_its_derivatives_from_angles_alone_and_from_all_channels(channels):
+    r, exact = moved(channels=channels)
+    q, qd, qdd = errors(trajectory(r, EDGE, r.t), exact)
+    assert q < 1e-5
+    assert qd < 1e-4
+    assert qdd < 2e-3
+
+
+def test_all_channels_together_know_the_motion_better_than_angles_with_either_derivative_or_alone():
+    wrong = {}
+    for channels in ("q", "qv", "qa", "qva"):
+        made = [(trajectory(r, EDGE, r.t), exact) for seed in range(5) for r, exact in [moved(channels=channels, noise=NOISE, given=seed)]]
+        names = enumerate(("q", "qd", "qdd"))
+        wrong[channels] = [np.mean([rms(getattr(trajectory, name) - exact[k]) for trajectory, exact in made]) for k, name in names]
+    for k in (1, 2):
+        assert all(wrong["qva"][k] <= 1.02 * wrong[fewer][k] for fewer in ("q", "qv", "qa"))
+    assert wrong["qva"][2] < 0.5 * wrong["q"][2]
+    assert wrong["qva"][1] < NOISE[1] / 2, "better than the rate as it was recorded"
+
+
+@given(locked=st.sampled_from([0, 1]), angle=st.floats(-3, 3))
+@settings(max_examples=6)
+def test_a_joint_that_never_moves_has_no_rate_and_no_acceleration(locked, angle):
+    r, exact = moved(channels="q", seconds=4.0)
+    q = np.array(r.q)
+    q[:, locked] = angle
+    made = trajectory(replace(r, q=q), EDGE, r.t)
+    assert np.abs(made.qd[:, locked]).max() < 1e-6
+    assert np.abs(made.qdd[:, locked]).max() < 1e-4
+    other = 1 - locked
+    assert np.abs(made.qd - exact[1])[50:-50, other].max() < 1e-3 * np.abs(exact[1]).max()
+
+
+def test_without_a_carriage_the_carriage_stands_still_and_with_one_it_is_followed():
+    r, _ = moved()
+    assert not trajectory(r, EDGE, r.t).u0.any()
+    u0 = 0.5 + 0.2 * np.sin(2.0 * r.t)
+    towed = trajectory(replace(r, u0=u0), EDGE, r.t)
+    assert np.abs(towed.u0 - u0).max() < 1e-3
+    assert np.abs(towed.du0 - 0.4 * np.cos(2.0 * r.t))[50:-50].max() < 0.01
+
+
+@given(level=st.floats(1e-6, 10.0), seed=st.integers(0, 100))
+def test_the_level_of_white_noise_is_told_whatever_slow_motion_it_lies_on(level, seed):
+    rng = np.random.default_rng(seed)
+    t = np.arange(2000) / 100.0
+    x = level * rng.standard_normal((2000, 2)) + 20 * level * np.sin(t)[:, None]
+    assert white_level(x) == pytest.approx([level, level], rel=0.15)
+
+
+@pytest.mark.parametrize(("channels", "noise"), [("q", (1e-4, 0, 0)), ("q", (1e-3, 0, 0)), ("q", (1e-2, 0, 0)), ("qva", (1e-3, 1e-2, 0.1))])
+def test_the_edge_of_the_band_is_the_same_logged_at_100_hz_and_at_1_khz(channels, noise):
+    edges = []
+    for rate in (100.0, 1000.0):  # noise of the same power in every hertz
+        scaled = tuple(s * np.sqrt(rate / 100.0) for s in noise)
+        edges.append(trusted_edge([moved(rate, 16.0, channels=channels, noise=scaled)[0]]))
+    assert edges[1] == pytest.approx(edges[0], rel=0.2)  # one band in four an octave
+
+
+def test_the_noise_of_one_channel_is_no_motion_because_another_is_quieter():
+    """Noisy angles, twice differentiated, exceed any motion: beside good accelerations they once ended the band at its highest."""
+    quiet, noisy = (trusted_edge([moved(seconds=16.0, noise=(s, 1e-2, 0.1))[0]]) for s in (1e-6, 1e-3))
+    assert noisy == pytest.approx(quiet, rel=0.5)
+    assert noisy < 3.0
+
+
+def test_the_noisier_the_angles_the_lower_the_edge():
+    edges = [trusted_edge([moved(channels="q", noise=(s, 0.0, 0.0), seconds=16.0)[0]]) for s in (0.0, 1e-4, 1e-2, 0.3)]
+    assert edges == sorted(edges, reverse=True)
+    assert edges[-1] < edges[0]
+
+
+def test_accelerations_that_were_measured_raise_the_edge_that_noisy_angles_leave():
+    noisy = (3e-2, 0.0, 1e-3)
+    alone, with_them = (trusted_edge([moved(channels=c, noise=noisy, seconds=16.0)[0]]) for c in ("q", "qa"))
+    assert with_them >= alone
+
+
+@given(rate=st.sampled_from([25.0, 50.0, 100.0]), noise=st.floats(0, 1.0), seed=st.integers(0, 20))
+@settings(max_examples=15)
+def test_the_edge_always_lies_where_it_may(rate, noise, seed):
+    edge = trusted_edge([moved(rate, 5.0, 1, seed, "q", (noise, 0.0, 0.0))[0]])
+    assert LOWEST_EDGE <= edge <= min(HIGHEST_EDGE, 0.45 * rate)

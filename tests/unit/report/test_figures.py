@@ -1,0 +1,217 @@
+"""Figures on disk: PNG and SVG of the same picture, what is drawn beside them as CSV; what the pages compute agrees with the data."""
+
+import csv
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+from campaigns import GIVEN, campaign, planted, steady_table
+from rigs import arm
+
+import nnhydro
+from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.effects.catalogue import candidates, catalogue
+from nnhydro.effects.effect import LoadEffect
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.report.benchmark.figures import reliability_figure
+from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of, map_figure
+from nnhydro.report.diagnosis.finding_law import law_of
+from nnhydro.report.figure_file import new_figure, save_figure
+from nnhydro.report.widgets.history import history
+from nnhydro.report.widgets.residual_map import residual_maps, shade
+from nnhydro.report.widgets.svg import FINE, Scale, path, round_step, thin
+from nnhydro.report.widgets.trace import diagnosis_traces, spread, traces_of
+
+
+def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):
+    x = np.linspace(0, 1, 7)
+    figure = new_figure(3, 2)
+    axes = figure.subplots()
+    axes.plot(x, x**2, label="a curve")
+    axes.bar([1, 2], [0.3, 0.4], label="bars")
+    axes.set(xlabel="time [s]", ylabel="torque [N m]")
+    paths = save_figure(figure, tmp_path / "one")
+    assert [p.name for p in paths] == ["one.png", "one.svg", "one.csv"]
+    assert paths[0].read_bytes()[:4] == b"\x89PNG"
+    assert ET.parse(paths[1]).getroot().tag.endswith("svg")
+    assert "torque [N m]" in paths[1].read_text(), "text in the SVG stays text"
+    rows = list(csv.DictReader(paths[2].read_text().splitlines()))
+    curve = [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "a curve"]
+    np.testing.assert_allclose(curve, np.column_stack([x, x**2]), rtol=1e-8)
+    assert [float(r["y"]) for r in rows if r["series"] == "bars"] == [0.3, 0.4]
+    assert {(r["x_label"], r["y_label"]) for r in rows} == {("time [s]", "torque [N m]")}
+    again = save_figure(figure, tmp_path / "two")
+    assert again[1].read_bytes() == paths[1].read_bytes(), "the same figure gives the same file"
+
+
+def test_the_reliability_curve_is_drawn_from_the_shares_of_each_model(tmp_path):
+    paths = reliability_figure({"hybrid": {"50": 0.48, "90": 0.93}, "network": {"50": 0.5, "90": 0.9}}, tmp_path / "reliability")
+    rows = list(csv.DictReader(paths[2].read_text().splitlines()))
+    assert [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "hybrid"] == [(50, 48), (90, 93)]
+    assert [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "honest"] == [(0, 0), (100, 100)]
+
+
+def test_a_path_holds_the_curve_to_half_a_pixel():
+    x, y = np.linspace(0, 900, 301), 70 * np.sin(np.linspace(0, 20, 301))
+    numbers = np.array(path(x, y).replace("M", "").replace("l", " ").replace("-", " -").split(), dtype=int).reshape(-1, 2)
+    points = np.cumsum(numbers, axis=0) / FINE
+    assert np.abs(points - np.column_stack([x, y])).max() <= 0.5 / FINE + 1e-9
+
+
+def test_thinning_keeps_every_peak():
+    y = np.zeros(10_000)
+    y[[777, 5003]] = 1.0, -1.0
+    x = np.arange(10_000.0)
+    a, b = thin(x, y, 200)
+    assert len(a) <= 200
+    assert {(777.0, 1.0), (5003.0, -1.0)} <= set(zip(a, b, strict=True))
+    assert (np.diff(a) > 0).all()
+
+
+@pytest.mark.parametrize(("span", "about", "step"), [(10, 5, 2), (1, 4, 0.5), (7, 5, 2), (0.03, 3, 0.01), (1e6, 10, 1e5)])
+def test_ticks_are_round_numbers(span, about, step):
+    assert round_step(span, about) == pytest.approx(step)
+    scale = Scale(-0.01 * span, span, 100, 0)
+    assert scale(scale.ticks(about)[0]) == pytest.approx(100, abs=2)
+    assert len(scale.ticks(about)) <= about + 2
+
+
+def poor_and_whole():
+    """A campaign, its true model and one with half the drag."""
+    a = arm()
+    c = campaign(a, planted(a), count=3)
+    whole = StripTheory(a, GIVEN, {}, "whole", planted(a))
+    return c, whole, StripTheory(a, GIVEN, {}, "poor", planted(a, C_D=(0.45, 0.65)))
+
+
+def all_traces(c, **models):
+    return [t for name in c.names for t in traces_of(name, c.segments(name, GIVEN), models)]
+
+
+def test_the_residual_map_adds_up_to_the_residual():
+    c, whole, poor = poor_and_whole()
+    traces = all_traces(c, whole=whole, poor=poor)
+    maps = {m.key: m for m in residual_maps(traces, ["whole", "poor"])}
+    for joint in (0, 1):
+        truth = sum(float((t.residual("poor")[t.segment.keep, joint] ** 2).sum()) for t in traces)
+        panel = maps[f"{joint + 1}|when|poor"]
+        cells = [cell for row in panel.cells for cell in row if cell is not None]
+        assert sum(cell.rms**2 * cell.rows for cell in cells) == pytest.approx(truth, rel=1e-9)
+        assert sum(cell.rows for cell in cells) == sum(int(t.segment.keep.sum()) for t in traces)
+        for row, name in zip(panel.cells, panel.rows, strict=True):
+            assert all(cell.recordings == ((name, pytest.approx(1.0)),) for cell in row if cell is not None and cell.rms > 0)
+        assert maps[f"{joint + 1}|when|whole"].largest < 1e-9
+
+
+def test_a_cell_of_the_map_names_the_recordings_that_fill_it_in_order():
+    c, _, poor = poor_and_whole()
+    for m in residual_maps(all_traces(c, poor=poor), ["poor"]):
+        for cell in (cell for row in m.cells for cell in row if cell is not None):
+            shares = [share for _, share in cell.recordings]
+            assert shares == sorted(shares, reverse=True)
+            assert sum(shares) <= 1 + 1e-9
+            assert cell.text.lstrip("+\N{MINUS SIGN}") == f"{cell.rms:.2g}"
+
+
+def test_the_map_on_disk_holds_every_cell_of_the_map(tmp_path):
+    c, whole, poor = poor_and_whole()
+    maps = residual_maps(all_traces(c, whole=whole, poor=poor), ["poor", "whole"])
+    paths = map_figure(maps, tmp_path / "map")
+    assert [p.name for p in paths] == ["map.png", "map.svg", "map.csv"]
+    rows = list(csv.DictReader(paths[2].read_text().splitlines()))
+    shown = [m for m in maps if m.over == "angle and rate"]
+    assert len(rows) == sum(cell is not None for m in shown for row in m.cells for cell in row)
+    for m in shown:
+        drawn = [float(r["value"]) for r in rows if (r["series"], r["x_label"]) == (m.model, m.across)]
+        np.testing.assert_allclose(sorted(drawn), sorted(cell.rms for row in m.cells for cell in row if cell is not None), rtol=1e-8)
+
+
+def rubbing(level=0.3, std=0.01):
+    """A campaign whose second joint rubs, the model with that, the model without, and the finding."""
+    a = arm()
+    without = StripTheory(a, GIVEN, {}, "constant", planted(a))
+    effect = candidates(catalogue()["coulomb_friction"], a)[1].with_linear(torch.tensor([level], dtype=torch.float64))
+    true = replace(without, loads=without.loads.plus("coulomb_friction_2", effect))
+    c = campaign(a, true.loads, count=3)
+    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
+    return c, without, true, Finding(effect=effect, statement="Joint 2 rubs.", number=0, covariance=np.array([[std**2]]), **rest)
+
+
+def test_the_law_of_a_finding_is_its_torque_with_the_interval_of_its_value():
+    c, without, true, finding = rubbing()
+    law = law_of(finding, true, diagnosis_traces(c, without, true), "corrected")
+    assert (law.joint, law.driver) == (2, "rate of joint 2 [rad/s]")
+    fast = np.abs(law.x) > 0.5
+    np.testing.assert_allclose(law.law[fast], 0.3 * np.sign(law.x[fast]), atol=0.001)
+    np.testing.assert_allclose(law.half[fast], 1.96 * 0.01, rtol=0.01)
+    np.testing.assert_allclose(law.rest, law.law, atol=1e-9)
+
+
+def test_what_the_law_leaves_is_seen_beside_it():
+    c, without, _, finding = rubbing()
+    weak = finding.effect.with_linear(torch.tensor([0.2], dtype=torch.float64))
+    model = replace(without, loads=without.loads.plus("coulomb_friction_2", weak))
+    law = law_of(replace(finding, effect=weak), model, diagnosis_traces(c, without, model), "corrected")
+    fast = np.abs(law.x) > 0.5
+    np.testing.assert_allclose(np.abs(law.law[fast]), 0.2, atol=0.001)
+    np.testing.assert_allclose(np.abs(law.rest[fast]), 0.3, atol=0.001)
+
+
+@pytest.mark.parametrize("id_", catalogue())
+def test_every_effect_has_a_law_but_one_with_a_phase_or_a_time_of_its_own(id_):
+    a = arm()
+    base = StripTheory(a, GIVEN, {}, "constant", planted(a))
+    (made, *_) = candidates(catalogue()[id_], a, (5.0, 2.0))
+    effect = made.with_linear(torch.full_like(made.linear_values(), 0.01))
+    if isinstance(effect, LoadEffect):
+        model = replace(base, loads=base.loads.plus("found", effect))
+    else:
+        model = replace(base, instruments=(effect,))
+    p = len(effect.linear_values())
+    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
+    finding = Finding(effect=effect, statement="", number=0, covariance=1e-6 * np.eye(p), **rest)
+    law = law_of(finding, model, diagnosis_traces(campaign(a, base.loads, count=2, seconds=2.0), base, model), "corrected")
+    assert (law is None) == (effect.own_in_every_recording or effect.signature.depends_on == ("clock",))
+    if law is not None:
+        assert len(law.x) > 3
+        assert np.isfinite([law.law, law.rest, law.half]).all()
+        assert law.half.max() > 0
+
+
+def test_a_diagnosis_leaves_its_history_its_map_and_its_laws(tmp_path):
+    c, without, true, finding = rubbing()
+    a = c.arm
+    c = nnhydro.Campaign.of(a, list(c.recordings()), (steady_table(a, planted(a)),))
+    told = SimpleNamespace(findings=[finding], corrected=true, baseline=without)
+    traces = diagnosis_traces(c, without, true)
+    paths = diagnosis_figures(told, traces, laws_of(told, traces), tmp_path)
+    stems = ("torque_history", "torque_steady", "residual_map", "laws")
+    assert sorted(p.name for p in paths) == sorted(f"{stem}.{kind}" for stem in stems for kind in ("png", "svg", "csv"))
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in paths)
+    rows = list(csv.DictReader((tmp_path / "torque_history.csv").read_text().splitlines()))
+    assert {"measured", "corrected (0.0 %)"} <= {r["series"] for r in rows}
+
+
+def test_text_on_the_map_stays_readable_on_every_shade():
+    assert [shade(v) for v in (0.0, 0.47, 0.5, 0.6, 1.0)] == ["", "", "mid", "hi", "hi"]
+
+
+def test_a_steady_table_is_drawn_against_what_it_varies_and_nothing_else():
+    a = arm()
+    table = steady_table(a, planted(a))
+    c = nnhydro.Campaign.of(a, [], (table,))
+    (trace,) = traces_of("tows", c.steady_segments(), {"m": StripTheory(a, GIVEN, {}, "m", planted(a))})
+    labels = [h.label for h in history(trace, {"m": 0}, 100, ["m"])]
+    assert labels == ["tows against towing speed", "tows against angle of joint 1", "tows against angle of joint 2"]
+    assert trace.error("m") < 1e-9
+
+
+def test_many_recordings_are_thinned_evenly():
+    names = [f"r{i}" for i in range(1000)]
+    assert spread(names[:5]) == names[:5]
+    chosen = spread(names, 50)
+    assert len(chosen) == 50
+    assert (chosen[0], chosen[-1]) == ("r0", "r999")

@@ -1,0 +1,169 @@
+"""Forward dynamics: the loads' own mass matrix, convergence, energy, and inverse dynamics as its opposite."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from scipy.integrate import trapezoid
+
+from nnhydro.errors import ConfigError
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.load_term import LoadTerm
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.recordings.arm import Arm, parse_arm
+from nnhydro.simulation.controller import Controller
+from nnhydro.simulation.forward import run_controlled
+from nnhydro.simulation.motions.motion_kind import Reference, Setting, TimedMotion, motion_of
+from nnhydro.simulation.plant import Plant, require_steps
+from nnhydro.simulation.recipe.true_loads import true_loads
+from nnhydro.simulation.run import Run, run_prescribed
+
+LINK = {"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 1.2, "com_m": 0.25, "inertia_kg_m2": 0.025}
+TERMS: dict[str, Any] = {"normal_drag": {"C_D": 1.0}, "added_mass": {"C_M": 0.8}}
+SLEW = {"kind": "slew", "name": "m", "q_rad": [[0.0, 0.2], [0.8, -0.5]], "duration_s": 0.3, "rest_s": 0.05}
+
+
+def arm(links: int = 2, **more: Any) -> Arm:
+    return parse_arm({"fluid": {"density_kg_m3": 1000.0}, "links": [LINK] * links, **more}, "arm")
+
+
+def reference(of: Arm, **changes: Any) -> Reference:
+    motion = motion_of({**SLEW, **changes}, "recipe")
+    assert isinstance(motion, TimedMotion)
+    return motion.reference(Setting(of, np.random.default_rng(0), None))  # type: ignore[arg-type]
+
+
+def run(of: Arm, loads: Loads, rate_hz: float, hold: int, carriage: dict[str, Any] | None = None, **gains: Any) -> Run:
+    law = Controller(**{"kind": "pd", "kp": 40.0, "kd": 4.0, **gains}).torque_law(of)
+    return run_controlled({"m": reference(of, carriage=carriage or {})}, Plant(of, loads), law, rate_hz, hold)[0]
+
+
+def motion_of_run(r: Run) -> Motion:
+    q, qd, qdd, u0, du0 = (tensor(x) for x in r.state)
+    return Motion(tensor(r.t), q, qd, qdd, u0, du0)
+
+
+@pytest.mark.parametrize("links", [1, 2, 3])
+def test_the_acceleration_under_a_torque_is_the_one_whose_inverse_dynamics_gives_that_torque(links: int) -> None:
+    of = arm(links)
+    plant = Plant(of, true_loads(TERMS, of, "r"))
+    rng = np.random.default_rng(1)
+    q, qd, tau = (tensor(rng.normal(size=(20, links))) for _ in range(3))
+    t, u0, du0 = torch.zeros(20, dtype=torch.float64), tensor(rng.normal(size=20)), tensor(rng.normal(size=20))
+    qdd = plant.acceleration(tau, t, q, qd, u0, du0)
+    back = plant.loads.torque(Flow(of, Motion(t, q, qd, qdd, u0, du0)))
+    np.testing.assert_allclose(back, tau, atol=1e-10)
+    mass, _ = plant.mass_and_rest(t, q, qd, u0, du0)
+    assert torch.linalg.eigvalsh((mass + mass.transpose(1, 2)) / 2).min() > 0
+
+
+def test_a_torque_at_one_joint_from_the_acceleration_of_another_stands_in_its_row_of_the_mass_matrix() -> None:
+    of = arm()
+    plant = Plant(of, Loads({"leak": _Leak()}))
+    zero, still = torch.zeros(1, dtype=torch.float64), torch.zeros(1, 2, dtype=torch.float64)
+    np.testing.assert_array_equal(plant.mass_and_rest(zero, still, still, zero, zero)[0][0], [[1.0, 0.5], [0.0, 1.0]])
+
+
+def test_inverse_dynamics_of_the_differentiated_motion_returns_the_drive_torque() -> None:
+    of = arm()
+    loads = true_loads(TERMS, of, "r")
+    r = run(of, loads, 1000.0, 1000 // 50)
+    q, h = r.state.q, 1 / 1000.0
+    held = np.flatnonzero((r.tau[1:-1] == r.tau[:-2]).all(axis=1)) + 1  # the differences do not straddle a step of the torque
+    rates, bends = (q[2:] - q[:-2]) / (2 * h), (q[2:] - 2 * q[1:-1] + q[:-2]) / h**2
+    zero = np.zeros(len(q) - 2)
+    tau = loads.torque(Flow(of, Motion(tensor(r.t[1:-1]), *(tensor(x) for x in (q[1:-1], rates, bends, zero, zero))))).numpy()
+    np.testing.assert_allclose(tau[held - 1], r.tau[held], atol=5e-5 * np.abs(r.tau).max())  # differences at 1 kHz: 1.8e-5
+
+
+def test_the_integrator_converges_at_fourth_order() -> None:
+    """Measured 3.991 and 3.993; the water's added mass alone, for |w| w of the drag is only once differentiable."""
+    of = arm()
+    loads = true_loads({"added_mass": {"C_M": 0.8, "reading": "energy"}}, of, "r")
+    tow = {"u0_m_s": 0.5, "start_s": 0.04, "ramp_s": 0.1}  # its corners lie on the steps
+    ends = [run(of, loads, 50.0 * k, k, tow).state.q[-1] for k in (1, 2, 4, 16)]
+    errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert ((orders > 3.5) & (orders < 4.6)).all(), orders
+
+
+@pytest.mark.parametrize("kind", ["pd", "computed_torque"])
+def test_the_work_of_the_drives_is_kinetic_energy_and_what_the_drag_takes(kind: str) -> None:
+    of = arm()
+    loads = true_loads({"normal_drag": {"C_D": 1.0}, "added_mass": {"C_M": 0.8, "reading": "energy"},
+                        "axial_added_mass": {"C_Mx": 0.1, "reading": "energy"}}, of, "r")
+    gains = {"kind": kind, "kp": 400.0, "kd": 40.0} if kind == "computed_torque" else {}
+    r = run(of, loads, 1000.0, 20, **gains)
+    work = (r.tau[:-1] * np.diff(r.state.q, axis=0)).sum()  # exact: the torque is held while the arm moves on
+    motion = motion_of_run(r)
+    drag = (Loads({"drag": loads.terms["normal_drag"]}).torque(Flow(of, motion)).numpy() * r.state.qd).sum(axis=1)
+    mass, _ = Plant(of, loads).mass_and_rest(motion.t, motion.q, torch.zeros_like(motion.q), motion.u0, motion.du0)
+    kinetic = 0.5 * torch.einsum("nj,njk,nk->n", motion.qd, mass, motion.qd).numpy()
+    assert np.abs(kinetic).max() > 0.1
+    assert work == pytest.approx(kinetic[-1] - kinetic[0] + trapezoid(drag, dx=1 / 1000.0), rel=8e-5)  # the trapezoid rule at 1 kHz: 3e-5
+
+
+def test_computed_torque_on_a_dry_arm_follows_the_reference_and_needs_its_inverse_dynamics() -> None:
+    of = arm(fluid={"density_kg_m3": 0.0})
+    loads = true_loads({}, of, "r")
+    r = run(of, loads, 2000.0, 1, kind="computed_torque", kp=400.0, kd=40.0)
+    exact = run_prescribed("m", reference(of), of, loads, 2000.0)
+    np.testing.assert_allclose(r.state.q, exact.state.q, atol=1e-3)
+    assert np.abs(r.tau - exact.tau).mean() < 0.02 * np.abs(exact.tau).max()
+
+
+def test_the_controller_holds_its_torque_and_keeps_its_limit() -> None:
+    of = arm()
+    r = run(of, true_loads(TERMS, of, "r"), 1000.0, 20, torque_limit_Nm=[3.0, 1.0])
+    assert np.abs(r.tau[:, 0]).max() == 3.0
+    assert np.abs(r.tau[:, 1]).max() == 1.0
+    changes = np.flatnonzero((np.diff(r.tau, axis=0) != 0).any(axis=1)) + 1
+    assert (changes % 20 == 0).all()
+
+
+def test_a_run_does_not_depend_on_the_others_in_its_batch() -> None:
+    of = arm()
+    loads, law = true_loads(TERMS, of, "r"), Controller(kind="pd", kp=(40.0,), kd=(4.0,)).torque_law(of)
+    one, other = reference(of), reference(of, duration_s=0.2)
+    alone = run_controlled({"one": one}, Plant(of, loads), law, 500.0, 5)[0]
+    beside = {r.name: r for r in run_controlled({"other": other, "one": one}, Plant(of, loads), law, 500.0, 5)}
+    np.testing.assert_allclose(beside["one"].state.q, alone.state.q, atol=1e-12)
+    assert len(beside["other"].tau) < len(alone.tau)
+
+
+def test_gains_too_high_are_refused_with_the_motion_and_the_time() -> None:
+    of = arm()
+    with pytest.raises(ConfigError, match=r"motion 'm': the arm runs away at t = .*lower controller\.kp"):
+        run(of, true_loads({}, of, "r"), 1000.0, 20, kp=1e5, kd=1e4)
+
+
+def test_an_arm_without_inertia_cannot_be_controlled() -> None:
+    of = parse_arm({"fluid": {"density_kg_m3": 0.0}, "links": [{**LINK, "mass_kg": 0.0, "inertia_kg_m2": 0.0}]}, "arm")
+    plant = Plant(of, true_loads({}, of, "r"))
+    with pytest.raises(ConfigError, match="no inertia"):
+        plant.require_inertia(torch.zeros(1, dtype=torch.float64), torch.zeros(1, 1, dtype=torch.float64), torch.zeros(1))
+
+
+class _Lagging(LoadTerm):
+    def torque(self, flow: Flow) -> torch.Tensor:
+        return flow.motion.qd.abs().cumsum(dim=0)
+
+
+class _Leak(LoadTerm):
+    def torque(self, flow: Flow) -> torch.Tensor:
+        return flow.motion.qdd @ torch.tensor([[1.0, 0.0], [0.5, 1.0]], dtype=torch.float64)
+
+
+class _Squared(LoadTerm):
+    def torque(self, flow: Flow) -> torch.Tensor:
+        return flow.motion.qdd**2
+
+
+@pytest.mark.parametrize(("term", "message"), [(_Lagging(), "terms.odd: depends on the motion before.*controller: none"),
+                                               (_Squared(), "terms.odd: is not proportional to the acceleration")])
+def test_a_term_with_memory_is_refused_under_a_controller(term: LoadTerm, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        require_steps(Loads({"drag": NormalDrag((1.0, 1.0)), "odd": term}), arm())
