@@ -162,9 +162,9 @@ class Search:
         best = self._better(empty, [s.chosen for s in singles])
         for first in singles[:4]:
             best = self._better(best, [(*first.chosen, k) for k in self.screen(first.chosen)], empty)
-        return self.climb(self._better(best, self._grown(), empty))
+        return self.climb(self._better(best, self._grow_sets(), empty))
 
-    def _grown(self) -> list[tuple[int, ...]]:
+    def _grow_sets(self) -> list[tuple[int, ...]]:
         """Return the sets that grow by the law that gains most while the unknown is switched off."""
         library, off = self.view.library, none(self.whitened).vector(self.whitened)
         prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])

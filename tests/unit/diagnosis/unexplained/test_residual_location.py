@@ -163,7 +163,7 @@ def test_a_hum_alone_is_all_there_is():
 def test_amplitudes_are_those_of_sines_at_the_ordinates():
     t = 0.02 * np.arange(500)
     noise = 1e-3 * np.random.default_rng(1).standard_normal(500)
-    f, ratios, amplitude = _ratios(3.0 * np.sin(2 * np.pi * 5.0 * t + 1.0) + 10.0 + noise, 0.02)
+    f, ratios, amplitude = _ratios(3.0 * np.sin(2 * np.pi * 5.0 * t + 1.0) + 10.0 + noise, 0.02, 25.0)
     k = int(np.argmin(np.abs(f - 5.0)))
     assert amplitude[k] == pytest.approx(3.0, rel=0.01)
     assert int(np.argmax(ratios)) == k
@@ -172,7 +172,7 @@ def test_amplitudes_are_those_of_sines_at_the_ordinates():
 
 def test_ordinates_of_noise_over_their_background_are_about_one_at_any_level():
     for level in (1e-3, 1.0, 1e3):
-        ratios = np.concatenate([_ratios(level * np.random.default_rng(seed).standard_normal(600), 0.02)[1] for seed in range(40)])
+        ratios = np.concatenate([_ratios(level * np.random.default_rng(seed).standard_normal(600), 0.02, 25.0)[1] for seed in range(40)])
         assert np.median(ratios) == pytest.approx(np.log(2), rel=0.06)
         assert 0.9 < ratios.mean() < 1.15
 
@@ -180,7 +180,7 @@ def test_ordinates_of_noise_over_their_background_are_about_one_at_any_level():
 def test_a_line_next_to_another_keeps_it_out_of_its_background():
     t = 0.02 * np.arange(600)
     x = np.random.default_rng(1).standard_normal(600)
-    alone, beside = (_ratios(x + 20 * np.sin(2 * np.pi * 7.5 * t + 0.3) + a * np.sin(2 * np.pi * (7.5 + 1.3 / 12) * t), 0.02)[1].max()
+    alone, beside = (_ratios(x + 20 * np.sin(2 * np.pi * 7.5 * t + 0.3) + a * np.sin(2 * np.pi * (7.5 + 1.3 / 12) * t), 0.02, 25.0)[1].max()
                      for a in (0.0, 15.0))
     assert beside > 0.2 * alone
 
