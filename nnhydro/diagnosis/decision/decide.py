@@ -2,7 +2,7 @@
 
 A member k of the best set S is claimed if
     1. it gains more than LEAST_GAIN, than chance does in this campaign, and than FORM^2 of what the largest claim gains: that much may be
-       the form of the largest,                       score(S) - score(S less k) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
+       the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
        and LOOK_ALIKE of what a larger one gains for which its card may be taken
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, also without the one that gains most
@@ -86,7 +86,7 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
         bars = _form_bars(search, now, rests)
         judged = [_judged(search, now, rest, k, held[:, i], shares, max(threshold, bars[i]))
                   for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
-        failed = [(now.score - rest.score, k, d) for k, rest, d in zip(now.chosen, rests, judged, strict=True) if not d.claimed]
+        failed = [(search.gain(rest, now), k, d) for k, rest, d in zip(now.chosen, rests, judged, strict=True) if not d.claimed]
         if not failed:
             return Decided(now, (*decisions, *judged), shares)
         _, worst, decision = min(failed, key=lambda one: one[0])
@@ -97,7 +97,7 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
 
 def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[float]:
     """What each member must gain not to be another's form: FORM^2 of the other's gain, LOOK_ALIKE where cards take one for the other."""
-    gains = [now.score - rest.score for rest in rests]
+    gains = [search.gain(rest, now) for rest in rests]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
     bars = []
     for i, one in enumerate(effects):
@@ -109,7 +109,7 @@ def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[flo
 
 def _judged(search: Search, now: Scored, rest: Scored, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:
     effect, joint = search.key(k)
-    gain = now.score - rest.score
+    gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k]
     least = max(RELEVANT, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)

@@ -5,7 +5,7 @@
 by the chain rule of the marginal likelihood, at the sizes and the noise of the whole campaign. As in the score of a set, what its laws cost
 for their form is no evidence for the unknown: of the densities with (on) and without it (off) each counts by its share,
 
-    (1 - FORM^2) log p_on + FORM^2 log p_off
+    (1 - FORM^2) log p_on + FORM^2 log p_off         where the smallest of the sets names a law, log p_on else
 
 Units are recordings, or blocks where these
 are fewer than `FEWEST`; values of a recording's own are integrated out.
@@ -56,7 +56,7 @@ def fold_of_rows(view: View, seed: int, chosen: Sequence[int] = ()) -> Index:
 def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
     """Return log p(left-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
-    off = none(whole).vector(whole)
+    off, granted = none(whole).vector(whole), FORM**2 * all(one.chosen for one in sets)
     fold = fold_of_rows(view, seed)
     made = []
     for number in range(int(fold.max()) + 1):
@@ -68,7 +68,7 @@ def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
             kept = None if columns is None else rows_of(part, columns, rows)
             on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
                            for t in (one.sizes.vector(whole), off))
-            scores.append((1 - FORM**2) * on + FORM**2 * without)
+            scores.append((1 - granted) * on + granted * without)
         made.append(scores)
     return np.array(made)
 

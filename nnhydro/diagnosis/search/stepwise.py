@@ -4,6 +4,7 @@
                + sum_k log prior(k) - FORM^2 u(S),      u(S): nats that the unknown gains beside S
 
 Named laws are known to FORM in form: what that costs them is no evidence for the unknown, which may be needed for other reasons, too.
+That is granted beside other laws alone: the first must gain beside the unknown as it is.
 Sets are grown beside the unknown and, since laws that explain the torque together take little from it one by one, also without it.
 Screening scores every law beside the current set at three scales of the unknown by Schur complements; only the best are fitted exactly.
 """
@@ -140,12 +141,17 @@ class Search:
             best |= {among[i] for i in np.argsort(-(gains[list(among)] + prior))[:most].tolist()}
         return sorted(best)
 
+    def gain(self, now: Scored, then: Scored) -> float:
+        """Return the nats that `then` gains beside `now`; beside nothing, what is granted to the form of laws left out."""
+        granted = 0.0 if now.chosen else FORM**2 * (now.unknown_nats - then.unknown_nats)
+        return then.score - now.score - granted
+
     def admits(self, now: Scored, then: Scored) -> bool:
         """Return whether `then` is more probable than `now` and takes from the unknown what a law that is one would.
 
         What has a phase of its own in every recording is no function of the state, and takes nothing from the unknown: it must gain more.
         """
-        gain = then.score - now.score
+        gain = self.gain(now, then)
         phased = any(self.view.library.hypotheses[k].per_recording for k in set(then.chosen) - set(now.chosen))
         takes = then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS)
         return gain > 1e-6 and (takes or (phased and gain > now.unknown_nats))

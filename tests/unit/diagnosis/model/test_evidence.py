@@ -88,7 +88,7 @@ def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences(
 def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
     of = design(10, groups=7, rows=8)
     one = search(of, LAWS, even=False)
-    sets = [one.score(()), one.score((0,)), one.score((1, 2))]
+    sets = [one.score((3,)), one.score((0,)), one.score((1, 2))]
     fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
