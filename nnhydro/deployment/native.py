@@ -19,7 +19,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.deployment.c_header import program_text
+from nnhydro.deployment.c_program import c_function
 from nnhydro.deployment.step import MemoryStep, recorded, whole_sums
 from nnhydro.dynamics.inertia import mass_and_bias
 from nnhydro.dynamics.joint_model import JointModel
@@ -51,7 +51,7 @@ class Native:
         require(cc is not None, "no C compiler was found (cc, gcc or clang): install one, or use the model itself", ModelError)
         with TemporaryDirectory() as folder:
             source, library = Path(folder) / "program.c", Path(folder) / "program.so"
-            source.write_text(program_text(program, outputs), encoding="utf-8")
+            source.write_text("#include <math.h>\n" + c_function("void run", program, outputs, "double"), encoding="utf-8")
             made = subprocess.run([str(cc), *FLAGS, str(source), "-o", str(library), "-lm"], capture_output=True, text=True, check=False)
             if made.returncode:
                 raise NnhydroError(f"{cc} could not compile the model: {made.stderr.splitlines()[:3]}")
