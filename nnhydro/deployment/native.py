@@ -17,6 +17,7 @@ from typing import Any, Final, final
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 from torch import Tensor
 
 from nnhydro.deployment.c_program import c_function
@@ -172,9 +173,16 @@ class NativeArm:
                 qdd, left = after, new
             elif size < FAIR * scale:
                 return qdd
-        if np.abs(left).max() < NEAREST * scale:
-            return qdd
-        raise ModelError("no acceleration was found at which the learned model gives this torque: the arm is far from its training")
+        if np.abs(left).max() > NEAREST * scale:  # Newton's steps go to and fro across a kink: without slopes, then
+
+            def squares(near: Array) -> float:
+                return float(((tau - self.torque(q, qd, near, u0, du0, dt, keep=False))**2).sum())
+
+            found = minimize(squares, qdd, method="Nelder-Mead", options={"xatol": CLOSE, "fatol": (FAIR * scale)**2})
+            require(found.fun < (NEAREST * scale)**2, "no acceleration was found at which the learned model gives this torque: the arm is "
+                    "far from its training", ModelError)
+            qdd = found.x
+        return qdd
 
 
 def run_through(arm: NativeArm, q: Array, qd: Array, qdd: Array, dt: float) -> Array:

@@ -191,6 +191,13 @@ def test_a_compiled_arm_moves_as_the_dynamics_do(make):
     np.testing.assert_allclose(through, dynamics.model.torque(motion), atol=1e-9)
 
 
+def test_an_acceleration_is_found_where_newton_s_method_goes_to_and_fro():
+    native = object.__new__(NativeArm)  # of a torque sign(a) sqrt|a|, on which Newton's step from a leads to -a
+    native._known, native.affine, native.forward, native.n = None, False, None, 2
+    native.torque = lambda q, qd, qdd, *others, **keys: np.sign(qdd) * np.sqrt(np.abs(qdd))
+    np.testing.assert_allclose(native.acceleration([0, 0], [0, 0], [0.0, 0.0], start=[4.0, -2.0]), 0.0, atol=1e-4)
+
+
 @pytest.mark.parametrize("name", ["state", "sheltered"])
 def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
     model, motion = MODELS[name](arm(2)), long_run(300)
