@@ -18,6 +18,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.deployment.c_kernels import DOTTED, OPTIONS, dense
 from nnhydro.models.export.expressions import Program, Scalar, Value
 from nnhydro.models.export.schedule import rounds
 
@@ -31,13 +32,6 @@ SIDE: Final = 4  # equal matrices from which on they are one product
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
-# a long sum in eight parts side by side: one part alone would wait for each addition
-DOTTED: Final = """#define DOTTED(out, c, at, n) { real s[8] = {0}; int i = 0; \\
-    for (; i + 8 <= n; i += 8) for (int j = 0; j < 8; ++j) s[j] += c[i + j]*v[at[i + j]]; \\
-    for (; i < n; ++i) s[0] += c[i]*v[at[i]]; \\
-    out = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7])); }"""
-
-
 def row_of(x: Value) -> Row:
     """Return the terms of a linear combination, its constant included."""
     if not isinstance(x, Scalar):
@@ -83,36 +77,6 @@ def _stretches(at: list[list[int]]) -> list[Stretch]:
     return found
 
 
-# loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too
-OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC push_options
-#pragma GCC optimize ("O3")
-#define OPTIONS_PUSHED
-#endif
-#if defined(__GNUC__)
-#define NOINLINE __attribute__((noinline))
-#define RESTRICT __restrict
-#if defined(__AVX__) || defined(SINGLE)
-#define LANES 4
-#else
-#define LANES 2
-#endif
-typedef real lanes __attribute__((vector_size(LANES*sizeof(real)), aligned(sizeof(real)), may_alias));
-#else
-#define NOINLINE
-#define RESTRICT restrict
-#define LANES 0
-#endif"""
-END: Final = """#ifdef OPTIONS_PUSHED
-#pragma GCC pop_options
-#undef OPTIONS_PUSHED
-#endif
-#undef LANES
-#undef SINGLE
-#undef NOINLINE
-#undef RESTRICT"""
-
-
 @final
 @dataclass
 class Tables:
@@ -120,6 +84,7 @@ class Tables:
 
     program: Program
     number: Any  # float -> C literal
+    prefix: str  # of all names
     tables: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     places: dict[Row, int] = field(default_factory=dict)
@@ -141,7 +106,7 @@ class Tables:
         array = np.asarray(values, dtype=np.int64 if whole else np.float64).ravel()
         key = ("i" if whole else "r", array.tobytes())
         if key not in self._known:
-            name = f"{key[0]}{len(self._known)}"
+            name = f"{self.prefix}{key[0]}{len(self._known)}"
             kind = "unsigned short" if whole and (not len(array) or array.max() < 65536) else "int" if whole else "real"
             text = ",".join(str(int(x)) if whole else self.number(float(x)) for x in array)
             self.tables.append(f"static const {kind} {name}[{len(array)}] = {{{text}}};")
@@ -157,7 +122,7 @@ class Tables:
         if not running:
             self.lines.append(f"for (int i = 0; i < {k}; ++i) x[i] = v[{self.table(at, True)}[i]];")
         for start, table, wide, n in self._blocks_of(W):
-            self.lines.append(f"dense{wide}({source}, 1, {k}, {table}, {out} + {start}, 1, {n});")
+            self.lines.append(f"{self.prefix}dense{wide}({source}, 1, {k}, {table}, {out} + {start}, 1, {n});")
         self.gathered = max(self.gathered, k)
 
     widths: set[int] = field(default_factory=set)
@@ -192,7 +157,7 @@ class Tables:
         first, W = self.slots([one[i] for i in range(m) for one in rows]), np.array([[c for _, c in row] for row in rows[0]])
         for start, table, wide, n in self._blocks_of(W):
             into = f"v + {first + g * start} + s"
-            self.lines.append(f"for (int s = 0; s < {g}; ++s) dense{wide}(x + s, {g}, {k}, {table}, {into}, {g}, {n});")
+            self.lines.append(f"for (int s = 0; s < {g}; ++s) {self.prefix}dense{wide}(x + s, {g}, {k}, {table}, {into}, {g}, {n});")
 
     def _blocks_of(self, W: NDArray[np.float64]) -> Iterator[tuple[int, str, int, int]]:
         """Rows of W (m, k) summed together: number of the first, table, how many with those filled up, how many."""
@@ -279,7 +244,7 @@ class Tables:
         few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
         head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {few.replace('< n', f'< {width}')}"
         body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};"
-        kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"loop{len(self.kernels)}")
+        kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"{self.prefix}loop{len(self.kernels)}")
         count = n if alone or width == 1 else n // width
         self.lines.append(f"{kernel}(v, v + {first + start}, {count}, {', '.join(x for _, x in known)});")
 
@@ -302,38 +267,9 @@ def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None,
     return {atoms: list(rows) for atoms, rows in found.items()}
 
 
-def _in_registers(m: int, per: int) -> str:
-    """The sums of `m` rows in vectors of `per` numbers."""
-    sums = range(m // per)
-    return f"""    lanes {", ".join(f"a{j} = {{0}}" for j in sums)};
-    for (int i = 0; i < k; ++i, W += {m}) {{
-        const real c = x[step*i];
-        const lanes *w = (const lanes *)W;
-        {" ".join(f"a{j} += c*w[{j}];" for j in sums)}
-    }}
-    const lanes a[{m // per}] = {{{", ".join(f"a{j}" for j in sums)}}};
-    for (int j = 0; j < n; ++j) y[jump*j] = a[j/{per}][j%{per}];"""
-
-
-def _dense(m: int) -> str:
-    """The product of a matrix of `m` rows, a multiple of PAD, with x, `step` places apart, into y, `jump` places apart."""
-    return f"""static NOINLINE void dense{m}(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y, int jump,
-                              int n) {{
-#if LANES == 4
-{_in_registers(m, 4)}
-#elif LANES == 2
-{_in_registers(m, 2)}
-#else
-    real a[{m}] = {{0}};
-    for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) a[j] += x[step*i]*W[j];
-    for (int j = 0; j < n; ++j) y[jump*j] = a[j];
-#endif
-}}"""
-
-
-def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[list[str], list[str], list[str]]:
+def tabled(program: Program, outputs: Sequence[Value], number: Any, prefix: str = "") -> tuple[list[str], list[str], list[str]]:
     """Return tables, statements and the C text of each output of a program; inputs are read from `in[]`."""
-    made = Tables(program, number, alike=_alike(program, outputs))
+    made = Tables(program, number, prefix, alike=_alike(program, outputs))
     made.slots([((k, 1.0),) for k in range(program.n_inputs)])
     made.slots([((None, 1.0),)])
     for kinds in rounds(program, list(outputs)):
@@ -342,8 +278,9 @@ def tabled(program: Program, outputs: Sequence[Value], number: Any) -> tuple[lis
     made.sums(rows)
     begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
              f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
-    dense = [_dense(m) for m in sorted(made.widths)]
+    products = [dense(m, prefix) for m in sorted(made.widths)]
     loops = [f"static NOINLINE void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), name in made.kernels.items()]
     single = ["#define SINGLE"] if number(0.5).endswith("f") else []
-    return ([*made.tables, *single, OPTIONS, DOTTED, *dense, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows])
+    text = [*made.tables, *single, OPTIONS.replace("{prefix}", prefix), DOTTED, *products, *loops]
+    return text, [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]

@@ -8,8 +8,9 @@ Nothing is left behind: the C text and the library lie in a folder that is delet
 import ctypes
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import chain, product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final, final
@@ -17,9 +18,10 @@ from typing import Any, Final, final
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 from torch import Tensor
 
-from nnhydro.deployment.c_header import program_text
+from nnhydro.deployment.c_program import c_function
 from nnhydro.deployment.step import MemoryStep, recorded, whole_sums
 from nnhydro.dynamics.inertia import mass_and_bias
 from nnhydro.dynamics.joint_model import JointModel
@@ -32,6 +34,7 @@ from nnhydro.physics.motion import Motion
 Array = NDArray[np.float64]
 FLAGS: Final = ("-std=c99", "-O3", "-march=native", "-ffp-contract=fast", "-fPIC", "-shared")
 ROUNDS: Final = 12
+AROUND: Final = (1.0, 4.0)  # rad/s^2, further starts beside the one that failed
 REACHES: Final = (1e-5, 1e-2, 1.0)  # rad/s^2 of the differences, by turns: a short one misleads near a kink
 CLOSE, FAIR, NEAREST = 1e-10, 1e-5, 1e-2  # of the torque; where a learned torque jumps, the acceleration next to the jump is taken
 REAL = ctypes.POINTER(ctypes.c_double)
@@ -51,7 +54,7 @@ class Native:
         require(cc is not None, "no C compiler was found (cc, gcc or clang): install one, or use the model itself", ModelError)
         with TemporaryDirectory() as folder:
             source, library = Path(folder) / "program.c", Path(folder) / "program.so"
-            source.write_text(program_text(program, outputs), encoding="utf-8")
+            source.write_text("#include <math.h>\n" + c_function("void run", program, outputs, "double"), encoding="utf-8")
             made = subprocess.run([str(cc), *FLAGS, str(source), "-o", str(library), "-lm"], capture_output=True, text=True, check=False)
             if made.returncode:
                 raise NnhydroError(f"{cc} could not compile the model: {made.stderr.splitlines()[:3]}")
@@ -146,35 +149,57 @@ class NativeArm:
         if self.forward is not None:
             self._fill(self.forward, q, qd, tau, u0, du0, dt)
             return self.forward().copy()
-        return self._newton(q, qd, np.asarray(tau, dtype=float), u0, du0, dt, np.zeros(self.n) if start is None else np.array(start))
+        return self._searched(q, qd, np.asarray(tau, dtype=float), u0, du0, dt, np.zeros(self.n) if start is None else np.array(start))
 
     def _slope(self, q: Any, qd: Any, u0: float, du0: float, dt: float, qdd: Array, reach: float) -> Array:
         """d tau / d qdd (joints, joints) over `reach` rad/s^2."""
         shifted = [[self.torque(q, qd, qdd + sign * reach * unit, u0, du0, dt, keep=False) for unit in np.eye(self.n)] for sign in (1, -1)]
         return np.asarray((np.array(shifted[0]) - np.array(shifted[1])).T / (2 * reach))
 
-    def _newton(self, q: Any, qd: Any, tau: Array, u0: float, du0: float, dt: float, qdd: Array) -> Array:
-        """Newton's method with the slope of the state before as long as that brings the torque five times closer each time."""
-        scale, reach = 1 + np.abs(tau).max(), 0
-        left = tau - self.torque(q, qd, qdd, u0, du0, dt, keep=False)
+    def _searched(self, q: Any, qd: Any, tau: Array, u0: float, du0: float, dt: float, start: Array) -> Array:
+        """The acceleration of a learned model: from `start`, and where a kink stops Newton's steps, from around it and without slopes."""
+
+        def missing(qdd: Array) -> Array:
+            return tau - self.torque(q, qd, qdd, u0, du0, dt, keep=False)
+
+        def squares(qdd: Array) -> float:
+            return float((missing(qdd)**2).sum())
+
+        scale, found = 1 + np.abs(tau).max(), []
+        near = (NEAREST * scale)**2
+        around = (start + size * np.array(signs) for size in AROUND for signs in product((1.0, -1.0), repeat=self.n))
+        for begin in chain([start], around):
+            qdd, left = self._newton(missing, lambda at, reach: self._slope(q, qd, u0, du0, dt, at, reach), scale, begin)
+            if left @ left < near:
+                return qdd
+            found.append((float(left @ left), qdd))
+        best = min(found, key=lambda one: one[0])[1]
+        last = minimize(squares, best, method="Nelder-Mead", options={"xatol": CLOSE, "fatol": near * FAIR})
+        require(last.fun < near, "no acceleration was found at which the learned model gives this torque: the arm is far from its training",
+                ModelError)
+        return np.asarray(last.x)
+
+    def _newton(self, missing: Callable[[Array], Array], slope: Callable[[Array, float], Array], scale: float,
+                qdd: Array) -> tuple[Array, Array]:
+        """Newton's method with the slope of the state before as long as that brings the torque five times closer; qdd, torque missing."""
+        reach = 0
+        left = missing(qdd)
         for _ in range(ROUNDS):
             size = np.abs(left).max()
             if size < CLOSE * scale:
-                return qdd
+                return qdd, left
             if self._known is None:
-                self._known = self._slope(q, qd, u0, du0, dt, qdd, REACHES[reach % len(REACHES)])
+                self._known = slope(qdd, REACHES[reach % len(REACHES)])
                 reach += 1
             after = qdd + np.linalg.solve(self._known, left)
-            new = tau - self.torque(q, qd, after, u0, du0, dt, keep=False)
+            new = missing(after)
             if np.abs(new).max() > 0.2 * size:
                 self._known = None
             if np.abs(new).max() < size:
                 qdd, left = after, new
             elif size < FAIR * scale:
-                return qdd
-        if np.abs(left).max() < NEAREST * scale:
-            return qdd
-        raise ModelError("no acceleration was found at which the learned model gives this torque: the arm is far from its training")
+                return qdd, left
+        return qdd, left
 
 
 def run_through(arm: NativeArm, q: Array, qd: Array, qdd: Array, dt: float) -> Array:

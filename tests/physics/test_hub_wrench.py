@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, planted
+from campaigns import GIVEN, planted, recording
 from rigs import arm, run
 
 import nnhydro
+from nnhydro.cli.main import run as run_command
 from nnhydro.dynamics.hub import hub_wrench
 from nnhydro.dynamics.joint_model import joint_model
 from nnhydro.effects.ambient_current import AmbientCurrent
 from nnhydro.effects.payload_mass import PayloadMass
 from nnhydro.errors import ModelError
+from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
@@ -152,3 +154,21 @@ def test_a_base_that_turns_is_a_first_joint_that_turns():
     with pytest.raises(ModelError, match="unknown key"):
         dynamics.bias(q, qd, base={"speed": 1.0})
     assert Flow(a, run(2), hub=True).lever_normal.shape[1] == 4
+
+
+def test_the_file_of_predict_holds_the_wrench_row_for_row(tmp_path):
+    a = arm(2)
+    physics = StripTheory(a, GIVEN, {}, "physics", planted(a))
+    save_model(physics, tmp_path / "model")
+    motion = recording(a, planted(a), seconds=1.0, speed=0.3)
+    columns = {"t_s": motion.t, "u0_m_s": motion.u0, "du0_m_s2": motion.du0}
+    for j in range(2):
+        columns |= {f"q{j + 1}_rad": motion.q[:, j], f"dq{j + 1}_rad_s": motion.qd[:, j], f"ddq{j + 1}_rad_s2": motion.qdd[:, j]}
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "swing.csv", table, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
+    assert run_command(["predict", str(tmp_path / "model"), str(tmp_path / "swing.csv"), "--hub", "--out", str(tmp_path / "out")]) == 0
+    got = np.genfromtxt(tmp_path / "out" / "swing.csv", delimiter=",", names=True)
+    want = nnhydro.Dynamics(physics).hub_wrench(motion.q, motion.qd, motion.qdd, u0=motion.u0, du0=motion.du0).total
+    for k, name in enumerate(("hub_Fx_N", "hub_Fy_N", "hub_Mz_Nm")):
+        np.testing.assert_allclose(got[name], want[:, k], rtol=1e-5, atol=1e-6 * np.abs(want[:, k]).max())
+    np.testing.assert_allclose(got["hub_Mz_Nm"], -got["tau1_Nm"], rtol=1e-5, atol=1e-6)

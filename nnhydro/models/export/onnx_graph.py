@@ -21,7 +21,7 @@ OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "ab
 TESTS = {"positive": "Greater", "zero": "Equal"}
 LONG = 12  # terms: longer sums go as a matrix, with others over the same atoms
 # microseconds of onnxruntime 1.31 on one x86-64 core, to choose between equal ways: a node, a gathered or added element, a multiplication
-NODE, ELEMENT, TIMES = 0.3, 0.003, {8: 2.2e-4, 4: 4e-5}
+NODE, ELEMENT, TIMES = 0.3, 0.0008, {8: 2.2e-4, 4: 4e-5}
 Place = tuple[int, int]  # chunk and position in it
 Atoms = tuple[int | None, ...]  # None: the constant 1
 Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients
@@ -61,6 +61,7 @@ class Graph:
         self.constants: dict[tuple[Any, ...], Any] = {}
         self.chunks: list[tuple[str, int]] = []
         self.places: dict[Row, Place] = {}
+        self.moved: dict[int, Place] = {}
 
     def constant(self, values: Any, dtype: Any = None) -> str:
         """Return the name of an initializer with `values`; equal ones are kept once."""
@@ -82,18 +83,35 @@ class Graph:
             self.places.setdefault(row, (len(self.chunks), position))
         self.chunks.append((name, len(rows)))
 
+    def _home(self, place: Place) -> Place:
+        """Where a value lies now that its chunk may be part of a longer one."""
+        chunk, position = place
+        while chunk in self.moved:
+            chunk, offset = self.moved[chunk]
+            position += offset
+        return chunk, position
+
+    def _merged(self, used: Sequence[int]) -> str:
+        """Join chunks to one, which stands for them from now on: a joint pays for each of its parts."""
+        name, offset = self.node("Concat", [self.chunks[c][0] for c in used], axis=0), 0
+        for c in used:
+            self.moved[c] = (len(self.chunks), offset)
+            offset += self.chunks[c][1]
+        self.chunks.append((name, offset))
+        return str(name)
+
     def gathered(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
         """Return the values of `rows`, all known, as one tensor of `shape`."""
-        places = [self.places[row] for row in rows]
+        places = [self._home(self.places[row]) for row in rows]
         used = sorted({chunk for chunk, _ in places})
-        names = [self.chunks[c][0] for c in used]
         start = dict(zip(used, np.cumsum([0, *(self.chunks[c][1] for c in used)]), strict=False))
         index = np.array([start[c] + p for c, p in places], dtype=np.int64).reshape(shape)
         total = sum(self.chunks[c][1] for c in used)
-        source = names[0] if len(names) == 1 else self.node("Concat", names, axis=0)
+        source = self.chunks[used[0]][0] if len(used) == 1 else self._merged(used)
         if len(shape) == 1 and len(index) == total and (index == np.arange(total)).all():
             return source
-        return str(self.node("Gather", [source, self.constant(index, np.int64)], axis=0))
+        taken = str(self.node("GatherElements", [source, self.constant(index.ravel(), np.int64)], axis=0))
+        return taken if len(shape) == 1 else str(self.node("Reshape", [taken, self.constant(shape, np.int64)]))
 
     def combine(self, wanted: Iterable[Row]) -> None:
         """Compute every linear combination in `wanted` that is not there yet."""
@@ -117,7 +135,7 @@ class Graph:
 
     def _dense(self, rows: Sequence[Row]) -> str:
         """Rows of any terms by one matrix, zeros included; returns the vector of their values."""
-        atoms = sorted({k for row in rows for k, _ in row}, key=lambda k: self.places[((k, 1.0),)])
+        atoms = sorted({k for row in rows for k, _ in row}, key=lambda k: self._home(self.places[((k, 1.0),)]))
         at = {k: i for i, k in enumerate(atoms)}
         W = np.zeros((len(atoms), len(rows)))
         for column, row in enumerate(rows):

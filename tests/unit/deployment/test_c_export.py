@@ -29,7 +29,6 @@ from nnhydro.physics.travel.state_model import state_loads
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
 SAME = {"double": 1e-9, "single": 1e-5}  # of the rms torque
-ROOM = {"double": 1, "single": 10}  # of a hybrid: networks of single precision round sums of 63 terms
 DRIVER = """
 #include "arm.h"
 void drive(long n, const real_t *in, real_t *out) {
@@ -53,6 +52,13 @@ def long_run(rows, links=2, dt=2e-3):
     phase = w * t[:, None]
     still = torch.zeros(rows, dtype=torch.float64)
     return Motion(t, a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase), still, still)
+
+
+def towed(rows, speed=0.05, dt=2e-3):
+    """A slow tow from rest with both joints held: its wake grows by some 1e-5 of itself a step, and on for minutes."""
+    t, held = torch.arange(rows, dtype=torch.float64) * dt, torch.zeros(rows, 2, dtype=torch.float64)
+    u0 = speed * (t / 0.02).clamp(max=1.0)
+    return Motion(t, held + torch.tensor([0.4, 0.3]), held, held, u0, torch.where(t < 0.02, speed / 0.02, 0.0).to(u0))
 
 
 def driven(folder, motion, precision, std):
@@ -95,8 +101,7 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
     told = export_c(model, tmp_path / "arm.h", precision)
     want = model.torque(motion).numpy()
     got = driven(tmp_path, motion, precision, told["std"])
-    room = 5 if (name, precision) == ("diagnosed", "single") else 1  # a contact that bends adds up 10^5 steps in single precision
-    assert np.abs(got - want).max() < room * SAME[precision] * np.sqrt((want**2).mean())
+    assert np.abs(got - want).max() < SAME[precision] * np.sqrt((want**2).mean())
 
 
 @pytest.mark.slow
@@ -109,8 +114,19 @@ def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand
         told = export_c(model, tmp_path / "arm.h", precision)
         assert "static NOINLINE void loop" in (tmp_path / "arm.h").read_text()
         far = np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() / np.sqrt((want**2).mean())
-        assert far < ROOM[precision] * SAME[precision], f"{precision}: {far:.1e}"
+        assert far < SAME[precision], f"{precision}: {far:.1e}"
     assert only_wake(model)
+    told, slow = export_c(model, tmp_path / "arm.h", "single"), towed(20_000)
+    want = model.torque(slow).numpy()
+    assert np.abs(driven(tmp_path, slow, "single", told["std"]) - want).max() < SAME["single"] * np.sqrt((want**2).mean())
+
+
+def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
+    model, motion = MODELS["state"](arm(2)), towed(4500)
+    told = export_c(model, tmp_path / "arm.h", "single")
+    want = model.torque(motion).numpy()
+    far = np.abs(driven(tmp_path, motion, "single", told["std"]) - want).max() / np.sqrt((want**2).mean())
+    assert far < SAME["single"], f"{far:.1e}: with travel added up in single precision it is 9e-5"
 
 
 def test_the_header_says_what_it_is_and_comes_with_steps_to_try_it(tmp_path):
@@ -148,7 +164,7 @@ def test_a_state_dependent_model_steps_in_onnxruntime(tmp_path):
     model = theory(a, state_loads(a))
     export_step(model, tmp_path / "arm.onnx", "onnx")
     session = onnxruntime.InferenceSession(str(tmp_path / "arm.onnx"), providers=["CPUExecutionProvider"])
-    motion, memory, found = long_run(2000), np.zeros(126), []
+    motion, memory, found = long_run(100_000), np.zeros(126), []
     names = {x.name for x in session.get_inputs()}
     for k in range(len(motion)):
         given = {"q": motion.q[k].numpy(), "qd": motion.qd[k].numpy(), "qdd": motion.qdd[k].numpy(), "u0": np.zeros(1), "du0": np.zeros(1),
@@ -173,6 +189,13 @@ def test_a_compiled_arm_moves_as_the_dynamics_do(make):
     motion = long_run(200)
     through = run_through(native, motion.q.numpy(), motion.qd.numpy(), motion.qdd.numpy(), 2e-3)
     np.testing.assert_allclose(through, dynamics.model.torque(motion), atol=1e-9)
+
+
+def test_an_acceleration_is_found_where_newton_s_method_goes_to_and_fro():
+    native = object.__new__(NativeArm)  # of a torque sign(a) sqrt|a|, on which Newton's step from a leads to -a
+    native._known, native.affine, native.forward, native.n = None, False, None, 2
+    native.torque = lambda q, qd, qdd, *others, **keys: np.sign(qdd) * np.sqrt(np.abs(qdd))
+    np.testing.assert_allclose(native.acceleration([0, 0], [0, 0], [0.0, 0.0], start=[4.0, -2.0]), 0.0, atol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["state", "sheltered"])

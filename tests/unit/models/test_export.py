@@ -167,6 +167,15 @@ def test_the_memory_matters(hybrid, exported):
 
 
 @pytest.mark.slow
+def test_a_hundred_thousand_steps_of_a_hybrid_are_the_model_s_torques(hybrid, exported):
+    t = 2e-3 * torch.arange(100_000, dtype=torch.float64)
+    w, a, still = torch.tensor([1.7, 2.3]), torch.tensor([0.8, 0.5]), torch.zeros_like(t)
+    phase = w * t[:, None]
+    motion = Motion(t, a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase), still, still)
+    assert relative(fed(session(exported[1]), motion)["tau"], hybrid.torque(motion)) < 1e-9
+
+
+@pytest.mark.slow
 def test_single_precision_is_close(hybrid, tmp_path):
     export_onnx(hybrid, tmp_path / "h.onnx", "single")
     got = fed(session(tmp_path / "h.onnx"), run(2), np.float32)["tau"]
