@@ -98,7 +98,7 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     del parts  # with the columns of the search before
     for _ in range(NOISE_ROUNDS - 1):
         noise = reestimated(design, noise, search.whitened, search.view.joined(best.chosen), best.sizes.vector(search.whitened))
-        whitened = Whitened(design, unknown, noise.v)
+        whitened = Whitened(design, unknown.smooth, noise.v)
         _, sizes = fitted(whitened, None, sizes)
         del search
         search = Search(View(whitened, library), sizes, progress)

@@ -57,6 +57,6 @@ def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: 
     search = Search(View(whitened, library), sizes)
     found = search.score(whole)
     noise = reestimated(design, noise, whitened, search.view.joined(whole), found.sizes.vector(whitened))
-    search = Search(View(Whitened(design, unknown, noise.v), library), found.sizes)
+    search = Search(View(Whitened(design, unknown.smooth, noise.v), library), found.sizes)
     gains = [search.score(whole).score - search.score(tuple(x for x in whole if x != k)).score for k in whole]
     return OtherBand(band.torque, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

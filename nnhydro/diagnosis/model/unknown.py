@@ -5,8 +5,8 @@
 c: state variables (angles, rates, accelerations, carriage speed, slowed rates, travel since the last reversal, model torques and their
 rates) and pairs of them; xi in [0, 1] is the mean of a variable's place in its range and of its rank, so that cosines vary where the data
 are. A cosine basis with falling weights is a Gaussian process in a box; one size tau for every variable and joint, one a joint for all
-pairs, so that it is a friction only where it says so. It has a constant in tables of steady runs alone: the offset of a recording
-belongs to the noise of the lowest band.
+pairs, so that it is a friction only where it says so. It has no constant: the offset of a recording belongs to the noise of
+the lowest band, that of a table of steady runs to the laws; beside a constant is the noise of tables found, which else would hold it.
 Source: Solin & Sarkka (2020), Stat. Comput. 30; competing with named laws: Kennedy & O'Hagan (2001), J. R. Stat. Soc. B 63.
 """
 
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 COSINES = 6  # of one variable
 PAIRED = 2  # of each variable of a pair
 SLOWED = 0.3  # s: time over which rates are slowed, a memory that no state holds
+CONSTANT = "constant"  # of steady tables
 RANGE = (0.5, 99.5)  # % of the data that span a variable's box
 
 
@@ -38,6 +39,14 @@ class Unknown:
     s: Array
     group: NDArray[np.int64]
     names: tuple[str, ...]
+
+    @property
+    def smooth(self) -> "Unknown":
+        """The unknown without the constant of steady tables."""
+        if CONSTANT not in self.names:
+            return self
+        keep = self.group != self.names.index(CONSTANT)
+        return Unknown(self.Phi[:, keep], self.s[keep], self.group[keep], tuple(name for name in self.names if name != CONSTANT))
 
 
 def _low_pass(t: Array, x: Array, time: float) -> Array:
@@ -120,4 +129,4 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
     weights = np.concatenate([*[1.0 / m for _ in alive], *[1.0 / (a * b) for _ in pairs], np.ones(tabled)])
     group = np.concatenate([*[np.full(COSINES, g) for g in range(len(alive))],
                             *[np.full(len(a), len(alive)) for _ in pairs], np.full(tabled, len(alive) + 1)])
-    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*alive, "pairs", *["a constant"] * tabled))
+    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*alive, "pairs", *[CONSTANT] * tabled))

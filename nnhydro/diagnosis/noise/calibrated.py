@@ -12,13 +12,16 @@ NOISE_ROUNDS = 3
 
 
 def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, Whitened, Sizes, StripTheory]:
-    """Return the noise beside the unknown alone, the rows whitened by it, the unknown's sizes, and the baseline calibrated so."""
+    """Return the noise beside the unknown alone, the rows whitened by it, the unknown's sizes, and the baseline calibrated so.
+
+    The rows keep the smooth unknown; the constant of steady tables serves the noise alone.
+    """
     noise, sizes = first_noise(design), None
     for _ in range(NOISE_ROUNDS):
         whitened = Whitened(design, unknown, noise.v)
         _, sizes = fitted(whitened, None, Sizes.even(whitened, FIRST_SIZE) if sizes is None else sizes)
         noise = reestimated(design, noise, whitened, None, sizes.vector(whitened))
-    whitened = Whitened(design, unknown, noise.v)
+    whitened = Whitened(design, unknown.smooth, noise.v)
     assert sizes is not None
-    fit, sizes = fitted(whitened, None, sizes)
+    fit, sizes = fitted(whitened, None, Sizes(sizes.tau[:, : len(whitened.unknown.names)]))
     return noise, whitened, sizes, design.baseline.at(design.baseline.within(fit.mean[: whitened.p]))
