@@ -149,14 +149,15 @@ class NativeArm:
         if self.forward is not None:
             self._fill(self.forward, q, qd, tau, u0, du0, dt)
             return self.forward().copy()
-        return self._searched(q, qd, np.asarray(tau, dtype=float), u0, du0, dt, np.zeros(self.n) if start is None else np.array(start))
+        begun = np.zeros(self.n) if start is None else np.array(start)
+        return self._search_acceleration(q, qd, np.asarray(tau, dtype=float), u0, du0, dt, begun)
 
     def _slope(self, q: Any, qd: Any, u0: float, du0: float, dt: float, qdd: Array, reach: float) -> Array:
         """d tau / d qdd (joints, joints) over `reach` rad/s^2."""
         shifted = [[self.torque(q, qd, qdd + sign * reach * unit, u0, du0, dt, keep=False) for unit in np.eye(self.n)] for sign in (1, -1)]
         return np.asarray((np.array(shifted[0]) - np.array(shifted[1])).T / (2 * reach))
 
-    def _searched(self, q: Any, qd: Any, tau: Array, u0: float, du0: float, dt: float, start: Array) -> Array:
+    def _search_acceleration(self, q: Any, qd: Any, tau: Array, u0: float, du0: float, dt: float, start: Array) -> Array:
         """The acceleration of a learned model: from `start`, and where a kink stops Newton's steps, from around it and without slopes."""
 
         def missing(qdd: Array) -> Array:

@@ -41,10 +41,15 @@ class TrainingConfig(Settings):
     learning_rate: float = Field(default=2e-3, gt=0, le=1)
     weight_decay: float = Field(default=1.0, ge=0, le=10)
     patience: int = Field(default=20, ge=1, le=100_000)  # epochs without a better validation error
-    validation_share: float = Field(default=0.15, gt=0, lt=1)  # of the recordings that may be fitted, for each member its own
+    validation_share: float | None = Field(default=None, gt=0, lt=1)  # of the recordings, for each member its own; none: `watched_share`
     memory_mb: float = Field(default=1000.0, gt=0, le=1e6)  # of training rows; what exceeds it lies in files
     cutoff_hz: float | None = Field(default=None, gt=0, le=1000)
     seed: int = Field(default=0, ge=0, le=2**31)
+
+    @property
+    def watched_share(self) -> float:
+        """The share of the recordings that a member watches: of a hybrid so many that six members leave out every kind of motion."""
+        return self.validation_share or (0.34 if self.model == "hybrid" else 0.15)
 
     @field_validator("hidden")
     @classmethod

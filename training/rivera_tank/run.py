@@ -1,7 +1,7 @@
-"""Every model under every protocol: `python training/rivera_tank/run.py [PROTOCOL ...]`. Writes results.json and README.md.
+"""Every model under every protocol: `python training/rivera_tank/run.py [PROTOCOL ...]`. Writes results.json, README.md and earlier.csv.
 
 leave-arm-out needs several arms: three are simulated from arms.yaml, the others use datasets/rivera_tank. A protocol named on the command
-line is run again, the others are kept from results.json.
+line is run again, the others are kept from results.json; `page` alone writes the page anew.
 """
 
 import json
@@ -12,8 +12,9 @@ import tomllib
 from pathlib import Path
 
 import yaml
-from table import page
+from table import earlier, page
 
+import nnhydro
 from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.recordings.campaign import open_campaign, open_campaigns
 from nnhydro.report.benchmark.tables import print_benchmark
@@ -47,7 +48,12 @@ def main() -> None:
     """Run the protocols, print their tables, write results.json and README.md after each."""
     config = tomllib.loads((HERE / "config.toml").read_text())
     results = json.loads((HERE / "results.json").read_text()) if (HERE / "results.json").exists() else {}
-    for protocol in sys.argv[1:] or [*config["protocols"], ARMS]:
+    def write() -> None:
+        write_text(HERE / "README.md", page(results, nnhydro.__version__))
+        write_text(HERE / "earlier.csv", earlier(results, nnhydro.__version__))
+
+    write()
+    for protocol in [word for word in sys.argv[1:] if word != "page"] or ([] if sys.argv[1:] else [*config["protocols"], ARMS]):
         start = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
             arms = protocol == ARMS
@@ -55,7 +61,7 @@ def main() -> None:
             result = benchmark(campaign, config["arm_models" if arms else "models"], config["folds"], config["seed"], protocol=protocol)
         results[protocol] = result.document() | {"seconds": round(time.perf_counter() - start)}
         write_json(HERE / "results.json", results)
-        write_text(HERE / "README.md", page(results))
+        write()
         print_benchmark(result, [HERE / "README.md", HERE / "results.json"], "nnhydro benchmark CAMPAIGN --out DIR")
 
 

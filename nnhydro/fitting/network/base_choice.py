@@ -79,14 +79,14 @@ def on_best_base(bases: Sequence[TorqueModel | None], rows: Rows, linear: Linear
     `rows` are those of the first of the `bases`, `s` (joints,) N m is the rms torque. Where nobody watches, the first is kept.
     """
     first, *others = bases
-    best = (first, rows, linear_part(rows, linear, watched, stated))
+    best = (first, rows, linear_part(rows, linear, watched, stated, first is not None))
     if first is None or not others or not bool(watched[:, rows.unit].any()):
         return best
     own, least = base_rows(chosen, arm, first), left_over(rows, best[2][0], linear.columns, watched, s)
     for other in others:
         assert other is not None
         moved = replace(rows, target=rows.target + own - base_rows(chosen, arm, other))
-        parts = linear_part(moved, linear, watched, stated)
+        parts = linear_part(moved, linear, watched, stated, True)
         left = left_over(moved, parts[0], linear.columns, watched, s)
         if left < CLEARLY * least:
             best, least = (other, moved, parts), left

@@ -1,11 +1,14 @@
-"""Kinds of motion: recordings ordered by how far their links get on the way they go, and blocks of neighbours in that order.
+"""Kinds of motion: recordings in two orders, and blocks of neighbours in either of them.
 
-    progress = |displacement| / path,  of the outer ends of the links, one for a motion that never turns back, near zero for an oscillation
+    progress = |displacement| / path               one for a motion that never turns back, near zero for an oscillation
+    swing    = sum |dw| D / sum w^2                large where inertia rules: 2 pi / KC times 4/pi for an oscillation, 0 for a steady run
 
-A model that is watched on a block of one kind has to predict motions unlike those that it was fitted to. Source: ours.
+w, dw are speed and acceleration of the links' outer ends. A model that is watched on a block of one kind has to predict motions unlike
+those that it was fitted to. Source: the acceleration number after Keulegan & Carpenter (1958); the orders are ours.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from math import ceil
 
 import torch
 
@@ -16,8 +19,8 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.splitting import Unit
 
 FARTHEST = 1.0  # of steady runs
-TINY = 1e-9  # m
-PLACES = (0.0, 1.0, 0.5)  # in the order: those that turn back most, those that never do, those between
+TINY = 1e-9
+Order = Callable[[Unit, Arm], float]
 
 
 def progress(unit: Unit, arm: Arm) -> float:
@@ -34,14 +37,26 @@ def progress(unit: Unit, arm: Arm) -> float:
     return gone / max(path, TINY)
 
 
-def of_one_kind(chosen: Sequence[Unit], arm: Arm, share: float, number: int) -> tuple[int, ...]:
-    """Return the indices of a `share` of the units `chosen`, neighbours in kind, whole groups; `number` says which block."""
+def swing(unit: Unit, arm: Arm) -> float:
+    """Return how much of the motion of the links' outer ends is acceleration, over diameters; 0 for steady runs."""
+    if unit.steady:
+        return 0.0
+    push, square = 0.0, 0.0
+    for segment in unit.segments():
+        flow = Flow(arm_of(unit, arm), Motion.of(segment))
+        push += float(((flow.M * flow.L + flow.N).abs() * flow.D).sum())
+        square += float((flow.A * flow.L + flow.B).square().sum())
+    return push / max(square, TINY**2)
+
+
+def of_one_kind(chosen: Sequence[Unit], arm: Arm, share: float, place: float, order: Order = progress) -> tuple[int, ...]:
+    """Return the indices of a `share` of the units `chosen`, neighbours in `order`, whole groups; `place` 0 to 1: the first to the last."""
     groups = sorted({unit.group for unit in chosen})
     if len(groups) < 2:
         return ()
-    mean = {group: [progress(unit, arm) for unit in chosen if unit.group == group] for group in groups}
-    order = sorted(groups, key=lambda group: sum(mean[group]) / len(mean[group]))
-    count = max(1, round(share * len(order)))
-    start = round(PLACES[number % len(PLACES)] * (len(order) - count))
-    block = set(order[start:start + count])
+    value = {group: [order(unit, arm) for unit in chosen if unit.group == group] for group in groups}
+    ranked = sorted(groups, key=lambda group: sum(value[group]) / len(value[group]))
+    count = max(1, ceil(share * len(ranked) - TINY))
+    start = round(place * (len(ranked) - count))
+    block = set(ranked[start:start + count])
     return tuple(i for i, unit in enumerate(chosen) if unit.group in block)

@@ -6,9 +6,9 @@ A holds the columns of the strips' law and of the body, whose coefficients all j
 scale and the free functions, all passed through the filter that the torque has passed. h_p is the sum of A_p^2 / s_j^2; what is stated of
 the masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers with a weight each: Morison's
 two; what the strips' water remembers; what their surroundings and the arm's state add; what the mirror need not repeat. A member solves
-on the rows that it trains on; the weights are those with which all members together do best on the recordings that they watch, every
-member's share counting alike, found tier by tier: a tier is opened only where that gains WORTH. One pass over the rows: memory is that of
-the normal matrices. Source: ridge regression, Hoerl & Kennard (1970); the tiers are ours.
+on the rows that it trains on; the weights are those with which the members do best on the recordings that they watch, by the loss of
+stacking.py and as much as a hybrid would use of it, found tier by tier: a tier is opened only where that gains WORTH. One pass over the
+rows: memory is that of the normal matrices. Source: ridge regression, Hoerl & Kennard (1970); the tiers are ours.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,6 +21,7 @@ from torch import Tensor
 from nnhydro.features.strip_law import MEAN, REMEMBERED, SURROUNDED
 from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.rows import CHUNK, Rows
+from nnhydro.fitting.network.stacking import SHARES, held_out, least_loss
 
 PENALTIES = tuple(10.0**k for k in range(1, -6, -1))  # lambda of a tier
 CLOSED = 1e9  # lambda that leaves a tier out
@@ -30,6 +31,7 @@ TIERS = (MEAN, REMEMBERED, SURROUNDED, FREE)  # features/strip_law.py, and the f
 UNWATCHED = (MEAN_PENALTY, 1e-2, 1e-1, CLOSED)  # where no recording can be watched
 WORTH = {REMEMBERED: 1.0, SURROUNDED: 0.98, FREE: 0.95}  # of the error left without the tier
 STATED = 1e-3  # kappa: the square of what the model leaves, 2 % of the torque, some three rows being worth one
+MOST = 10_000  # watched rows looked at in a choice
 FLAT = 1e-12  # of the largest: columns that hardly move are left out
 
 
@@ -56,12 +58,10 @@ class LinearPart:
 @final
 @dataclass
 class _Sums:
-    """Normal equations: H (q, q), g (q,), the squares c, and the number of rows."""
+    """Normal equations: H (q, q) and g (q,)."""
 
     H: Tensor
     g: Tensor
-    c: float = 0.0
-    n: int = 0
 
     @staticmethod
     def zero(q: int) -> "_Sums":
@@ -75,16 +75,10 @@ class _Sums:
             A = torch.cat([shared[:, j], odd[:, j]], dim=1)
             self.H[place[:, None], place] += A.T @ A
             self.g[place] += A.T @ z[:, j]
-        self.c += float((z**2).sum())
-        self.n += len(z)
 
     def without(self, other: "_Sums") -> "_Sums":
         """Return the sums over the rows that are not in `other`."""
-        return _Sums(self.H - other.H, self.g - other.g, self.c - other.c, self.n - other.n)
-
-    def error(self, theta: Tensor) -> float:
-        """Sum of squares that theta (q,) leaves over these rows."""
-        return float(self.c - 2 * self.g @ theta + theta @ self.H @ theta)
+        return _Sums(self.H - other.H, self.g - other.g)
 
 
 def _sums(rows: Rows, columns: Tensor, shared: int, watch: Tensor) -> tuple[_Sums, list[_Sums]]:
@@ -160,11 +154,25 @@ def _chosen_weights(left: Callable[[Weights], float], tiers: Sequence[int]) -> W
     return tuple(weights)
 
 
-def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int) -> tuple[LinearPart, LinearPart]:
+def _left_on_watched(rows: Rows, columns: Tensor, watched: Tensor, fades: bool) -> Callable[[LinearPart], float]:
+    """What a linear part leaves on the recordings that its members watch: the loss of stacking.py on MOST rows, evenly spaced."""
+    index = watched.any(dim=0)[rows.unit].nonzero().ravel()
+    index = index[::len(index) // MOST + 1]
+    A, target, scale = (x[index].double() for x in (columns, rows.target, rows.scale))
+    unit, shares = rows.unit[index], SHARES if fades else (1.0,)
+
+    def left(part: LinearPart) -> float:
+        return least_loss(target, held_out(part.of(A).transpose(0, 1), watched[:, unit], scale, fades), unit, shares)
+
+    return left
+
+
+def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades: bool = False) -> tuple[LinearPart, LinearPart]:
     """Return the linear part of every member, twice: of the rows that it trains on alone, and moved so that the mean is that of all rows.
 
     The first tells what a member makes of recordings that it has not seen, the second is for use; members differ alike in both. `watched`
-    (E, units) bool says which units a member leaves out; arm.yaml states the first `stated` coefficients of the body to be 0 +- 1.
+    (E, units) bool says which units a member leaves out; arm.yaml states the first `stated` coefficients of the body to be 0 +- 1. `fades`
+    says whether there is a baseline to fade to.
     """
     shared, joints = linear.shared, rows.target.shape[1]
     prior = slice(linear.law_size, linear.law_size + stated)
@@ -176,12 +184,15 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int) -> tup
         tier[own[-linear.free_size:]] = FREE
     members = [_solutions(everything.without(own), size, prior, tier, shared, joints) for own in seen]
 
-    def left(weights: Weights) -> float:
-        return sum(own.error(solution(weights)) / own.c for own, solution in zip(seen, members, strict=True) if own.c > 0)
+    def solved(weights: Weights) -> LinearPart:
+        return _part(torch.stack([solution(weights) for solution in members]), linear, joints, weights[FREE] < CLOSED)
 
     used = [one for one in TIERS[1:] if bool((tier == one).any())]
-    chosen = _chosen_weights(left, used) if any(own.n for own in seen) else UNWATCHED
+    chosen: Weights = UNWATCHED
+    if bool(watched[:, rows.unit].any()):
+        left = _left_on_watched(rows, linear.columns, watched, fades)
+        chosen = _chosen_weights(lambda weights: left(solved(weights)), used)
+    unseen = solved(chosen)
     theta = torch.stack([solution(chosen) for solution in members])
     shown = _solutions(everything, size, prior, tier, shared, joints)(chosen)
-    moved, opened = theta + (shown - theta.mean(dim=0)), chosen[FREE] < CLOSED
-    return _part(theta, linear, joints, opened), _part(moved, linear, joints, opened)
+    return unseen, _part(theta + (shown - theta.mean(dim=0)), linear, joints, unseen.open)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.fitting.network.rows import CHUNK, Rows
-from nnhydro.fitting.network.stacking import NETWORKS, SHARES, stacked
+from nnhydro.fitting.network.stacking import NETWORKS, SHARES, credited, held_out, stacked
 from nnhydro.models.learned.learned import LearnedTorque, spread_of
 
 Array = NDArray[np.float64]
@@ -66,8 +66,7 @@ def _out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Ten
         phi = model.familiarity(x)
         assert rows.linear is not None
         members = model.correction(x, scale, rows.linear[piece].double().transpose(0, 1))
-        mine = watched[:, rows.unit[piece]].double()[..., None]
-        predicted = (members * mine).sum(dim=0) / mine.sum(dim=0)
+        predicted = held_out(members, watched[:, rows.unit[piece]], scale, model.baseline is not None)
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
         target = rows.target[piece].double()
         parts.append((target - predicted, scatter, scale, phi, rows.unit[piece], target))
@@ -125,7 +124,8 @@ def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorq
         candidates[b] = target - r
     hybrid = model.baseline is not None
     b, trust = stacked(target, candidates, unit, SHARES if hybrid else (1.0,))
-    return replace(_with_networks(model, b), trust=trust if hybrid else None)
+    fitted = float((~watched).double().mean())
+    return replace(_with_networks(model, b), trust=credited(trust, fitted) if hybrid else None)
 
 
 def with_std(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:

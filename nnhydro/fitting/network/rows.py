@@ -14,7 +14,7 @@ from nnhydro.features.feature_set import features
 from nnhydro.features.free_part import FreeRange
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.linear.several_arms import arm_of, on_arm
-from nnhydro.fitting.network.kinds import of_one_kind
+from nnhydro.fitting.network.kinds import of_one_kind, progress, swing
 from nnhydro.fitting.network.linear_columns import Linear, linear_columns
 from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.models.learned.learned import view_of
@@ -162,13 +162,18 @@ def standardised(rows: Rows) -> tuple[Tensor, Tensor, Tensor, Tensor]:
 def watched_units(chosen: Sequence[Unit], config: TrainingConfig, arm: Arm | None = None) -> Tensor:
     """Return (members, units) bool: which units each member watches for early stopping instead of training on them.
 
-    Every other member watches units drawn at random; with an `arm`, the others watch motions of one kind (kinds.py).
+    Without an `arm` they are drawn at random. With one, a hybrid's members in turn watch a block of the units ordered by how their motions
+    swing, and by how far they get (kinds.py), from the first to the last: with shares that are large enough every unit is watched twice.
+    Every other member of a network, which has nothing to fade to, watches units drawn at random.
     """
     watched = torch.zeros(config.members, len(chosen), dtype=torch.bool)
+    share, even = config.watched_share, swing if config.model == "hybrid" else None
     for member in range(config.members):
-        if arm is not None and member % 2:
-            watch = of_one_kind(chosen, arm, config.validation_share, member // 2)
+        order = progress if member % 2 else even
+        if arm is None or order is None:
+            _, watch = validation_split(range(len(chosen)), chosen, share, config.seed + member)
         else:
-            _, watch = validation_split(range(len(chosen)), chosen, config.validation_share, config.seed + member)
+            last = (config.members - 1 - member % 2) // 2
+            watch = of_one_kind(chosen, arm, share, member // 2 / max(last, 1), order)
         watched[member, list(watch)] = True
     return watched

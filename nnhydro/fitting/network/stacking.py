@@ -1,11 +1,12 @@
 """How much of what was learned is used beside the baseline, judged recording by recording on recordings held out of the fit.
 
     minimise over b in NETWORKS and, joint by joint, t_j in SHARES     mean over recordings of  r + WARY max(0, r - 1),
-    r = sum |target - t_j correction_b| / sum |target|,      trust_j = sqrt(t_j)
+    r = sum |target - t_j correction_b| / sum |target|,      trust_j = t_j / (t_j + (1 - t_j) f)
 
 `target` is what the baseline leaves, correction_b what the members that did not train on a recording make of it with b times their
-networks. A recording on which the hybrid would do worse than its baseline (r > 1) weighs against the others. The smallest share within a
-hair of the best is taken; the root is credit for what the model knows that its members did not, who had fewer recordings.
+networks, shrunk by the disagreement of all members (models/learned/shrinkage.py). A recording on which the hybrid would do worse than its
+baseline (r > 1) weighs against the others. The smallest share within a hair of the best is taken; f is the part of the recordings that a
+member is fitted to: the model, of all of them, has credit for what its members did not know.
 Source: stacking, Wolpert (1992), Neural Networks 5, 241, Breiman (1996), Machine Learning 24, 49; the loss is ours.
 """
 
@@ -13,6 +14,8 @@ from collections.abc import Mapping, Sequence
 
 import torch
 from torch import Tensor
+
+from nnhydro.models.learned.shrinkage import jackknife, shrink
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)  # t: of what is learned beside the baseline, the smallest first
 NETWORKS = (0.0, 0.5, 1.0)  # b: of the networks beside the linear part
@@ -31,9 +34,32 @@ def error_ratios(target: Tensor, correction: Tensor, unit: Tensor) -> Tensor:
     return ratio
 
 
+def held_out(members: Tensor, mine: Tensor, scale: Tensor, fades: bool) -> Tensor:
+    """Return what the members (E, n, joints) N m say together of rows (n,) that those in `mine` (E, n) have watched, (n, joints) N m.
+
+    Where it fades (a hybrid), it is as much of it as is used: shrunk by the disagreement of all members.
+    """
+    weight = mine.double()[..., None]
+    mean = (members * weight).sum(dim=0) / weight.sum(dim=0)
+    return shrink(mean, jackknife(members), scale) if fades else mean
+
+
 def loss(ratio: Tensor) -> Tensor:
     """Return the mean ratio (joints,), what lies above 1 counting WARY times more."""
     return (ratio + WARY * (ratio - 1).clamp(min=0.0)).mean(dim=0)
+
+
+def least_loss(target: Tensor, correction: Tensor, unit: Tensor, shares: Sequence[float] = SHARES) -> float:
+    """Return the mean over joints of the least loss that one of the `shares` of `correction` (n, joints) N m leaves."""
+    return float(torch.stack([loss(error_ratios(target, t * correction, unit)) for t in shares]).amin(dim=0).mean())
+
+
+def credited(share: Tensor, fitted: float) -> Tensor:
+    """Return the share that suits a model of all recordings where `share` suits members of the part `fitted` of them.
+
+    share = 1/(1 + e), e the variance of what is learned over its square, which falls as one over the number of recordings.
+    """
+    return share / (share + (1 - share) * fitted).clamp(min=TINY)
 
 
 def stacked(target: Tensor, candidates: Mapping[float, Tensor], unit: Tensor, shares: Sequence[float] = SHARES) -> tuple[float, Tensor]:
@@ -44,5 +70,5 @@ def stacked(target: Tensor, candidates: Mapping[float, Tensor], unit: Tensor, sh
         least = losses.amin(dim=0)
         if float(least.mean()) < (1 - HAIR) * best:
             first = (losses <= (1 + HAIR) * least).int().argmax(dim=0)
-            best, found = float(least.mean()), (b, torch.tensor(shares, dtype=torch.float64)[first].sqrt())
+            best, found = float(least.mean()), (b, torch.tensor(shares, dtype=torch.float64)[first])
     return found

@@ -91,7 +91,7 @@ class Graph:
             position += offset
         return chunk, position
 
-    def _merged(self, used: Sequence[int]) -> str:
+    def _merge_chunks(self, used: Sequence[int]) -> str:
         """Join chunks to one, which stands for them from now on: a joint pays for each of its parts."""
         name, offset = self.node("Concat", [self.chunks[c][0] for c in used], axis=0), 0
         for c in used:
@@ -107,7 +107,7 @@ class Graph:
         start = dict(zip(used, np.cumsum([0, *(self.chunks[c][1] for c in used)]), strict=False))
         index = np.array([start[c] + p for c, p in places], dtype=np.int64).reshape(shape)
         total = sum(self.chunks[c][1] for c in used)
-        source = self.chunks[used[0]][0] if len(used) == 1 else self._merged(used)
+        source = self.chunks[used[0]][0] if len(used) == 1 else self._merge_chunks(used)
         if len(shape) == 1 and len(index) == total and (index == np.arange(total)).all():
             return source
         taken = str(self.node("GatherElements", [source, self.constant(index.ravel(), np.int64)], axis=0))

@@ -2,7 +2,7 @@
 
 What is learned is a linear part, solved in closed form, and the ensemble of networks for what it leaves:
 
-    tau = base + phi g S bounded( law / S + free / S + x_odd K + y(x) )
+    tau = base + shrink( phi g S bounded( law / S + free / S + x_odd K + y(x) ) )
 
 `free` (free_part.py) is what the mirror image of the rig need not repeat; all else changes sign with it.
 """
@@ -19,6 +19,7 @@ from nnhydro.features.wake import LASTING, TRAVEL
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.free_part import FreePart
 from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
+from nnhydro.models.learned.shrinkage import jackknife, shrink
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
@@ -58,6 +59,7 @@ class LearnedTorque(TorqueModel):
 
     phi = 1 / (1 + h),   h = |support' x|^2
 
+A hybrid uses of the members' mean as much as exceeds their disagreement (shrinkage.py), a network all of it.
     h measures how far the features x lie from those of training, 1 far beyond what recordings held out of it reach: there the residual of
     a hybrid fades and the baseline remains; g (`trust`) is below 1 where recordings held out of it do not confirm it. For a network both
     are 1. std^2 = [(k s)^2 + (c S)^2 + a^2 + (u (1 - phi) S)^2] (1 + 3 e)^2 with s the scatter of the members and `doubt` = (k, c, a, u),
@@ -139,8 +141,14 @@ class LearnedTorque(TorqueModel):
         return correction if self.baseline is None else self.baseline.torque(motion) + correction
 
     def torque(self, motion: Motion) -> Tensor:
-        """Return the mean of the members, (n, joints) N m."""
-        return self.members(motion).mean(dim=0)
+        """Return the baseline and what is used of the correction, of a network the mean of its members, (n, joints) N m."""
+        view = view_of(self.arm, motion, self.floor)
+        x = self.standardised_features(view)
+        correction = self.correction(x, view.scale, self.linear(view, x))
+        if self.baseline is None:
+            return correction.mean(dim=0)
+        doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(correction)
+        return self.baseline.torque(motion) + shrink(correction.mean(dim=0), doubted, view.scale)
 
     def std(self, motion: Motion) -> Tensor | None:
         """Return the standard deviation (n, joints) N m to be expected of measured minus predicted torque.

@@ -8,7 +8,7 @@ from campaigns import GIVEN, campaign, planted, recording
 from rigs import arm
 
 from nnhydro.fitting.network.base_choice import baseline_choice
-from nnhydro.fitting.network.kinds import of_one_kind, progress
+from nnhydro.fitting.network.kinds import of_one_kind, progress, swing
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.splitting import units
 
@@ -34,10 +34,17 @@ def test_a_link_that_turns_on_gets_all_the_way_and_one_that_swings_hardly_anywhe
     assert fast < medium < slow < on
 
 
+def test_what_swings_has_accelerations_as_its_keulegan_carpenter_number_says_and_what_turns_on_none():
+    fast, on, slow, medium = (swing(unit, arm(1)) for unit in tank())
+    assert on == pytest.approx(0.0, abs=1e-9)
+    keulegan_carpenter = 2 * np.pi * 0.4 * arm(1).links[0].length_m / arm(1).links[0].diameter_m
+    assert [slow, medium, fast] == pytest.approx([2 * np.pi / keulegan_carpenter * 4 / np.pi] * 3, rel=0.05), "of one amplitude"
+
+
 def test_blocks_are_neighbours_in_kind_and_leave_something_to_fit():
-    found = [of_one_kind(tank(), arm(1), 0.25, number) for number in range(3)]
-    assert found == [(0,), (1,), (2,)] or found == [(0,), (1,), (3,)]
-    assert of_one_kind(tank()[:1], arm(1), 0.25, 0) == ()
+    assert [of_one_kind(tank(), arm(1), 0.25, place) for place in (0.0, 1.0)] == [(0,), (1,)]
+    assert of_one_kind(tank(), arm(1), 0.25, 0.0, swing) == (1,)
+    assert of_one_kind(tank()[:1], arm(1), 0.25, 0.0) == ()
 
 
 def test_the_plain_baseline_is_kept_where_no_other_is_clearly_better():

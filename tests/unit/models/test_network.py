@@ -15,8 +15,9 @@ from nnhydro.features.feature_set import feature_sets, features
 from nnhydro.features.strip_law import law_columns
 from nnhydro.features.strip_state import StripView, state_sets, strip_states
 from nnhydro.fitting.config import TrainingConfig
-from nnhydro.models.learned.learned import LearnedTorque, swiftness, view_of
+from nnhydro.models.learned.learned import WIDENING, LearnedTorque, swiftness, view_of
 from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
+from nnhydro.models.learned.shrinkage import jackknife, shrink
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
@@ -244,12 +245,18 @@ def test_the_correction_stays_within_its_bound_times_the_scale(hybrid, links):
 
 
 @KINDS
-def test_the_prediction_is_the_mean_of_the_members_and_their_scatter(hybrid):
+def test_the_prediction_is_the_mean_of_the_members_of_a_hybrid_shrunk_towards_its_baseline(hybrid):
     model = learned(arm(2), hybrid)
     members = model.members(run(2))
     assert members.shape == (3, 60, 2)
-    torch.testing.assert_close(model.torque(run(2)), members.mean(0))
     torch.testing.assert_close(model.std(run(2)), members.std(0))
+    if model.baseline is None:
+        torch.testing.assert_close(model.torque(run(2)), members.mean(0))
+        return
+    base, view = model.baseline.torque(run(2)), view_of(model.arm, run(2), model.floor)
+    doubted = (1 + WIDENING * model.excess(view, model.standardised(view))) ** 2 * jackknife(members - base)
+    torch.testing.assert_close(model.torque(run(2)) - base, shrink((members - base).mean(0), doubted, view.scale))
+    assert bool(((model.torque(run(2)) - base).abs() <= (members - base).mean(0).abs() + 1e-12).all())
 
 
 def test_beyond_what_it_has_seen_the_net_holds_its_inputs_at_the_edge():

@@ -253,7 +253,7 @@ def test_a_correction_is_used_as_far_as_held_out_recordings_confirm_it():
     for share, t in ((1.0, 1.0), (1 / 0.75, 0.75), (2.0, 0.5), (-1.0, 0.0), (30.0, 0.0)):
         b, trust = stacked(target, {1.0: share * target}, unit)
         assert b == 1.0
-        assert trust == pytest.approx(np.full(2, t**0.5))
+        assert trust == pytest.approx(np.full(2, t))
     assert stacked(target, {0.0: 0.5 * target, 1.0: target}, unit)[0] == 1.0
     assert stacked(target, {0.0: target, 1.0: 3.0 * target}, unit)[0] == 0.0, "networks that only harm are left out"
 

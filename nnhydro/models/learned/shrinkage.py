@@ -1,0 +1,26 @@
+"""How far a correction is used: as far as it exceeds what is not known of it.
+
+    c = m (m^2 + e^2) / (m^2 + w^2 v + e^2),     v = (E - 1)/E sum_k (m_k - m)^2,     e = FAINT S                    [N m]
+
+m is the mean of the E members' corrections m_k, v the variance of that mean by the delete-a-group jackknife: every member has left out
+motions of one kind (fitting/network/kinds.py), so that members agree where what they learned holds for any kind, and part where a motion
+leaves what was trained. Inputs are held within the range of training, where members cannot part any more: w = 1 + 3 e' widens v outside
+of it, e' being the excess of learned.py. Among known motions c is m; far from them w^2 v outgrows m^2, and the baseline remains. e keeps
+the way through zero smooth. Source: Wiener's filter, sample by sample; jackknife: Efron & Stein (1981), Ann. Statist. 9, 586.
+"""
+
+from torch import Tensor
+
+FAINT = 1e-3  # of the scale: corrections below it are used whole
+
+
+def shrink(mean: Tensor, variance: Tensor, scale: Tensor) -> Tensor:
+    """Return c of m N m, w^2 v (N m)^2 and S N m, all (n, joints)."""
+    own = mean**2 + (FAINT * scale) ** 2
+    return mean * own / (own + variance)
+
+
+def jackknife(members: Tensor) -> Tensor:
+    """Return v (n, joints) of corrections (E, n, joints) N m: 0 for a single member."""
+    E = len(members)
+    return (E - 1) ** 2 / E * members.var(dim=0) if E > 1 else 0 * members[0]
