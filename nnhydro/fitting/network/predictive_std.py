@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.fitting.network.rows import CHUNK, Rows
-from nnhydro.fitting.network.stacking import NETWORKS, SHARES, credited, held_out, stacked
+from nnhydro.fitting.network.stacking import NETWORKS, SHARES, credit, held_out, stacked
 from nnhydro.models.learned.learned import LearnedTorque, spread_of
 
 Array = NDArray[np.float64]
@@ -125,7 +125,7 @@ def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorq
     hybrid = model.baseline is not None
     b, trust = stacked(target, candidates, unit, SHARES if hybrid else (1.0,))
     fitted = float((~watched).double().mean())
-    return replace(_with_networks(model, b), trust=credited(trust, fitted) if hybrid else None)
+    return replace(_with_networks(model, b), trust=credit(trust, fitted) if hybrid else None)
 
 
 def with_std(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:

@@ -54,7 +54,7 @@ def least_loss(target: Tensor, correction: Tensor, unit: Tensor, shares: Sequenc
     return float(torch.stack([loss(error_ratios(target, t * correction, unit)) for t in shares]).amin(dim=0).mean())
 
 
-def credited(share: Tensor, fitted: float) -> Tensor:
+def credit(share: Tensor, fitted: float) -> Tensor:
     """Return the share that suits a model of all recordings where `share` suits members of the part `fitted` of them.
 
     share = 1/(1 + e), e the variance of what is learned over its square, which falls as one over the number of recordings.

@@ -254,7 +254,7 @@ def test_the_prediction_is_the_mean_of_the_members_of_a_hybrid_shrunk_towards_it
         torch.testing.assert_close(model.torque(run(2)), members.mean(0))
         return
     base, view = model.baseline.torque(run(2)), view_of(model.arm, run(2), model.floor)
-    doubted = (1 + WIDENING * model.excess(view, model.standardised(view))) ** 2 * jackknife(members - base)
+    doubted = (1 + WIDENING * model.excess(view, model.standardised_features(view))) ** 2 * jackknife(members - base)
     torch.testing.assert_close(model.torque(run(2)) - base, shrink((members - base).mean(0), doubted, view.scale))
     assert bool(((model.torque(run(2)) - base).abs() <= (members - base).mean(0).abs() + 1e-12).all())
 
