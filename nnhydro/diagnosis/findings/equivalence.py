@@ -5,12 +5,11 @@ from typing import final
 
 import numpy as np
 
-from nnhydro.diagnosis.constants import NEAR, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import LISTED, NEAR, TRUSTED_RATIO
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 
 ALIKE = 0.98  # cosine of the visible torques from which two effects are one
 HARDLY = 0.05  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
-MOST = 0.99
 
 
 @final
@@ -110,5 +109,5 @@ def alternatives(search: Search, found: Scored, k: int) -> tuple[float, list[Alt
         made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
     inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total
     left = found.unknown_nats / max(base.unknown_nats, 1e-9) if base.unknown_nats > 10 else 0.0
-    listed = 1.0 / (1.0 + (left / TRUSTED_RATIO) ** 4)
-    return float(min(inside * listed, MOST)), sorted(made, key=lambda a: a.deficit)
+    listed = LISTED / (1.0 + (left / TRUSTED_RATIO) ** 4)
+    return float(inside * listed), sorted(made, key=lambda a: a.deficit)
