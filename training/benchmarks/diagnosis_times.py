@@ -125,7 +125,8 @@ def main() -> None:
     """Print a line a command and write diagnosis_times.json."""
     given = sys.argv[1:]
     other = Path(given.pop(0)).resolve() if given and Path(given[0]).is_dir() else None
-    rows = []
+    kept = Path(__file__).with_suffix(".json")
+    rows = json.loads(kept.read_text())["rows"] if kept.exists() else []  # lines that are not run again keep their figures
     twelve()
     for name, (command, made) in LINES.items():
         if given and not any(part in name for part in given):
@@ -138,9 +139,9 @@ def main() -> None:
             row["other"] = then = timed(other, command, campaign)
             row["ratio"] = None if None in (then["seconds"], now["seconds"]) else then["seconds"] / now["seconds"]
             text += f"   other: {then['seconds'] or LIMIT:6.1f} s  {then['named']}"
-        rows.append(row)
+        rows = [*(kept_row for kept_row in rows if kept_row["line"] != name), row]
         print(text, flush=True)
-    write_json(Path(__file__).with_suffix(".json"), {"rows": rows, "machine": machine("nnhydro", "torch", "numpy")})
+        write_json(kept, {"rows": rows, "machine": machine("nnhydro", "torch", "numpy")})
 
 
 if __name__ == "__main__":
