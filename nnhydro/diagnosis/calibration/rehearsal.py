@@ -50,7 +50,7 @@ def _true_members(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
     for k, others in rivals.items():
         rest = search.score(tuple(x for x in claimed.chosen if x != k))
         sets = [(search.score((*rest.chosen, member)), member) for member in (k, *others)]
-        taking = [(s, member) for s, member in sets if search.admits(rest, s) and s.score - rest.score > LEAST_GAIN]
+        taking = [(s, member) for s, member in sets if search.admits(rest, s) and search.gain(rest, s) > LEAST_GAIN]
         if taking:
             named.append(max(taking, key=lambda pair: pair[0].score)[1])
     return named

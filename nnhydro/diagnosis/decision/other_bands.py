@@ -58,5 +58,5 @@ def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: 
     found = search.score(whole)
     noise = reestimated(design, noise, whitened, search.view.joined(whole), found.sizes.vector(whitened))
     search = Search(View(Whitened(design, unknown.smooth, noise.v), library), found.sizes)
-    gains = [search.score(whole).score - search.score(tuple(x for x in whole if x != k)).score for k in whole]
+    gains = [search.gain(search.score(tuple(x for x in whole if x != k)), search.score(whole)) for k in whole]
     return OtherBand(band.torque, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

@@ -96,7 +96,7 @@ def alternatives(search: Search, found: Scored, k: int) -> tuple[float, list[Alt
     sets = [search.score((*rest, r)) for r in search.screen(rest) if search.key(r) != key]
     numbers = [next(x for x in s.chosen if x not in rest) for s in sets]
     deficits = [found.score - s.score for s in sets]
-    floor = np.exp(min(base.score - found.score, 0.0))
+    floor = np.exp(-max(search.gain(base, found), 0.0))
     taking = np.array([search.admits(base, s) for s in sets], dtype=float)  # what takes nothing from the unknown is no rival
     weights = np.exp(-np.maximum(deficits, 0.0)) * taking if deficits else np.zeros(0)
     total = 1.0 + floor + weights.sum()
@@ -104,7 +104,7 @@ def alternatives(search: Search, found: Scored, k: int) -> tuple[float, list[Alt
     for s, r, deficit, weight in zip(sets, numbers, deficits, weights.tolist(), strict=True):
         cosine = _cosine(search, found, k, s, r)
         no_wider = parameter_count(search, r) <= parameter_count(search, k)  # a general law holds the finding's own
-        alike = no_wider and cosine > ALIKE and deficit < HARDLY * max(found.score - base.score, 0.0)
+        alike = no_wider and cosine > ALIKE and deficit < HARDLY * max(search.gain(base, found), 0.0)
         equivalent = search.admits(base, s) and (deficit < NEAR or alike)
         made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
     inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total

@@ -59,9 +59,9 @@ class Whitened:
 
     @property
     def unknown_of_unit_share(self) -> Array:
-        """The prior standard deviations (joints m,) of an unknown whose groups together make each joint's torque, all as much."""
+        """Prior standard deviations (joints m,), N m, of an unknown whose groups together make each joint's torque, all as much."""
         u, design = self.unknown, self.design
-        energy = np.bincount(u.group, (u.s[:, None] * u.Phi.T**2 * u.s[:, None]).sum(axis=1), len(u.names)) / design.time
+        energy = np.bincount(u.group, u.s**2 * (u.Phi**2).sum(axis=0), len(u.names)) / design.time
         sizes = 1.0 / np.sqrt(np.maximum(len(u.names) * energy, 1e-300))
         return np.concatenate([sizes[u.group] * u.s * scale for scale in design.scale])
 

@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM
-from nnhydro.diagnosis.model.evidence import Posterior, posterior
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 FEWEST_UNITS = 6  # recordings from which their scatter is counted; of fewer that of blocks
 
 
@@ -38,48 +39,56 @@ class Values:
     bounded: bool = False  # whether a value was cut at a physical bound other than 0
 
 
-def _scatter(search: Search, found: Scored, fit: Posterior, index: NDArray[np.int64]) -> Array:
-    """Return the variance (k,) of the coefficients `index` that the scatter of the recordings' scores gives, without the unknown."""
-    view = search.view
-    whitened, problem = view.whitened, view.library.design.problem
-    columns = view.joined(found.chosen)
-    assert columns is not None
-    D = np.concatenate([whitened.Y, columns.Xw], axis=2)
-    own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
-    r = whitened.y - D @ fit.mean[own]
-    unit = problem.group_of if problem.groups >= FEWEST_UNITS else problem.block_of
-    scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in np.unique(unit)])
-    inverse = fit.covariance(own)
-    moved = scores @ inverse
-    count = len(scores)
-    variances: Array = (moved**2).sum(axis=0) * count / max(count - 1, 1)
-    return variances[np.searchsorted(own, index)]
+@final
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """The fit of a set without the unknown: its own coefficients `own`, those of baseline and laws, and their covariance (k, k)."""
 
+    search: Search
+    columns: Columns
+    posterior: Posterior
+    own: Index
+    covariance: Array
 
-def _form(search: Search, found: Scored, fit: Posterior, index: NDArray[np.int64]) -> Array:
-    """Return the covariance (k, k) of the coefficients `index` that a smooth error of the models' form gives."""
-    view = search.view
-    whitened, columns = view.whitened, view.joined(found.chosen)
-    assert columns is not None
-    own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
-    t = BASELINE_FORM * whitened.unknown_of_unit_share
-    between = np.concatenate([whitened.G[: whitened.p, whitened.p:], columns.cross[whitened.p:].T]) * t
-    moved = fit.covariance(own)[np.searchsorted(own, index)] @ between
-    covariance: Array = moved @ moved.T
-    return covariance
+    @staticmethod
+    def of(search: Search, found: Scored) -> "_Fit":
+        """Return the fit of `found`."""
+        whitened, columns = search.view.whitened, search.view.joined(found.chosen)
+        assert columns is not None
+        fit = posterior(whitened, columns, none(whitened).vector(whitened))
+        own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
+        return _Fit(search, columns, fit, own, fit.covariance(own))
+
+    def scatter(self, at: Index) -> Array:
+        """Return the variance (m,) of the coefficients `at` among `own` that the scatter of the recordings' scores gives."""
+        view = self.search.view
+        problem = view.library.design.problem
+        D = np.concatenate([view.whitened.Y, self.columns.Xw], axis=2)
+        r = view.whitened.y - D @ self.posterior.mean[self.own]
+        unit = problem.group_of if problem.groups >= FEWEST_UNITS else problem.block_of
+        scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in np.unique(unit)])
+        variances: Array = ((scores @ self.covariance[:, at]) ** 2).sum(axis=0) * len(scores) / max(len(scores) - 1, 1)
+        return variances
+
+    def form(self, at: Index) -> Array:
+        """Return the covariance (m, m) of the coefficients `at` among `own` that a smooth error of the baseline's form gives."""
+        whitened = self.search.view.whitened
+        between = np.concatenate([whitened.G[: whitened.p, whitened.p:], self.columns.cross[whitened.p:].T])
+        moved = self.covariance[at] @ between * (BASELINE_FORM * whitened.unknown_of_unit_share)
+        covariance: Array = moved @ moved.T
+        return covariance
 
 
 def values_of(search: Search, found: Scored, k: int) -> Values:
-    """Return the values of member `k`: without the unknown, the spread widened to that of the recordings."""
+    """Return the values of member `k`: without the unknown, the spread widened to that of the recordings and by the baseline's form."""
     view, library = search.view, search.view.library
-    columns = view.joined(found.chosen)
-    fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
-    at, h = found.places(view)[k], library.hypotheses[k]
-    index = np.arange(at.start, at.stop)
-    covariance = fit.covariance(index)
-    widening = np.sqrt(np.maximum(_scatter(search, found, fit, index) / np.maximum(np.diag(covariance), 1e-300), 1.0))
-    covariance = covariance * widening[:, None] * widening + _form(search, found, fit, index)
-    mean = fit.mean[at]
+    fit = _Fit.of(search, found)
+    place, h = found.places(view)[k], library.hypotheses[k]
+    at = np.searchsorted(fit.own, np.arange(place.start, place.stop))
+    covariance = fit.covariance[np.ix_(at, at)]
+    widening = np.sqrt(np.maximum(fit.scatter(at) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    covariance = covariance * widening[:, None] * widening + fit.form(at)
+    mean = fit.posterior.mean[place]
     if h.per_recording:
         mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)
     low, high = library.bounds(k)
