@@ -191,32 +191,43 @@ def model_torque(model: TorqueModel, segment: Segment) -> Array:
     return segment.seen(model.torque(Motion.of(segment)).numpy())
 
 
+def judged(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, Coverage | None]:
+    """Return the misfit of `model` on the compared rows of `unit`, None where it has none, and how its intervals cover them.
+
+    The coverage is None where the model knows no standard deviation.
+    """
+    model = on_arm(model, arm_of(unit, model.arm))
+    misfits, covered = [], []
+    for segment in unit.segments():
+        if segment.tau is None or not segment.keep.any():
+            continue
+        keep, measured = segment.keep, segment.tau[segment.keep]
+        found, std = model.torque_and_std(Motion.of(segment))
+        modelled = segment.seen(found.numpy())[keep]
+        misfits.append(Misfit.of(measured, modelled))
+        covered += [] if std is None else [Coverage.of(measured, modelled, std.numpy()[keep])]
+    return Misfit.total(misfits) if misfits else None, _total(covered)
+
+
 def misfit_of(model: TorqueModel, unit: Unit) -> Misfit | None:
     """Return the misfit of `model` on the compared rows of `unit`; None where it has none."""
-    model = on_arm(model, arm_of(unit, model.arm))
-    parts = [Misfit.of(segment.tau[segment.keep], model_torque(model, segment)[segment.keep])
-             for segment in unit.segments() if segment.tau is not None and segment.keep.any()]
-    return Misfit.total(parts) if parts else None
+    return judged(model, unit)[0]
 
 
 def coverage_of(model: TorqueModel, chosen: Sequence[Unit]) -> Coverage | None:
     """Return how the intervals of `model` cover the compared rows of the units `chosen`; None where it knows no std."""
-    parts = []
-    for unit in chosen:
-        own = on_arm(model, arm_of(unit, model.arm))
-        for segment in unit.segments():
-            std = own.std(Motion.of(segment)) if segment.tau is not None and segment.keep.any() else None
-            if std is not None and segment.tau is not None:
-                keep = segment.keep
-                parts.append(Coverage.of(segment.tau[keep], model_torque(own, segment)[keep], std.numpy()[keep]))
+    return _total([coverage for unit in chosen if (coverage := judged(model, unit)[1]) is not None])
+
+
+def _total(parts: Sequence[Coverage]) -> Coverage | None:
     return sum(parts[1:], start=parts[0]) if parts else None
 
 
 def _judge_fold(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:
     """What one fold says of a model."""
-    found = {unit.name: misfit_of(model, unit) for unit in held_out}
-    known = {unit: misfit for unit, misfit in found.items() if misfit is not None}
-    covered = coverage_of(model, held_out)
+    found = {unit.name: judged(model, unit) for unit in held_out}
+    known = {name: misfit for name, (misfit, _) in found.items() if misfit is not None}
+    covered = _total([coverage for _, coverage in found.values() if coverage is not None])
     back = coverage_of(model, fitted[::-(-len(fitted) // LOOKED_BACK)]) if covered is not None else None
     return Standing(name, [known], fit_s, [model], [] if covered is None else [covered], [] if back is None else [back])
 

@@ -30,7 +30,7 @@ STRIPS = 10  # a link; McLain & Rock found no gain beyond four
 TRAVEL = (0.25, 0.5, 1.0, 2.0, 4.0)  # diameters, from the vortex pair's growth to the street's
 LASTING = (1e-4, 1e-3, 1e-2)  # of D^2/nu
 STATES = 2 * len(TRAVEL) + len(LASTING) + 1  # numbers that a station carries from row to row: p, m, v and w itself
-TINY, COARSE = 1e-12, 1e-3  # rates of a step: none at all, and large enough for differences of ones
+TINY = 1e-12  # rate of a step: none at all
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
 
@@ -74,24 +74,27 @@ def next_state(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Te
 
 
 def _filter_bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
-    """The states (n, STATES, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m."""
-    count, slow = len(TRAVEL), len(LASTING)
-    length, lag = np.asarray(TRAVEL)[:, None, None] * D, np.asarray(LASTING)[:, None, None] * D**2 / nu
+    """The states (n, STATES, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m: lags p - w, m - p, v - w decay."""
+    count = len(TRAVEL)
     found = np.empty((len(w), STATES, *w.shape[1:]))
     found[0, :-1], found[:, -1] = start, w
-    rate = np.empty((count + slow, *w.shape[1:]))
-    p, m, v = found[0, :count], found[0, count:2 * count], found[0, 2 * count:-1]
-    for k in range(1, len(w)):
-        now, before, change = w[k], w[k - 1], w[k] - w[k - 1]
-        rate[:count] = np.sqrt((0.5 * (now + before)) ** 2 + m * m) * (dt[k] / length)
-        rate[count:] = dt[k] / lag
-        np.maximum(rate, TINY, out=rate)
-        stay = np.exp(-rate)
-        turn = (1 - stay) / rate if rate.min() > COARSE else -np.expm1(-rate) / rate
-        old, p = p, now + (p - before) * stay[:count] - change * turn[:count]
-        m = p + (m - old) * stay[:count] - (p - old) * turn[:count]
-        v = now + (v - before) * stay[count:] - change * turn[count:]
-        found[k, :count], found[k, count:2 * count], found[k, 2 * count:-1] = p, m, v
+    p, m, v = found[:, :count], found[:, count:2 * count], found[:, 2 * count:-1]
+    change, square = np.diff(w, axis=0), (0.5 * (w[1:] + w[:-1])) ** 2
+    per_way = -dt[1:, None, None, None] / (np.asarray(TRAVEL)[:, None, None] * D)
+    rates = np.minimum(-dt[1:, None, None, None] * nu / (np.asarray(LASTING)[:, None, None] * D**2), -TINY)
+    fades = np.expm1(rates)
+    moved = change[:, None] * (fades / rates)
+    first, second, third = p[0] - w[0], m[0] - p[0], v[0] - w[0]
+    for k in range(len(change)):
+        rate = np.minimum(np.sqrt(m[k] * m[k] + square[k]) * per_way[k], -TINY)
+        fade = np.expm1(rate)
+        turn, stay, before = fade / rate, fade + 1.0, first
+        first = first * stay - change[k] * turn
+        second = second * stay - (first - before + change[k]) * turn
+        third = third + third * fades[k] - moved[k]
+        np.add(first, w[k + 1], out=p[k + 1])
+        np.add(p[k + 1], second, out=m[k + 1])
+        np.add(third, w[k + 1], out=v[k + 1])
     return found
 
 

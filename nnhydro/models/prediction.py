@@ -135,8 +135,8 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
     def answers(segment: Segment) -> list[Array]:
         motion = Motion.of(segment)
         far = [] if domain is None else [domain.outside(motion, model.arm)[:, None]]
-        std = model.std(motion)
-        return [segment.seen(model.torque(motion).numpy()), *far, *([] if std is None else [std.numpy()])]
+        tau, std = model.torque_and_std(motion)
+        return [segment.seen(tau.numpy()), *far, *([] if std is None else [std.numpy()])]
 
     found = on_rows(answers, model.arm.n_links, recording) or [np.empty((len(recording), model.arm.n_links))]
     tau, *others = found

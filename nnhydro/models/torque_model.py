@@ -32,6 +32,10 @@ class TorqueModel(ABC):
         """Return the model's own standard deviation (n, joints) N m, None where it knows none."""
         return None
 
+    def torque_and_std(self, motion: Motion) -> tuple[Tensor, Tensor | None]:
+        """Return both; of a model that finds them together, at the price of one."""
+        return self.torque(motion), self.std(motion)
+
     @abstractmethod
     def document(self) -> dict[str, Any]:
         """Return what model.json holds beyond arm, preparation and fit: plain numbers, lists and strings."""

@@ -31,9 +31,9 @@ WORK = """
 import json, resource, sys, time
 from pathlib import Path
 from nnhydro.diagnosis.diagnose import diagnose
-from nnhydro.recordings.campaign import verified
+from nnhydro.recordings.campaign import verify_campaign
 wall, cpu = time.perf_counter(), time.process_time()
-d = diagnose(verified(Path(sys.argv[1])), "constant").document()
+d = diagnose(verify_campaign(Path(sys.argv[1])), "constant").document()
 print(json.dumps({"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu,
                   "memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
                   "named": [[f["effect"], f["joint"]] for f in d["findings"]], "proof_recordings": d["proof"]["recordings"]}))

@@ -92,10 +92,16 @@ class _Task:
         r = (left / rows.scale).pow(2).mean(dim=1, keepdim=True).sqrt() + 1e-9
         return _Task(rows, left, r, rows.target.pow(2).mean(dim=0).sqrt() + 1e-9)
 
-    def errors(self, ensemble: Ensemble, index: Tensor | slice) -> Tensor:
-        """Squared scaled error (E, rows) of the rows `index`."""
+    def of_member(self, member: int) -> "_Task":
+        """Return the task of one member alone."""
+        own = slice(None) if len(self.left) == 1 else slice(member, member + 1)
+        return _Task(self.rows, self.left[own], self.r[own], self.s)
+
+    def errors(self, ensemble: Ensemble, index: Tensor) -> Tensor:
+        """Squared scaled error (E, m) of the rows `index` (E, m) of each member."""
+        left = self.left.expand(len(index), -1, -1)[torch.arange(len(index))[:, None], index]
         y = self.r * mirrored(ensemble, self.rows.x[index], self.rows.parity)
-        return (((self.rows.scale[index] * y - self.left[:, index]) / self.s) ** 2).sum(dim=2)
+        return (((self.rows.scale[index] * y - left) / self.s) ** 2).sum(dim=2)
 
 
 def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, decay: float) -> None:
@@ -126,9 +132,11 @@ def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, c
     for number, index in enumerate(batches):
         for w in state.weights:
             w.requires_grad_(True)
-        errors = task.errors(layout.replaced(state.weights), index)
-        mask = train[:, index]
-        loss = ((errors * mask).sum(dim=1) / mask.sum(dim=1).clamp(min=1)).sum()
+        mine = train[:, index]
+        own = mine.int().argsort(dim=1, descending=True, stable=True)[:, :int(mine.sum(dim=1).max())]  # others fill up, at no weight
+        weight = mine.gather(1, own)
+        errors = task.errors(layout.replaced(state.weights), index[own])
+        loss = ((errors * weight).sum(dim=1) / weight.sum(dim=1).clamp(min=1)).sum()
         gradients = torch.autograd.grad(loss, state.weights)
         for w in state.weights:
             w.requires_grad_(False)
@@ -138,9 +146,11 @@ def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, c
 
 def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor) -> None:
     """Note each member's error on the rows it watches (members, n) and keep its best weights."""
-    ensemble = layout.replaced(state.weights)
-    errors = torch.cat([task.errors(ensemble, slice(i, i + 65_536)) for i in range(0, len(task.rows.x), 65_536)], dim=1)
-    error = (errors * watch).sum(dim=1) / watch.sum(dim=1).clamp(min=1)
+    error = torch.zeros(layout.members)
+    for member, mine in enumerate(watch):
+        alone, ensemble = task.of_member(member), layout.replaced([w.chunk(layout.members)[member] for w in state.weights])
+        pieces = torch.split(mine.nonzero().ravel(), 65_536)
+        error[member] = sum(alone.errors(ensemble, index[None]).sum() for index in pieces) / mine.sum().clamp(min=1)
     better = error < state.best_error
     state.best_error = torch.where(better, error, state.best_error)
     state.best_epoch = torch.where(better, torch.tensor(float(state.epoch)), state.best_epoch)

@@ -13,6 +13,7 @@ rows: memory is that of the normal matrices. Source: ridge regression, Hoerl & K
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import final
 
 import torch
@@ -82,16 +83,19 @@ class _Sums:
 
 
 def _sums(rows: Rows, columns: Tensor, shared: int, watch: Tensor) -> tuple[_Sums, list[_Sums]]:
-    """Sums over all rows, and over those that each member watches; `watch` (E, n) bool."""
+    """Sums over all rows, and over those that each member watches; `watch` (E, n) bool. Rows that the same members watch go together."""
     s = rows.target.double().pow(2).mean(dim=0).sqrt() + 1e-9
     q = shared + (columns.shape[2] - shared) * columns.shape[1]
+    who, which = torch.unique(watch, dim=1, return_inverse=True)  # (E, sets of members), (n,)
     everything, watched = _Sums.zero(q), [_Sums.zero(q) for _ in watch]
-    for start in range(0, len(columns), CHUNK):
-        part = slice(start, start + CHUNK)
-        A, z = columns[part].double() / s[:, None], rows.target[part].double() / s
-        everything.add(A[..., :shared], A[..., shared:], z)
-        for sums, mask in zip(watched, watch[:, part], strict=True):
-            sums.add(A[mask][..., :shared], A[mask][..., shared:], z[mask])
+    for number, members in enumerate(who.T):
+        together, rows_of = _Sums.zero(q), (which == number).nonzero().ravel()
+        for part in torch.split(rows_of, CHUNK):
+            A, z = columns[part].double() / s[:, None], rows.target[part].double() / s
+            together.add(A[..., :shared], A[..., shared:], z)
+        for sums in (everything, *(sums for sums, mine in zip(watched, members, strict=True) if mine)):
+            sums.H += together.H
+            sums.g += together.g
     return everything, watched
 
 
@@ -123,8 +127,11 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: i
 
     def theta(weights: Weights) -> Tensor:
         weight = torch.tensor(weights, dtype=torch.float64)[tier]
-        found: Tensor = unit * _solved(A + torch.diag(weight * usual + 1e-12), b, shared, joints)
-        return torch.where((weight < CLOSED) | (usual == 0), found, torch.zeros_like(found))
+        open_ = ((weight < CLOSED) | (usual == 0)).nonzero().ravel()
+        own, penalty = A[open_[:, None], open_], weight[open_] * usual[open_] + 1e-12
+        found = torch.zeros_like(b)
+        found[open_] = unit[open_] * _solved(own + torch.diag(penalty), b[open_], int((open_ < shared).sum()), joints)
+        return found
 
     return theta
 
@@ -191,7 +198,7 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
     chosen: Weights = UNWATCHED
     if bool(watched[:, rows.unit].any()):
         left = _left_on_watched(rows, linear.columns, watched, fades)
-        chosen = _chosen_weights(lambda weights: left(solved(weights)), used)
+        chosen = _chosen_weights(cache(lambda weights: left(solved(weights))), used)
     unseen = solved(chosen)
     theta = torch.stack([solution(chosen) for solution in members])
     shown = _solutions(everything, size, prior, tier, shared, joints)(chosen)

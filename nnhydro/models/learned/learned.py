@@ -135,29 +135,38 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
 
     def members(self, motion: Motion) -> Tensor:
         """Return the sensor torques (E, n, joints) N m of each member of the ensemble."""
-        view = view_of(self.arm, motion, self.floor)
-        x = self.standardised_features(view)
-        correction = self.correction(x, view.scale, self.linear(view, x))
+        correction = self._corrections(motion)[2]
         return correction if self.baseline is None else self.baseline.torque(motion) + correction
 
     def torque(self, motion: Motion) -> Tensor:
         """Return the baseline and what is used of the correction, of a network the mean of its members, (n, joints) N m."""
-        view = view_of(self.arm, motion, self.floor)
-        x = self.standardised_features(view)
-        correction = self.correction(x, view.scale, self.linear(view, x))
-        if self.baseline is None:
-            return correction.mean(dim=0)
-        doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(correction)
-        return self.baseline.torque(motion) + shrink(correction.mean(dim=0), doubted, view.scale)
+        return self._torque(motion, *self._corrections(motion))
 
     def std(self, motion: Motion) -> Tensor | None:
         """Return the standard deviation (n, joints) N m to be expected of measured minus predicted torque.
 
         Where it was never calibrated it is the members' disagreement alone; None for a single network without calibration.
         """
+        return self._std(*self._corrections(motion))
+
+    def torque_and_std(self, motion: Motion) -> tuple[Tensor, Tensor | None]:
+        """Return both of one evaluation of the members."""
+        found = self._corrections(motion)
+        return self._torque(motion, *found), self._std(*found)
+
+    def _corrections(self, motion: Motion) -> tuple[View, Tensor, Tensor]:
+        """The view of a motion, its standardised features, and what each member adds."""
         view = view_of(self.arm, motion, self.floor)
         x = self.standardised_features(view)
-        members = self.correction(x, view.scale, self.linear(view, x))
+        return view, x, self.correction(x, view.scale, self.linear(view, x))
+
+    def _torque(self, motion: Motion, view: View, x: Tensor, correction: Tensor) -> Tensor:
+        if self.baseline is None:
+            return correction.mean(dim=0)
+        doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(correction)
+        return self.baseline.torque(motion) + shrink(correction.mean(dim=0), doubted, view.scale)
+
+    def _std(self, view: View, x: Tensor, members: Tensor) -> Tensor | None:
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
         if self.doubt is None:
             return scatter if len(members) > 1 else None
