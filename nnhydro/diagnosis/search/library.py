@@ -68,13 +68,15 @@ class Library:
         return counts
 
     def log_prior(self, k: int) -> float:
-        """Return the log prior probability of hypothesis `k`: every key alike, every law of a key alike, every part of a campaign alike.
+        """Return the log prior odds of hypothesis `k`: every key alike, every law of a key alike, every part of a campaign alike.
 
-        That a law acts in a part only is as improbable as a claim without the least gain.
+        A standard term of a joint is as probable as not: what machines have, few baselines hold. That a law acts in a part
+        only is as improbable as a claim without the least gain.
         """
         h = self.hypotheses[k]
         part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])
-        return -float(np.log(len(self.key_counts)) + np.log(self.key_counts[h.key]) + part)
+        odds = 0.0 if h.effect.standard else np.log(len(self.key_counts))
+        return -float(odds + np.log(self.key_counts[h.key]) + part)
 
     @cached_property
     def _parts(self) -> Counter[Key]:
