@@ -9,7 +9,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.physics.joints import SIGN_WIDTH, smooth_sign
+from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, smooth_sign
 
 
 @effect
@@ -22,7 +22,7 @@ class LoadFriction(InstrumentEffect):
     family = "dry_friction"
     name = "load-dependent friction"
     mechanism = "Gear teeth and bearings are pressed together by the torque that they pass on, and rub the harder for it."
-    equation = "reading_j = tau_j + (T_0 + mu |tau_j|) tanh(qd_j / v_0),  v_0 = 0.02 rad/s"
+    equation = "reading_j = tau_j + T_0 tanh(qd_j / v_1) + mu |tau_j| tanh(qd_j / v_0),  v_0 = 0.02 rad/s, v_1 = 0.005 rad/s"
     source = ("Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load; "
               "T_0: Hamon, Gautier & Garrec (2010), from general knowledge, not checked")
     signature = Signature(
@@ -41,11 +41,11 @@ class LoadFriction(InstrumentEffect):
         return (replace(self, level=()),)
 
     def columns(self, seen: SensorView) -> Tensor:
-        """Return (|tau_j|, 1) sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
-        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs()
-        shapes = torch.stack([load, *[torch.ones_like(load)] * len(self.level)], dim=1)
-        against = smooth_sign(seen.motion.qd[:, self.joint - 1], SIGN_WIDTH)[:, None]
-        return seen.as_read(at_joint(shapes * against, self.joint, seen.arm.n_links))
+        """Return |tau_j| sgn(qd_j) and sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
+        rate = seen.motion.qd[:, self.joint - 1]
+        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * smooth_sign(rate, SIGN_WIDTH)
+        shapes = torch.stack([load, *[smooth_sign(rate, DRY_WIDTH)] * len(self.level)], dim=1)
+        return seen.as_read(at_joint(shapes, self.joint, seen.arm.n_links))
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading with the friction."""

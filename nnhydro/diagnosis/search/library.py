@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import LEAST_GAIN, RHO
+from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
@@ -37,10 +37,15 @@ class Library:
 
     @staticmethod
     def scaled(design: Design, hypotheses: Sequence[Hypothesis], X: Array) -> "Library":
-        """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects; `X` is used up."""
+        """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects; `X` is used up.
+
+        A column that moves no torque to speak of at any value within its physical bounds is empty: a wave along a link that is held.
+        """
         rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
         largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
-        scale = np.where(largest > 0, 1.0 / np.maximum(largest, 1e-300), 0.0)
+        most = np.abs(np.array([span for h in hypotheses for span in h.bounds()]).reshape(-1, 2)).max(axis=1)
+        felt = (largest > 0) & (largest * most > RELEVANT)
+        scale = np.where(felt, 1.0 / np.maximum(largest, 1e-300), 0.0)
         return Library(design, tuple(hypotheses), np.multiply(X, scale, out=X), scale)
 
     @cached_property

@@ -93,12 +93,12 @@ class Search:
         for k in chosen:
             width = self.view.columns(k).Xw.shape[2]
             total += library.log_prior(k)
+            low, high = library.bounds(k)
+            at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
+            total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
             if not library.hypotheses[k].per_recording:
-                low, high = library.bounds(k)
-                at = slice(start, start + width)
-                total += bound_bonus(low, high, fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
-                if not library.hypotheses[k].plausible(np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]):
-                    total += IMPOSSIBLE
+                values = np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]
+                total += 0.0 if library.hypotheses[k].plausible(values) else IMPOSSIBLE
             start += width
         return total
 

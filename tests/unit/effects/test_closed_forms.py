@@ -360,7 +360,7 @@ def test_friction_under_load_is_a_level_and_a_share_of_the_torque_carried(level)
     a, motion = arm(1), hub_at_rest(run(1))
     seen = view(a, motion)
     extra = made("load_friction", a, 1, coefficient=(0.1,), level=level).apply(seen) - seen.tau
-    assert_close(extra, (0.1 * seen.tau.abs() + sum(level)) * torch.tanh(motion.qd / 0.02))
+    assert_close(extra, 0.1 * seen.tau.abs() * torch.tanh(motion.qd / 0.02) + sum(level) * torch.tanh(motion.qd / 0.005))
 
 
 def test_folding_back_changes_the_sheltered_links_drag_alone():
