@@ -1,7 +1,8 @@
-"""The C header: compiled by the system's compiler it gives the model's torques over 10^5 steps, without allocation."""
+"""The C header, compiled by the system's compiler, and the ONNX file give the model's torques over 10^5 steps."""
 
 import ctypes
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.effects.wake_development import WakeDevelopment
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.network.train import train
+from nnhydro.models.export.expressions import Program
+from nnhydro.models.export.onnx_graph import infinite_atoms
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel.state_model import state_loads
@@ -156,23 +159,57 @@ def test_what_no_step_can_carry_is_refused_or_left_out(tmp_path):
         export_c(model, tmp_path, "double")
 
 
-@pytest.mark.slow
-def test_a_state_dependent_model_steps_in_onnxruntime(tmp_path):
+def through_onnx(path, motion):
+    """Torques (n, 2) of the ONNX file `path`, fed step by step with the memory that it gave back."""
     import onnxruntime
 
-    a = arm(2)
-    model = theory(a, state_loads(a))
-    export_step(model, tmp_path / "arm.onnx", "onnx")
-    session = onnxruntime.InferenceSession(str(tmp_path / "arm.onnx"), providers=["CPUExecutionProvider"])
-    motion, memory, found = long_run(100_000), np.zeros(126), []
-    names = {x.name for x in session.get_inputs()}
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    shapes, found = {x.name: x.shape for x in session.get_inputs()}, []
+    outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next")]
+    memory = np.zeros(shapes.get("memory", [0]))
     for k in range(len(motion)):
-        given = {"q": motion.q[k].numpy(), "qd": motion.qd[k].numpy(), "qdd": motion.qdd[k].numpy(), "u0": np.zeros(1), "du0": np.zeros(1),
-                 "dt": np.array([2e-3 if k else -1.0]), "memory": memory}
-        tau, memory = session.run(["tau", "memory_next"], {key: x for key, x in given.items() if key in names})
-        found.append(tau)
+        given = {"q": motion.q[k], "qd": motion.qd[k], "qdd": motion.qdd[k], "u0": motion.u0[k:k + 1], "du0": motion.du0[k:k + 1],
+                 "dt": torch.tensor([2e-3 if k else -1.0], dtype=torch.float64), "memory": memory}
+        found_now = dict(zip(outputs, session.run(outputs, {name: np.asarray(given[name]).reshape(shapes[name]) for name in shapes}),
+                             strict=True))
+        found.append(found_now["tau"].ravel())
+        memory = found_now.get("memory_next", memory)
+    return np.stack(found)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_few_hundred_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_path):
+    model, motion = MODELS[name](arm(2)), long_run(300)
+    export_step(model, tmp_path / "arm.onnx", "onnx")
     want = model.torque(motion).numpy()
-    assert np.abs(np.stack(found) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+def test_what_has_moved_for_ever_is_no_number_lost_in_a_sum(tmp_path):
+    model, run = MODELS["diagnosed"](arm(2)), long_run(450)
+    motion = replace(run, t=run.t[:300], q=run.q[150:], qd=run.qd[150:], qdd=run.qdd[150:], u0=run.u0[:300] + 0.2, du0=run.du0[:300])
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    want = model.torque(motion).numpy()
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+def test_atoms_that_may_be_infinite_are_known():
+    p = Program(2)
+    x, y = p.input(0), p.input(1)
+    ever = p.where(p.apply("positive", x), np.inf, y)
+    wild = [ever, p.apply("mul", ever, x), p.apply("max", ever, x), p.apply("exp", ever)]
+    tame = [p.apply("min", ever, 5.0), p.apply("div", 1.0, ever), p.apply("exp", p.mul(-1.0, ever)), p.apply("positive", ever)]
+    assert infinite_atoms(p) == {k for value in wild for k in value.terms}
+    assert not infinite_atoms(p) & {k for value in tame for k in value.terms}
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_steps_of_a_state_dependent_model_in_onnxruntime_are_its_torques(tmp_path):
+    a = arm(2)
+    model, motion = theory(a, state_loads(a)), long_run(100_000)
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    want = model.torque(motion).numpy()
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
 @pytest.mark.parametrize("make", [planted, state_loads])
