@@ -154,7 +154,7 @@ class Tables:
         table = self.table([place for places in at for place in places], True)
         self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{table}[i]];")
         self.gathered = max(self.gathered, k * g)
-        first, W = self.slots([one[i] for i in range(m) for one in rows]), np.array([[c for _, c in row] for row in rows[0]])
+        first, W = self.slots([block[i] for i in range(m) for block in rows]), np.array([[c for _, c in row] for row in rows[0]])
         for start, table, wide, n in self._blocks_of(W):
             into = f"v + {first + g * start} + s"
             self.lines.append(f"for (int s = 0; s < {g}; ++s) {self.prefix}dense{wide}(x + s, {g}, {k}, {table}, {into}, {g}, {n});")

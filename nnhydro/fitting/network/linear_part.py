@@ -187,7 +187,7 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
     def solved(weights: Weights) -> LinearPart:
         return _part(torch.stack([solution(weights) for solution in members]), linear, joints, weights[FREE] < CLOSED)
 
-    used = [one for one in TIERS[1:] if bool((tier == one).any())]
+    used = [number for number in TIERS[1:] if bool((tier == number).any())]
     chosen: Weights = UNWATCHED
     if bool(watched[:, rows.unit].any()):
         left = _left_on_watched(rows, linear.columns, watched, fades)
