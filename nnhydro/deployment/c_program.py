@@ -50,6 +50,7 @@ def _literal(precision: str) -> Any:
     suffix, digits = ("", 17) if precision == "double" else ("f", 9)
 
     def number(x: float) -> str:
+        """Return `x` as a C literal; raises ConfigError for NaN."""
         require(not math.isnan(x), "the model holds a number that is none (NaN): it cannot be written as C")
         if math.isinf(x):
             return "INFINITY" if x > 0 else "(-INFINITY)"
@@ -78,6 +79,7 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
     lines, results = Writer(program, FORMS, [f"in[{k}]" for k in range(program.n_inputs)]).statements(outputs)
 
     def c(text: str) -> str:
+        """Return an expression of Python as one of C: the functions' and numbers' names of this precision."""
         text = text.replace("float('inf')", "R(INFINITY)").replace("float('-inf')", "R(-INFINITY)")
         for name in (*PLAIN, *OWN):
             text = re.sub(rf"(?<![\w.]){name}\(", f"f_{name}(", text)

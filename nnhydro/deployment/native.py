@@ -105,10 +105,12 @@ class NativeArm:
         step, n = self.step, self.n
 
         def acceleration(q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
+            """Return the accelerations (joints,) rad/s^2 under `tau` (joints,) N m: M^-1 (tau - h), with the memory `dt` s later."""
             before = step.parted(memory)
             rows = n + 1
 
             def torque(qdd: Tensor) -> Tensor:
+                """Return the torques (1, joints + 1, joints) N m at as many accelerations (1, joints + 1, joints) rad/s^2."""
                 many = {name: x.expand(rows, *x.shape[1:]) for name, x in before.items()}
                 carried = Carried(dt.clamp(min=0.0).expand(rows), many, fresh=(dt < 0).expand(rows))
                 motion = Motion(torch.zeros(rows, dtype=torch.float64), q.expand(rows, n), qd.expand(rows, n), qdd.reshape(rows, n),

@@ -86,6 +86,7 @@ def _parameters(effect: AnyEffect, values: Values,
     limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
 
     def quantities(x: torch.Tensor) -> Any:
+        """Return the effect's quantities at linear values and shape parameters `x`, shapes held within their bounds."""
         changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
                                    for name, v in zip(names, x[p:], strict=True)}
         return replace(effect.with_linear(x[:p]), **changes).quantities()

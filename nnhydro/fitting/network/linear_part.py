@@ -122,6 +122,7 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: i
     A, b = unit[:, None] * sums.H * unit + torch.diag(known), unit * sums.g
 
     def theta(weights: Weights) -> Tensor:
+        """Return the ridge solution with the penalties `weights`; what is closed or never excited is 0."""
         weight = torch.tensor(weights, dtype=torch.float64)[tier]
         found: Tensor = unit * _solved(A + torch.diag(weight * usual + 1e-12), b, shared, joints)
         return torch.where((weight < CLOSED) | (usual == 0), found, torch.zeros_like(found))

@@ -92,6 +92,7 @@ class TravelKernels:
         rest = Loads({name: term for name, term in self.model.loads.terms.items() if not isinstance(term, TravelTerm)})
 
         def torque(q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, strips: Tensor) -> tuple[Tensor, ...]:
+            """Return the torques (joints,) N m of one instant, the strips' forces N and moments N m being given."""
             flow = Flow(arm, one_row(q, qd, qdd, u0, du0))
             force, moment = strips[None, 0::2], strips[None, 1::2]
             return (sensed(rest.torque(flow) + flow.normal_columns(force, moment).sum(-1), qd[None], arm)[0],)
@@ -107,6 +108,7 @@ class TravelKernels:
         blocks, x = Blocks(motion, self._kinematics), self._travel.x
 
         def peak() -> Array:
+            """Return the largest normal speed of every strip over the whole run, m/s."""
             found = np.zeros(x.shape)
             for start, stop in blocks:
                 fastest(blocks.kinematics[..., :stop - start + 1], x, found)
