@@ -96,6 +96,16 @@ def test_forward_dynamics_of_a_learned_model_undoes_its_inverse(hybrid):
     np.testing.assert_allclose(found, qdd, atol=1e-8)
 
 
+def test_the_mass_matrix_of_a_learned_model_is_the_slope_of_each_torque_over_each_acceleration(hybrid):
+    dynamics = nnhydro.Dynamics(hybrid)
+    q, qd, qdd = np.random.default_rng(8).uniform(-1, 1, (3, 4, 2))
+    M, h = dynamics.mass_matrix(q, qd, qdd), 1e-4
+    for k in range(2):
+        ahead, behind = (dynamics.inverse_dynamics(q, qd, qdd + sign * h * np.eye(2)[k]) for sign in (1, -1))
+        np.testing.assert_allclose(M[..., k], (ahead - behind) / (2 * h), atol=1e-6)
+    assert np.abs(M - np.swapaxes(M, 1, 2)).max() > 1e-3, "else its transpose would do"
+
+
 def test_the_torque_answers_for_every_change_of_energy():
     a = arm(2)
     loads = conservative(a)
@@ -234,6 +244,9 @@ def test_jacobians_are_the_slopes_of_the_torque(hybrid):
                 ahead, behind = ([x + sign * shift if k == place else x for k, x in enumerate((q, qd, qdd))] for sign in (1, -1))
                 taus = [dynamics.inverse_dynamics(*moved, 0.3, state=state) for moved in (ahead, behind)]
                 np.testing.assert_allclose(getattr(found, name)[..., j], (taus[0] - taus[1]) / (2 * h), atol=1e-5)
+        for slope, shift in ((found.u0, (h, 0.0)), (found.du0, (0.0, h))):
+            taus = [dynamics.inverse_dynamics(q, qd, qdd, 0.3 + sign * shift[0], sign * shift[1], state) for sign in (1, -1)]
+            np.testing.assert_allclose(slope, (taus[0] - taus[1]) / (2 * h), atol=1e-5)
 
 
 def test_numbers_come_back_as_they_were_given():
