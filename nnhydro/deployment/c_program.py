@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from nnhydro.deployment.c_kernels import END
-from nnhydro.deployment.c_tables import tabled
+from nnhydro.deployment.c_tables import table_program
 from nnhydro.errors import require
 from nnhydro.models.compiled.source import Writer
 from nnhydro.models.export.expressions import Program, Value
@@ -89,13 +89,13 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
 
 
 def _terms(program: Program, outputs: Sequence[Value]) -> int:
-    return sum(len(getattr(x, "terms", {})) for k in program.needed(list(outputs)) for x in program.atoms[k].operands)
+    return sum(len(getattr(x, "terms", {})) for k in program.dependencies(list(outputs)) for x in program.atoms[k].operands)
 
 
 def c_function(head: str, program: Program, outputs: Sequence[Value], precision: str, prefix: str = "") -> str:
     """Return C text of the function `head`, such as `void run`; `prefix` begins what else is defined, where two stand in one file."""
     tables, body, results = (_statements(program, outputs, precision) if _terms(program, outputs) < MANY
-                             else tabled(program, outputs, _literal(precision), prefix))
+                             else table_program(program, outputs, _literal(precision), prefix))
     lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
     renamed = OWN if prefix else ()
     begin = [f"#define real {PRECISIONS[precision]}", "#define R(x) ((real)(x))", *(f"#define f_{f} {prefix}f_{f}" for f in renamed)]

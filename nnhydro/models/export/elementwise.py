@@ -37,7 +37,7 @@ def _arithmetic(p: Program) -> dict[str, Callable[..., Any]]:
         if _complex(a, b):
             (ar, ai), (br, bi) = _pair(a), _pair(b)
             return Complex(plus(ar, br, alpha), plus(ai, bi, alpha))
-        return combine([(1.0, p.shared(a)), (alpha, p.shared(b))])
+        return combine([(1.0, p.share(a)), (alpha, p.share(b))])
 
     def times(a: Any, b: Any) -> Any:
         """Return a b."""

@@ -117,7 +117,7 @@ class Graph:
         self.chunks.append((name, offset))
         return str(name)
 
-    def gathered(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
+    def gather(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
         """Return the values of `rows`, all known, as one tensor of `shape`."""
         places = [self._home(self.places[row]) for row in rows]
         used = sorted({chunk for chunk, _ in places})
@@ -147,7 +147,7 @@ class Graph:
     def _product(self, atoms: list[Atoms], rows: list[list[Row]], k: int, m: int) -> None:
         """Rows over the same atoms by one matrix product, blocks of one shape (k atoms, m rows) together."""
         g = len(atoms)
-        source = self.gathered((((a, 1.0),) for group in atoms for a in group), (g, 1, k))
+        source = self.gather((((a, 1.0),) for group in atoms for a in group), (g, 1, k))
         W = np.array([[[c for _, c in row] for row in group] for group in rows]).transpose(0, 2, 1)
         product = self.node("MatMul", [source, self.constant(W)])
         self.chunk(self.node("Reshape", [product, self.constant([g * m], np.int64)]), [row for group in rows for row in group])
@@ -163,7 +163,7 @@ class Graph:
         for column, row in enumerate(rows):
             for k, c in row:
                 W[at[k], column] += c
-        return str(self.node("MatMul", [self.gathered((((k, 1.0),) for k in atoms), (len(atoms),)), self.constant(W)]))
+        return str(self.node("MatMul", [self.gather((((k, 1.0),) for k in atoms), (len(atoms),)), self.constant(W)]))
 
     def _sums(self, rows: list[Row], whole: bool = True) -> None:
         """Rows of few terms: by one matrix (`whole`), or each term gathered, weighed and added."""
@@ -174,7 +174,7 @@ class Graph:
             self.chunk(self._dense(rows), rows)
             return
         padded = [(*row, *(((None, 0.0),) * (width - len(row)))) for row in rows]
-        source = self.gathered((((a, 1.0),) for row in padded for a, _ in row), (len(rows), width) if width > 1 else (len(rows),))
+        source = self.gather((((a, 1.0),) for row in padded for a, _ in row), (len(rows), width) if width > 1 else (len(rows),))
         weights = np.array([[c for _, c in row] for row in padded])
         product = self.node("Mul", [source, self.constant(weights if width > 1 else weights[:, 0])])
         self.chunk(product if width == 1 else self.node("ReduceSum", [product, self.constant([1], np.int64)], keepdims=0), rows)
@@ -185,7 +185,7 @@ class Graph:
         extreme = [k for kind in ("maxof", "minof") for k in kinds.get(kind, [])]
         self.combine(row for k in extreme for row in operands[k])
         for k in extreme:
-            source = self.gathered(operands[k], (len(operands[k]),))
+            source = self.gather(operands[k], (len(operands[k]),))
             self.chunk(self.node(OPS[program.atoms[k].kind], [source, self.constant([0], np.int64)], keepdims=1), [((k, 1.0),)])
         plain = {kind: atoms for kind, atoms in kinds.items() if kind not in ("maxof", "minof")}
         slots = [(kind, number) for kind, atoms in plain.items() for number in range(len(operands[atoms[0]]))]
@@ -209,7 +209,7 @@ class Graph:
         if fresh and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
             return self._dense(rows)
         self.combine(rows)
-        return self.gathered(rows, (len(rows),))
+        return self.gather(rows, (len(rows),))
 
     def _operation(self, kind: str, parts: list[str]) -> str:
         """Add the nodes of one operation and return the name of its result."""
@@ -232,7 +232,7 @@ def onnx_model(program: Program, inputs: dict[str, tuple[int, ...]], outputs: di
     helper, number = graph.onnx.helper, 0
     kind = helper.np_dtype_to_tensor_dtype(graph.dtype)
     flat = [x for values in outputs.values() for x in values.ravel()]
-    needed, declared = program.needed(flat), []
+    needed, declared = program.dependencies(flat), []
     graph.chunk(graph.constant([1.0]), [((None, 1.0),)])
     for name, shape in inputs.items():
         size = int(np.prod(shape))
@@ -245,7 +245,7 @@ def onnx_model(program: Program, inputs: dict[str, tuple[int, ...]], outputs: di
         graph.round(program, kinds)
     graph.combine(_row(x) for x in flat)
     for name, values in outputs.items():
-        vector = graph.gathered([_row(x) for x in values.ravel()], (values.size,))
+        vector = graph.gather([_row(x) for x in values.ravel()], (values.size,))
         graph.nodes.append(helper.make_node("Reshape", [vector, graph.constant(values.shape, np.int64)], [name]))
     made = helper.make_graph(graph.nodes, "step", declared, [helper.make_tensor_value_info(name, kind, values.shape)
                                                              for name, values in outputs.items()], list(graph.constants.values()))

@@ -142,14 +142,14 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         """Return the sum of the values."""
         if any(isinstance(v, Complex) for v in values):
             return Complex(total([getattr(v, "re", v) for v in values]), total([getattr(v, "im", 0.0) for v in values]))
-        return combine([(1.0, program.shared(v)) for v in values])
+        return combine([(1.0, program.share(v)) for v in values])
 
     def dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
         """Return the sum of products, numbers drawn out as factors."""
         parts: list[tuple[float, Value]] = []
         for x, y in zip(a, b, strict=True):
             number, other = (x, y) if not isinstance(x, Scalar) else (y, x)
-            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.shared(other, 2)))
+            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.share(other, 2)))
         return combine(parts)
 
     def mm(a: Objects, b: Objects) -> Objects:
@@ -211,7 +211,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     }
 
 
-def traced(function: Callable[..., tuple[Tensor, ...]], inputs: Sequence[Tensor], whole: int = 0) -> tuple[Program, list[Objects]]:
+def trace(function: Callable[..., tuple[Tensor, ...]], inputs: Sequence[Tensor], whole: int = 0) -> tuple[Program, list[Objects]]:
     """Return the program of `function` at the float64 `inputs`, its inputs numbered in order, and the expressions of each output.
 
     Sums of `whole` terms or more are kept as atoms (expressions.py).

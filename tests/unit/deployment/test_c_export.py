@@ -13,7 +13,7 @@ from rigs import arm
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.files import export_step, only_wake
 from nnhydro.deployment.native import NativeArm, compiler, run_through
-from nnhydro.deployment.step import recorded
+from nnhydro.deployment.step import record_step
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.coulomb_friction import CoulombFriction
 from nnhydro.effects.flow_memory import FlowMemory
@@ -149,7 +149,7 @@ def test_what_no_step_can_carry_is_refused_or_left_out(tmp_path):
     a = arm(2)
     model = theory(a, planted(a), [SensorTiming(lag=(0.05,), low_pass=(0.0,))])
     with pytest.raises(ModelError, match="--without-instruments"):
-        recorded(model)
+        record_step(model)
     told = export_step(model, tmp_path / "arm.h", "c", bare=True)
     assert told["left_out"] == ["sensor_timing: a delay of the sensors, not of the arm"]
     assert "left out: sensor_timing" in (tmp_path / "arm.h").read_text()
