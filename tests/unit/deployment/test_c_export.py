@@ -10,9 +10,10 @@ import torch
 from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm
 
+from nnhydro.deployment import c_program
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.files import export_step, only_wake
-from nnhydro.deployment.native import NativeArm, compiler, run_through
+from nnhydro.deployment.native import Native, NativeArm, compiler, run_through
 from nnhydro.deployment.step import record_step
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.coulomb_friction import CoulombFriction
@@ -23,7 +24,7 @@ from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.effects.wake_development import WakeDevelopment
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.network.train import train
-from nnhydro.models.export.expressions import Program, add
+from nnhydro.models.export.expressions import Program, add, combine
 from nnhydro.models.export.onnx_graph import infinite_atoms, onnx_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
@@ -205,6 +206,18 @@ def test_atoms_that_may_be_infinite_are_known():
     tame = [p.apply("min", ever, 5.0), p.apply("div", 1.0, ever), p.apply("exp", p.mul(-1.0, ever)), p.apply("positive", ever)]
     assert infinite_atoms(p) == {k for value in wild for k in value.terms}
     assert not infinite_atoms(p) & {k for value in tame for k in value.terms}
+
+
+def test_a_network_and_its_mirror_image_are_one_product_whose_halves_are_added_and_taken_off(monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)  # tables, however small the program
+    rng, p = np.random.default_rng(1), Program(20)
+    W, s = rng.standard_normal((5, 20)), np.where(rng.random(20) < 0.4, -1.0, 1.0)
+    rows = [combine([(c, p.input(k)) for k, c in enumerate(row)]) for row in np.concatenate([W, W * s])]
+    outputs = [p.unary("tanh", row) for row in rows]
+    assert "= e + o" in c_program.c_function("void run", p, outputs, "double")
+    native, x = Native(p, outputs, 20), rng.uniform(-0.3, 0.3, 20)
+    native.given[:] = x
+    np.testing.assert_allclose(native(), np.tanh(np.concatenate([W, W * s]) @ x), atol=1e-13)
 
 
 @pytest.mark.parametrize("given", [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
