@@ -24,7 +24,7 @@ from nnhydro.diagnosis.search.values import Values, values_of
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
-TOLD, MOST_NEIGHBOURS = 0.5, 12  # nats by which a neighbouring value is told from the best: one standard deviation; how many are asked
+WORSE, MOST_NEIGHBOURS = 0.5, 12  # nats by which a neighbouring value is told from the best: one standard deviation; how many are asked
 
 
 @final
@@ -73,7 +73,7 @@ def _shapes(search: Search, found: Scored, h: Hypothesis, k: int, mean: Array) -
 
 
 def _bend(search: Search, found: Scored, h: Hypothesis, k: int, name: str, mean: Array) -> tuple[float, Array]:
-    """Variance of `name` and slope (p,) of the linear values from the nearest neighbour that is worse by `TOLD`, else the farthest.
+    """Variance of `name` and slope (p,) of the linear values from the nearest neighbour that is worse by `WORSE`, else the farthest.
 
     Neighbours with linear values beyond their physical bounds tell nothing of the bend.
     """
@@ -87,8 +87,8 @@ def _bend(search: Search, found: Scored, h: Hypothesis, k: int, name: str, mean:
         drop, values = found.score - there.score, values_of(search, there, i)
         if values.bounded:
             continue
-        variance, slope = step**2 / (2 * max(drop, TOLD)), (values.mean[: len(mean)] - mean) / step
-        if drop >= TOLD:
+        variance, slope = step**2 / (2 * max(drop, WORSE)), (values.mean[: len(mean)] - mean) / step
+        if drop >= WORSE:
             break
     return variance, slope
 
@@ -102,6 +102,7 @@ def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float],
     limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
 
     def quantities(x: torch.Tensor) -> Any:
+        """Return the effect's quantities at linear values and shape parameters `x`, shapes held within their bounds."""
         changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
                                    for name, v in zip(names, x[p:], strict=True)}
         return replace(effect.with_linear(x[:p]), **changes).quantities()

@@ -122,6 +122,7 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: i
     A, b = unit[:, None] * sums.H * unit + torch.diag(known), unit * sums.g
 
     def theta(weights: Weights) -> Tensor:
+        """Return the ridge solution with the penalties `weights`; what is closed or never excited is 0."""
         weight = torch.tensor(weights, dtype=torch.float64)[tier]
         found: Tensor = unit * _solved(A + torch.diag(weight * usual + 1e-12), b, shared, joints)
         return torch.where((weight < CLOSED) | (usual == 0), found, torch.zeros_like(found))
@@ -187,7 +188,7 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
     def solved(weights: Weights) -> LinearPart:
         return _part(torch.stack([solution(weights) for solution in members]), linear, joints, weights[FREE] < CLOSED)
 
-    used = [one for one in TIERS[1:] if bool((tier == one).any())]
+    used = [number for number in TIERS[1:] if bool((tier == number).any())]
     chosen: Weights = UNWATCHED
     if bool(watched[:, rows.unit].any()):
         left = _left_on_watched(rows, linear.columns, watched, fades)
