@@ -17,8 +17,8 @@ from torch import Tensor
 
 from nnhydro.fitting.linear.several_arms import arm_of, calibrated_on, on_arm
 from nnhydro.fitting.network.linear_columns import Linear
-from nnhydro.fitting.network.linear_part import LinearPart, linear_part
-from nnhydro.fitting.network.rows import CHUNK, Rows, base_rows
+from nnhydro.fitting.network.linear_part import LinearPart, left_over, linear_part
+from nnhydro.fitting.network.rows import Rows, base_rows
 from nnhydro.models.baselines import baseline
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
@@ -58,18 +58,6 @@ def baseline_choice(chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple
 
     plain = error(PLAIN)
     return (PLAIN, *(name for name in RICHER if error(name) < CLEARLY * plain))
-
-
-def left_over(rows: Rows, part: LinearPart, columns: Tensor, watched: Tensor, s: Tensor) -> float:
-    """Return the mean over joints and watched rows of |target - linear| / s, `part` and `watched` (E, units) those of each member."""
-    total, count = 0.0, 0
-    for start in range(0, len(rows.target), CHUNK):
-        piece = slice(start, start + CHUNK)
-        mine = watched[:, rows.unit[piece]].T  # (m, E)
-        off = (rows.target[piece, None].double() - part.of(columns[piece].double())).abs() / s
-        total += float(off[mine].sum())
-        count += int(mine.sum()) * off.shape[2]
-    return total / max(count, 1)
 
 
 def on_best_base(bases: Sequence[TorqueModel | None], rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor,

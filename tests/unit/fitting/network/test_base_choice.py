@@ -13,8 +13,8 @@ from nnhydro.features.strip_law import SURROUNDED
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.fitting.network import base_choice
-from nnhydro.fitting.network.base_choice import left_over, on_best_base
-from nnhydro.fitting.network.linear_part import linear_part
+from nnhydro.fitting.network.base_choice import on_best_base
+from nnhydro.fitting.network.linear_part import left_over, linear_part
 from nnhydro.fitting.network.rows import Rows, base_rows, torque_rms, training_rows
 from nnhydro.models.baselines import baseline
 from nnhydro.recordings.splitting import units
