@@ -91,6 +91,7 @@ def main() -> None:
     named = [word for word in words if "=" not in word and ":" not in word]
     answers = json.loads((root / "answers.json").read_text()) if (root / "answers.json").exists() else {}
     hidden = {case: [h["effect"] for h in answer["hidden"]] for case, answer in answers.items() if "hidden" in answer}
+    now = version()
     cases = named or [case for case in sorted(path.parent.name for path in root.glob("*/arm.yaml"))
                       if case not in hidden or (hidden[case] and set(hidden[case]) <= HIDDEN)][part]
     out.mkdir(parents=True, exist_ok=True)
@@ -103,7 +104,7 @@ def main() -> None:
                 "campaign_sha256": campaign.sha256()}
         plain = ["rigid"] if campaign.arm.dry else ["constant", "state"]
         for model in asked or [*plain, "network", "hybrid", "gp", "boosted-trees", "mlp-raw"]:
-            if row["models"].get(model, {}).get("version") == version() or (model in BASES and model not in plain):
+            if row["models"].get(model, {}).get("version") == now or (model in BASES and model not in plain):
                 continue
             try:
                 if (root / "truth_of_unseen" / case).is_dir():
@@ -117,7 +118,7 @@ def main() -> None:
             if not np.isfinite(error) or error > 1e3:
                 print(f"{case}: no torque to speak of, no error", flush=True)
                 break
-            row["models"][model] = {"error": error, "by_recording": recordings, "version": version(), "versions": versions()}
+            row["models"][model] = {"error": error, "by_recording": recordings, "version": now, "versions": versions()}
             write_json(out / "learned.json", results)
             print(f"{case} {row['hidden']} {model} {100 * error:.1f} %", flush=True)
         if not row["models"]:

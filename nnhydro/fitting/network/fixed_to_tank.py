@@ -27,22 +27,22 @@ def without(unit: Unit, fixed: FreePart, arm: Arm) -> Unit:
     """Return `unit` with torques that are free of what is fixed to the tank."""
     own = arm_of(unit, arm)
 
-    def cleaned(segment: Segment) -> Segment:
+    def rest_of(segment: Segment) -> Segment:
         pull = fixed.torque(Flow(own, Motion.of(segment))).mean(dim=0).numpy()
         raw = None if segment.tau_raw is None else segment.tau_raw - pull
         return replace(segment, tau=None if segment.tau is None else segment.tau - segment.seen(pull), tau_raw=raw)
 
-    return replace(unit, segments=lambda: tuple(cleaned(segment) for segment in unit.segments()))
+    return replace(unit, segments=lambda: tuple(rest_of(segment) for segment in unit.segments()))
 
 
-def freed(rows: Rows, columns: Tensor, unseen: LinearPart, used: LinearPart) -> Rows:
+def targets_without(rows: Rows, columns: Tensor, unseen: LinearPart, used: LinearPart) -> Rows:
     """Return the rows with targets free of what is fixed to the tank, of whose columns (n, joints, p) each member knows its own part."""
     known = torch.cat([used.free_torque(A.double()).mean(dim=1) for A in torch.split(columns, CHUNK)])
     each = torch.cat([unseen.free_torque(A.double()) for A in torch.split(columns, CHUNK)])
     return replace(rows, target=rows.target - known.float(), parting=(each - known[:, None]).float())
 
 
-def rebased(rows: Rows, old: TorqueModel | None, new: TorqueModel | None, chosen: Sequence[Unit], arm: Arm) -> Rows:
+def on_base(rows: Rows, old: TorqueModel | None, new: TorqueModel | None, chosen: Sequence[Unit], arm: Arm) -> Rows:
     """Return the rows of the units `chosen` with what the baseline `new` leaves as target, where it was what `old` leaves."""
     if old is None or new is None:
         return rows

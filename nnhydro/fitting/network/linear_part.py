@@ -214,7 +214,7 @@ class _Members:
         """Return what each member makes of the rows that it trains on."""
         return _part(self._theta(weights), self.linear, self.joints)
 
-    def used(self, weights: Weights) -> LinearPart:
+    def in_use(self, weights: Weights) -> LinearPart:
         """Return the same, moved so that the mean is that of all rows."""
         theta = self._theta(weights)
         return _part(theta + (self.whole(weights) - theta.mean(dim=0)), self.linear, self.joints)
@@ -233,7 +233,7 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
         left = _left_on_watched(rows, linear.columns, watched, fades)
         used = [one for one in TIERS[1:FREE] if bool((members.tier == one).any())]
         chosen = _chosen_weights(lambda weights: left(members.unseen(weights)), used)
-    return members.unseen(chosen), members.used(chosen)
+    return members.unseen(chosen), members.in_use(chosen)
 
 
 def beside_the_base(rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor) -> tuple[LinearPart, LinearPart] | None:
@@ -252,4 +252,4 @@ def beside_the_base(rows: Rows, linear: Linear, watched: Tensor, stated: int, s:
     found = {weight: left(weight) for weight in PENALTIES}
     best = min(found, key=found.__getitem__)
     weights = (*UNWATCHED[:FREE], best)
-    return (members.unseen(weights), members.used(weights)) if found[best] < WORTH[FREE] * left(CLOSED) else None
+    return (members.unseen(weights), members.in_use(weights)) if found[best] < WORTH[FREE] * left(CLOSED) else None

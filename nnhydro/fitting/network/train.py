@@ -13,7 +13,7 @@ from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.fitting.linear.several_arms import calibrated_on, on_arm
 from nnhydro.fitting.network.base_choice import baseline_choice, on_best_base
-from nnhydro.fitting.network.fixed_to_tank import freed, rebased, without
+from nnhydro.fitting.network.fixed_to_tank import on_base, targets_without, without
 from nnhydro.fitting.network.gradient_fit import Progress, TrainingState, gradient_fit
 from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base
@@ -87,7 +87,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
             fixed = FreePart(free, pulls[1].free.contiguous())
             chosen, first = [without(unit, fixed, arm) for unit in chosen], bases[0]
             bases = hybrid_baselines(config, chosen, arm, how)
-            rows = rebased(freed(rows, linear.columns, *pulls), first, bases[0], chosen, arm)
+            rows = on_base(targets_without(rows, linear.columns, *pulls), first, bases[0], chosen, arm)
         linear = linear.without_free()
         base, rows, (own, part) = on_best_base(bases, rows, linear, watched, stated, rms, chosen, arm)
         rows = _with_linear(rows, own, linear.columns)

@@ -7,7 +7,7 @@ from rigs import arm, assert_close
 
 from nnhydro.features.free_part import FreeRange, free_functions
 from nnhydro.fitting.linear.several_arms import calibrated_on
-from nnhydro.fitting.network.fixed_to_tank import freed, rebased, without
+from nnhydro.fitting.network.fixed_to_tank import on_base, targets_without, without
 from nnhydro.fitting.network.linear_part import LinearPart
 from nnhydro.fitting.network.rows import Rows, base_rows
 from nnhydro.models.baselines import baseline
@@ -48,7 +48,7 @@ def test_a_recording_without_the_pull_has_the_torque_of_the_rest():
 def test_targets_lose_the_mean_pull_and_each_member_is_judged_by_its_own():
     columns = torch.randn(ROWS, 2, 2 + FUNCTIONS, generator=torch.Generator().manual_seed(2))
     unseen, used = parts()
-    found = freed(rows(columns), columns, unseen, used)
+    found = targets_without(rows(columns), columns, unseen, used)
     assert_close(found.target.double(), 1 - used.free_torque(columns.double()).mean(dim=1), rtol=1e-5, atol=1e-5)
     mine = torch.zeros(MEMBERS, ROWS, dtype=torch.bool)
     mine[1] = True
@@ -62,6 +62,6 @@ def test_rows_on_another_baseline_hold_what_that_one_leaves():
     old, new = (calibrated_on(baseline(name), chosen, a, GIVEN) for name in ("textbook", "constant"))
     count = len(base_rows(chosen, a, old))
     before = rows(torch.zeros(count, 2, 1))
-    after = rebased(before, old, new, chosen, a)
+    after = on_base(before, old, new, chosen, a)
     assert_close(after.target + base_rows(chosen, a, new), before.target + base_rows(chosen, a, old), rtol=1e-5, atol=1e-5)
-    assert rebased(before, None, None, chosen, a) is before
+    assert on_base(before, None, None, chosen, a) is before
