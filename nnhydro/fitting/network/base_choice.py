@@ -1,6 +1,6 @@
 """Which physics a hybrid stands on where nobody says: a richer baseline than `constant` has to be the better one twice.
 
-    error_b = sum |tau - model_b| / sum |tau|        over each half of the recordings, fitted to the other half
+    error_b = sum |tau - model_b| / sum |tau|        over each half of the recordings (of few: over each), fitted to the others
     left_b  = sum_j sum |tau - model_b - linear_b|_j / s_j      over the recordings that members watch, s_j rms torque
 
 `linear_b` is the linear part (linear_part.py) learned beside the baseline on the other recordings. A baseline that predicts recordings
@@ -28,7 +28,7 @@ from nnhydro.recordings.splitting import Unit
 
 PLAIN, RICHER = "constant", ("state",)
 CLEARLY = 0.9
-FEWEST = 6  # motions: of fewer, a half says too little
+FEWEST, HALVED = 3, 6  # motions to choose by; of fewer than HALVED a half says too little: one after the other is held out
 Parts = tuple[LinearPart, LinearPart]
 
 
@@ -51,10 +51,14 @@ def baseline_choice(chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple
     groups = sorted({unit.group for unit in moving})
     if len(groups) < FEWEST:
         return (PLAIN,)
-    halves = [[unit for unit in moving if groups.index(unit.group) % 2 == k] for k in (0, 1)]
+    count = 2 if len(groups) >= HALVED else len(groups)
 
     def error(name: str) -> float:
-        return sum(_left(calibrated_on(baseline(name), halves[k], arm, how), halves[1 - k]) for k in (0, 1))
+        total = 0.0
+        for k in range(count):
+            held_out = [unit for unit in moving if groups.index(unit.group) % count == k]
+            total += _left(calibrated_on(baseline(name), [unit for unit in moving if unit not in held_out], arm, how), held_out)
+        return total
 
     plain = error(PLAIN)
     return (PLAIN, *(name for name in RICHER if error(name) < CLEARLY * plain))
