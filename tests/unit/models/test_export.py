@@ -70,7 +70,8 @@ def fed(exported, motion, dtype=np.float64):
 @pytest.fixture(scope="module")
 def hybrid():
     a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)  # a truth that the baseline cannot hold
+    config = TINY.model_copy(update={"baseline": "constant"})  # a truth that the baseline cannot hold
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), config)
 
 
 @pytest.fixture(scope="module")
