@@ -39,10 +39,10 @@ class Law:
         return self.sense(values)
 
 
-def law(name, width=1, joint=0, family=None, **keys):
+def law(name, width=1, joint=0, family=None, standard=False, **keys):
     """The law `name`, of a family of its own."""
     signature = SimpleNamespace(mistaken_for=(), depends_on=("qd",))
-    return Law(SimpleNamespace(id=name, joint=joint, family=family or name, signature=signature), width, **keys)
+    return Law(SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, signature=signature), width, **keys)
 
 
 def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):

@@ -46,6 +46,7 @@ def read_suite(suite: Path) -> dict[str, Any]:
 def _predicted_files(folder: Path) -> Torques:
     """Torques by the name of an unseen motion, from CSV files; raises ConfigError for one that does not fit."""
     def torques(name: str) -> Array:
+        """Return the predicted torques (n, joints) N m of a motion; raises ConfigError for a file that is none of `nnhydro predict`."""
         path = folder / f"{name}.csv"
         try:
             first, *rows = path.read_text(encoding="utf-8").splitlines() or [""]

@@ -96,7 +96,7 @@ def export(
         return
     if kind == "onnx":
         _show_onnx(written, out, precision)
-    for what, said in (("holds", "holds "), ("lacks", "cannot hold "), ("left_out", "left out")):
-        for line in written.get(what, []):
+    for key, said in (("holds", "holds "), ("lacks", "cannot hold "), ("left_out", "left out")):
+        for line in written.get(key, []):
             say(f"{said} {line}")
     conclude(verdict)

@@ -28,6 +28,7 @@ def _alone(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def run_alone(**given: Any) -> None:
+        """Run the command while no other run writes to its --out."""
         out = given.get("out")
         with only_run(out) if isinstance(out, Path) else nullcontext():
             command(**given)
@@ -41,6 +42,7 @@ def build() -> typer.Typer:
 
     @app.callback(invoke_without_command=True)
     def top(version: bool = typer.Option(False, "--version", help="Print the version and exit.")) -> None:
+        """Print the version where it is asked for; raises typer.Exit after it."""
         if version:
             typer.echo(nnhydro.__version__)
             raise typer.Exit

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
-from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, recorded, whole_sums
+from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, record_step, whole_sums
 from nnhydro.errors import require
 from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.export.onnx_file import RecordedGraph
@@ -109,7 +109,7 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
     tests = out.with_name(f"{out.name}.test.csv")
     for path in (out, tests):
         refuse_foreign(path)
-    made = recorded(model, whole_sums(model))
+    made = record_step(model, whole_sums(model))
     step: Any = made.step
     texts = {out: header(made, name, precision, digest, remarks), tests: test_vector(step)}
     for path, text in texts.items():

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from nnhydro.deployment.c_kernels import END
-from nnhydro.deployment.c_tables import tabled
+from nnhydro.deployment.c_tables import table_program
 from nnhydro.errors import require
 from nnhydro.models.compiled.source import Writer
 from nnhydro.models.export.expressions import Program, Value
@@ -50,6 +50,7 @@ def _literal(precision: str) -> Any:
     suffix, digits = ("", 17) if precision == "double" else ("f", 9)
 
     def number(x: float) -> str:
+        """Return `x` as a C literal; raises ConfigError for NaN."""
         require(not math.isnan(x), "the model holds a number that is none (NaN): it cannot be written as C")
         if math.isinf(x):
             return "INFINITY" if x > 0 else "(-INFINITY)"
@@ -78,6 +79,7 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
     lines, results = Writer(program, FORMS, [f"in[{k}]" for k in range(program.n_inputs)]).statements(outputs)
 
     def c(text: str) -> str:
+        """Return an expression of Python as one of C: the functions' and numbers' names of this precision."""
         text = text.replace("float('inf')", "R(INFINITY)").replace("float('-inf')", "R(-INFINITY)")
         for name in (*PLAIN, *OWN):
             text = re.sub(rf"(?<![\w.]){name}\(", f"f_{name}(", text)
@@ -87,13 +89,13 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
 
 
 def _terms(program: Program, outputs: Sequence[Value]) -> int:
-    return sum(len(getattr(x, "terms", {})) for k in program.needed(list(outputs)) for x in program.atoms[k].operands)
+    return sum(len(getattr(x, "terms", {})) for k in program.dependencies(list(outputs)) for x in program.atoms[k].operands)
 
 
 def c_function(head: str, program: Program, outputs: Sequence[Value], precision: str, prefix: str = "") -> str:
     """Return C text of the function `head`, such as `void run`; `prefix` begins what else is defined, where two stand in one file."""
     tables, body, results = (_statements(program, outputs, precision) if _terms(program, outputs) < MANY
-                             else tabled(program, outputs, _literal(precision), prefix))
+                             else table_program(program, outputs, _literal(precision), prefix))
     lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
     renamed = OWN if prefix else ()
     begin = [f"#define real {PRECISIONS[precision]}", "#define R(x) ((real)(x))", *(f"#define f_{f} {prefix}f_{f}" for f in renamed)]

@@ -39,7 +39,7 @@ def row_of(x: Value) -> Row:
     return (*(((None, x.bias),) if x.bias else ()), *sorted(x.terms.items()))
 
 
-def _paired(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.float64]] | None:
+def _mirror_pairs(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.float64]] | None:
     """Pairs of rows of W (m, k) that differ by one pattern of signs s (k,) only, and s; None where they do not all pair up."""
     by_size: dict[bytes, list[int]] = defaultdict(list)
     for i, row in enumerate(np.abs(W)):
@@ -132,7 +132,7 @@ class Tables:
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
         """Rows over the same atoms."""
         W = np.array([[c for _, c in row] for row in rows])
-        paired = _paired(W)
+        paired = _mirror_pairs(W)
         if paired is None:
             first = self.slots(rows)
             self._matrix(atoms, W, f"v + {first}")
@@ -154,7 +154,7 @@ class Tables:
         table = self.table([place for places in at for place in places], True)
         self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{table}[i]];")
         self.gathered = max(self.gathered, k * g)
-        first, W = self.slots([one[i] for i in range(m) for one in rows]), np.array([[c for _, c in row] for row in rows[0]])
+        first, W = self.slots([block[i] for i in range(m) for block in rows]), np.array([[c for _, c in row] for row in rows[0]])
         for start, table, wide, n in self._blocks_of(W):
             into = f"v + {first + g * start} + s"
             self.lines.append(f"for (int s = 0; s < {g}; ++s) {self.prefix}dense{wide}(x + s, {g}, {k}, {table}, {into}, {g}, {n});")
@@ -260,14 +260,14 @@ class Tables:
 def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None, ...], list[Row]]:
     """Every long row of the program by its atoms: those over the same atoms are one matrix, whenever each is needed."""
     found: dict[tuple[int | None, ...], dict[Row, None]] = defaultdict(dict)
-    needed = [x for k in sorted(program.needed(list(outputs))) for x in program.atoms[k].operands]
+    needed = [x for k in sorted(program.dependencies(list(outputs))) for x in program.atoms[k].operands]
     for row in map(row_of, [*needed, *outputs]):
         if len(row) > LONG:
             found[tuple(k for k, _ in row)][row] = None
     return {atoms: list(rows) for atoms, rows in found.items()}
 
 
-def tabled(program: Program, outputs: Sequence[Value], number: Any, prefix: str = "") -> tuple[list[str], list[str], list[str]]:
+def table_program(program: Program, outputs: Sequence[Value], number: Any, prefix: str = "") -> tuple[list[str], list[str], list[str]]:
     """Return tables, statements and the C text of each output of a program; inputs are read from `in[]`."""
     made = Tables(program, number, prefix, alike=_alike(program, outputs))
     made.slots([((k, 1.0),) for k in range(program.n_inputs)])

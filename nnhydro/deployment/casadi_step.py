@@ -11,7 +11,7 @@ from functools import reduce
 from pathlib import Path
 from typing import Any, Final
 
-from nnhydro.deployment.step import recorded, whole_sums
+from nnhydro.deployment.step import record_step, whole_sums
 from nnhydro.errors import missing_extra, require
 from nnhydro.models.export.expressions import Program, Scalar, Value
 from nnhydro.models.torque_model import TorqueModel
@@ -42,7 +42,7 @@ def expressions(casadi: Any, program: Program, outputs: list[Value], inputs: lis
     def of(x: Value) -> Any:
         return sum((c * known[k] for k, c in x.terms.items()), casadi.SX(x.bias)) if isinstance(x, Scalar) else casadi.SX(x)
 
-    for k in sorted(program.needed(outputs) - known.keys()):
+    for k in sorted(program.dependencies(outputs) - known.keys()):
         known[k] = _atom(casadi, program.atoms[k].kind, [of(x) for x in program.atoms[k].operands])
     return [of(x) for x in outputs]
 
@@ -56,7 +56,7 @@ def casadi_function(model: TorqueModel) -> Any:
         import casadi
     except ImportError:
         missing_extra("casadi", "casadi", "nnhydro export --format casadi")
-    made = recorded(model, whole_sums(model))
+    made = record_step(model, whole_sums(model))
     symbols = {name: casadi.SX.sym(name, shape[0]) for name, shape in made.step.shapes().items()}
     scalars = [x for vector in symbols.values() for x in casadi.vertsplit(vector)] if symbols else []
     flat = expressions(casadi, made.program, [x for values in made.outputs.values() for x in values.ravel()], scalars)

@@ -5,7 +5,7 @@ from typing import Any
 
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.casadi_step import export_casadi
-from nnhydro.deployment.step import MemoryStep, recorded, without_instruments
+from nnhydro.deployment.step import MemoryStep, record_step, without_instruments
 from nnhydro.dynamics.joint_model import steppable
 from nnhydro.models.export.onnx_file import export_onnx
 from nnhydro.models.torque_model import TorqueModel
@@ -29,5 +29,5 @@ def export_step(model: TorqueModel, out: Path, kind: str, precision: str = "doub
     elif kind == "casadi":
         written = export_casadi(made, out)
     else:
-        written = export_onnx(made, out, precision, digest, None if only_wake(made) else lambda: recorded(made))
+        written = export_onnx(made, out, precision, digest, None if only_wake(made) else lambda: record_step(made))
     return written | {"left_out": list(left_out)} if bare else written

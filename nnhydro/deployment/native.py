@@ -22,12 +22,12 @@ from scipy.optimize import minimize
 from torch import Tensor
 
 from nnhydro.deployment.c_program import c_function
-from nnhydro.deployment.step import MemoryStep, recorded, whole_sums
+from nnhydro.deployment.step import MemoryStep, record_step, whole_sums
 from nnhydro.dynamics.inertia import mass_and_bias
 from nnhydro.dynamics.joint_model import JointModel
 from nnhydro.errors import ModelError, NnhydroError, require
 from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.tracing import traced
+from nnhydro.models.export.tracing import trace
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.motion import Motion
 
@@ -69,7 +69,7 @@ class Native:
         return self.out
 
 
-def _eliminated(mass: Tensor, right: Tensor) -> Tensor:
+def _eliminate(mass: Tensor, right: Tensor) -> Tensor:
     """M^-1 b for M (1, n, n) with pivots on its diagonal, b (1, n), in operations that can be traced."""
     rows = [torch.cat([mass[0, i], right[0, i:i + 1]]) for i in range(mass.shape[1])]
     n = len(rows)
@@ -92,7 +92,7 @@ class NativeArm:
     _known: Array | None = field(init=False, default=None)  # d tau / d qdd of a learned model where it was last computed
 
     def __post_init__(self) -> None:
-        made = recorded(self.joint, whole_sums(self.joint))
+        made = record_step(self.joint, whole_sums(self.joint))
         self.step: MemoryStep = made.step
         flat = [x for name, values in made.outputs.items() if name != "std" for x in values.ravel()]
         self.inverse = Native(made.program, flat, made.program.n_inputs)
@@ -105,10 +105,12 @@ class NativeArm:
         step, n = self.step, self.n
 
         def acceleration(q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
-            before = step.parted(memory)
+            """Return the accelerations (joints,) rad/s^2 under `tau` (joints,) N m: M^-1 (tau - h), with the memory `dt` s later."""
+            before = step.memory_parts(memory)
             rows = n + 1
 
             def torque(qdd: Tensor) -> Tensor:
+                """Return the torques (1, joints + 1, joints) N m at as many accelerations (1, joints + 1, joints) rad/s^2."""
                 many = {name: x.expand(rows, *x.shape[1:]) for name, x in before.items()}
                 carried = Carried(dt.clamp(min=0.0).expand(rows), many, fresh=(dt < 0).expand(rows))
                 motion = Motion(torch.zeros(rows, dtype=torch.float64), q.expand(rows, n), qd.expand(rows, n), qdd.reshape(rows, n),
@@ -116,11 +118,11 @@ class NativeArm:
                 return step.model.torque(motion)[None]
 
             mass, bias = mass_and_bias(torque, q[None])
-            return (_eliminated(mass, tau[None] - bias),)
+            return (_eliminate(mass, tau[None] - bias),)
 
         example = [torch.linspace(0.3, 0.7, size, dtype=torch.float64) for size in (n, n, n, 1, 1)]
         example += [torch.full((1,), 0.01, dtype=torch.float64), torch.zeros(step.size, dtype=torch.float64)]
-        program, (qdd,) = traced(acceleration, example, whole_sums(self.joint))
+        program, (qdd,) = trace(acceleration, example, whole_sums(self.joint))
         return Native(program, list(qdd), program.n_inputs)
 
     def begin(self) -> None:

@@ -20,7 +20,7 @@ from nnhydro.dynamics.joint_model import MECHANICAL, mechanics, steppable
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.export.onnx_file import RecordedGraph
-from nnhydro.models.export.tracing import traced
+from nnhydro.models.export.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Carried
@@ -60,7 +60,7 @@ class MemoryStep:
         n = self.model.arm.n_links
         return dict(zip(NAMES, ((n,), (n,), (n,), (1,), (1,), (1,), (self.size,)), strict=True))
 
-    def parted(self, memory: Tensor) -> dict[str, Tensor]:
+    def memory_parts(self, memory: Tensor) -> dict[str, Tensor]:
         """Return the vector `memory` (size,) by name, one row each."""
         sizes = [prod(shape) for shape in self.layout.values()]
         parts = torch.split(memory, sizes) if sizes else ()
@@ -72,7 +72,7 @@ class MemoryStep:
 
     def __call__(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, its std where there is one, and the next memory (size,)."""
-        carried = Carried(dt.clamp(min=0.0), self.parted(memory), fresh=dt < 0)
+        carried = Carried(dt.clamp(min=0.0), self.memory_parts(memory), fresh=dt < 0)
         answer = self._answer(Motion(torch.zeros(1, dtype=torch.float64), q[None], qd[None], qdd[None], u0, du0, True, None, carried))
         following = [carried.after[name].reshape(-1) for name in self.layout]
         return (*answer, torch.cat(following) if following else torch.zeros(0, dtype=torch.float64))
@@ -99,7 +99,7 @@ def whole_sums(model: TorqueModel) -> int:
     return 0 if isinstance(getattr(model, "model", model), StripTheory) else WHOLE
 
 
-def recorded(model: TorqueModel, whole: int = 0) -> RecordedGraph:
+def record_step(model: TorqueModel, whole: int = 0) -> RecordedGraph:
     """Return `model` as scalars with its memory, sums of `whole` terms or more kept as such (expressions.py).
 
     Raises ModelError where steps cannot give what the model gives for a whole run.
@@ -111,7 +111,7 @@ def recorded(model: TorqueModel, whole: int = 0) -> RecordedGraph:
     along = _far(torch.stack([answer[0] for _, answer in pairs]), torch.cat([made.torque(run) for run in runs]))
     require(along < FOLLOWS, "this model remembers the motion in a way that one step in time cannot carry (an instrument with a delay, a "
             "drive that gives way): export it --without-instruments, or a model without that effect", ModelError)
-    program, arrays = traced(step, pairs[7][0], whole)
+    program, arrays = trace(step, pairs[7][0], whole)
     names = ["tau", *(["std"] if step.with_std else []), *(["memory_next"] if step.size else [])]
     outputs = dict(zip(names, arrays, strict=False))
     got = program.evaluate([x for a in arrays for x in a.ravel()], np.stack([torch.cat(given).numpy() for given, _ in pairs]))

@@ -148,6 +148,7 @@ class Dynamics:
     def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None, base: Base | None = None) -> Any:
         """The torques (m, k, joints) at k accelerations of each state, as a function of them (m, k, joints)."""
         def torque(qdd: Tensor) -> Tensor:
+            """Return the torques (m, k, joints) N m at the accelerations `qdd` (m, k, joints) rad/s^2."""
             m, k, n = qdd.shape
 
             def each(x: Tensor) -> Tensor:
@@ -247,6 +248,7 @@ class Dynamics:
         form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})
 
         def slope(h: float, q: Tensor, qd: Tensor) -> Tensor:
+            """Return the accelerations rad/s^2 `h` s into the step, at `q` rad and `qd` rad/s."""
             return self._solve(q, qd, tau_, u0 + h * du0_, du0_, self._memory_of(state, len(q), h) if h else self._memory_of(state, len(q)))
 
         a1 = slope(0.0, q, qd)

@@ -55,6 +55,7 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
     Raises ModelError where there is none to be found.
     """
     def residual(qdd: Tensor) -> Tensor:
+        """Return the torque (m, joints) N m that is missing at `qdd` (m, joints) rad/s^2."""
         return tau - torque(qdd[:, None, :])[:, 0]
 
     qdd, left = start, residual(start)

@@ -30,6 +30,7 @@ class CoulombFriction(LoadEffect):
         excited_by="slow reversals of that joint", mistaken_for=("stribeck_friction", "load_friction", "viscous_friction", "backlash"),
     )
     acts = "joint"
+    standard = True
     dissipates = True
 
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque while the joint turns", per="arm")

@@ -44,6 +44,7 @@ class Effect(Parametrised):
     fewest_links: ClassVar[int] = 1
     own_in_every_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
+    standard: ClassVar[bool] = False  # every robot's identification model has it (Khalil & Dombre 2002, chapter 12)
     offset_of_its_own: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
     predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can predict where it is the cause, as far as that is known
     reads_torque: ClassVar[bool] = False  # where torque was measured, that decides what the effect does: no prediction may look at it

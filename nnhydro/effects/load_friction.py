@@ -1,28 +1,30 @@
 """Hypothesis: a joint rubs the harder the more torque it carries."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
+import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.physics.joints import SIGN_WIDTH, smooth_sign
+from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, smooth_sign
 
 
 @effect
 @final
 @dataclass(frozen=True)
 class LoadFriction(InstrumentEffect):
-    """Friction in proportion to the torque carried by one joint."""
+    """Friction that grows with the torque carried by one joint, from a level without load."""
 
     id = "load_friction"
     family = "dry_friction"
     name = "load-dependent friction"
-    mechanism = "Gear teeth and bearings are pressed together by the torque that they pass on, and rub in proportion to it."
-    equation = "reading_j = tau_j + mu |tau_j| tanh(qd_j / v_0),  v_0 = 0.02 rad/s"
-    source = "Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load"
+    mechanism = "Gear teeth and bearings are pressed together by the torque that they pass on, and rub the harder for it."
+    equation = "reading_j = tau_j + T_0 tanh(qd_j / v_1) + mu |tau_j| tanh(qd_j / v_0),  v_0 = 0.02 rad/s, v_1 = 0.005 rad/s"
+    source = ("Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load; "
+              "T_0: Hamon, Gautier & Garrec (2010), from general knowledge, not checked")
     signature = Signature(
         depends_on=("qd", "tau"), parity="odd", region="where the joint turns under load, nothing where it turns unloaded",
         excited_by="the same speed with and without load", mistaken_for=("coulomb_friction", "stribeck_friction", "torque_gain"),
@@ -32,12 +34,18 @@ class LoadFriction(InstrumentEffect):
     dissipates = True
 
     coefficient: Values = parameter("1", 0.05, (0.0, 0.9), "friction torque per unit of torque carried", per="arm")
+    level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque without load, T_0", per="arm", absent=True)
+
+    def narrower(self) -> tuple["LoadFriction", ...]:
+        """Return the law without a level."""
+        return (replace(self, level=()),)
 
     def columns(self, seen: SensorView) -> Tensor:
-        """Return |tau_j| sgn(qd_j) at the joint as read, (n, joints, 1)."""
-        at = slice(self.joint - 1, self.joint)
-        load = seen.joint_torque(seen.tau)[:, at].abs() * smooth_sign(seen.motion.qd[:, at], SIGN_WIDTH)
-        return seen.as_read(at_joint(load, self.joint, seen.arm.n_links))
+        """Return |tau_j| sgn(qd_j) and sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
+        rate = seen.motion.qd[:, self.joint - 1]
+        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * smooth_sign(rate, SIGN_WIDTH)
+        shapes = torch.stack([load, *[smooth_sign(rate, DRY_WIDTH)] * len(self.level)], dim=1)
+        return seen.as_read(at_joint(shapes, self.joint, seen.arm.n_links))
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading with the friction."""
@@ -45,4 +53,5 @@ class LoadFriction(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} rubs with {said['coefficient']} times the torque that it carries: friction under load."
+        more = f" and {said['level']} without load" if self.level else ""
+        return f"Joint {self.joint} rubs with {said['coefficient']} times the torque that it carries{more}: friction under load."

@@ -12,16 +12,16 @@ from nnhydro.physics.flow import Flow
 
 def with_effects(seen: SensorView, effects: Sequence[InstrumentEffect]) -> SensorView:
     """Return the view whose `torque_of` holds all of `effects`: its `tau` is the reading with them."""
-    for one in sorted(effects, key=lambda e: e.stage):
-        seen = _with_one(seen, one)
+    for effect in sorted(effects, key=lambda effect: effect.stage):
+        seen = _with_effect(seen, effect)
     return seen
 
 
-def _with_one(seen: SensorView, one: InstrumentEffect) -> SensorView:
+def _with_effect(seen: SensorView, effect: InstrumentEffect) -> SensorView:
     """The view after one effect more: torques of any flow are then those that this effect makes of them."""
     inner = seen
 
     def torque_of(flow: Flow) -> Tensor:
-        return one.apply(replace(inner, flow=flow))
+        return effect.apply(replace(inner, flow=flow))
 
     return replace(seen, torque_of=torque_of)

@@ -30,6 +30,7 @@ class RotorInertia(LoadEffect):
         mistaken_for=("added_mass", "payload_mass", "joint_elasticity", "sensor_timing"),
     )
     acts = "joint"
+    standard = True
 
     inertia: Values = parameter("kg m^2", 0.05, (0.0, 1e4), "inertia as felt at the joint", per="arm")
 

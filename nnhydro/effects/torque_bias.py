@@ -29,6 +29,7 @@ class TorqueBias(InstrumentEffect):
         mistaken_for=("torque_drift", "umbilical_stiffness", "buoyancy_tilt"), zero_at_rest=False,
     )
     acts = "joint"
+    standard = True
     stage = 4
 
     offset: Values = parameter("N m", 0.0, (-1e4, 1e4), "reading minus torque", per="arm")

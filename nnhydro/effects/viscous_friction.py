@@ -28,6 +28,7 @@ class ViscousFriction(LoadEffect):
         mistaken_for=("coulomb_friction", "reynolds_drag", "drag_form", "flow_memory"),
     )
     acts = "joint"
+    standard = True
     dissipates = True
 
     coefficient: Values = parameter("N m s/rad", 0.05, (0.0, 1e3), "friction torque per unit joint rate", per="arm")

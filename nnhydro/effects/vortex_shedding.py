@@ -22,9 +22,9 @@ def in_cells(speed: Tensor, cell: Tensor) -> Tensor:
     if not cell.any():
         return speed
     made = []
-    for one, share in zip(speed.unbind(1), cell.tolist(), strict=True):
-        wide = max(1, round(share * one.shape[1]))
-        made.append(torch.cat([part.mean(dim=1, keepdim=True).expand_as(part) for part in torch.split(one, wide, dim=1)], dim=1))
+    for link, share in zip(speed.unbind(1), cell.tolist(), strict=True):
+        wide = max(1, round(share * link.shape[1]))
+        made.append(torch.cat([part.mean(dim=1, keepdim=True).expand_as(part) for part in torch.split(link, wide, dim=1)], dim=1))
     return torch.stack(made, dim=1)
 
 

@@ -245,6 +245,7 @@ def _in_turn(split: Split, entered: Sequence[ModelEntry], arm: Arm, how: Prepara
              workers: Workers) -> Iterator[Standing]:
     """Every entry in every fold, in order; one process tells what begins, several tell what has come in."""
     def progress_of(label: str) -> Progress | None:
+        """Return what reports every tenth epoch of one training, None where several processes work."""
         if not workers.alone:
             return None
         return lambda epoch, total, error: report(f"{label}, epoch {epoch}/{total}") if epoch % 10 == 0 else None

@@ -142,6 +142,7 @@ def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = l
     judge, usual = TrainingSet(left, arm), Identifier(INPUT_SETS[USUAL], epochs=epochs, seed=seed)
 
     def error(choice: Identifier, chosen: Sequence[Unit] = fitted) -> float:
+        """Return the error of a network trained with `choice` on the units `chosen`, and print it."""
         found = judge.error(train_network(choice, [TrainingSet(chosen, arm)], how))
         say(f"{', '.join(choice.inputs)}; {choice.layers}; {choice.neurons} neurons; {len(chosen)} units: {100 * found:.1f} %")
         return found

@@ -57,6 +57,7 @@ def feature_set(name: str, dimensional: bool = False) -> Callable[[FeatureSet], 
     """Declare the decorated function as the feature set `name`."""
 
     def declare(function: FeatureSet) -> FeatureSet:
+        """Enter `function` under its name."""
         _SETS[name] = function
         if dimensional:
             _DIMENSIONAL.add(name)

@@ -61,11 +61,13 @@ def _carried_since(flow: Flow, carried: Carried, w: Tensor) -> tuple[Tensor, Ten
     dt, back = carried.steps(3), BACK * flow.D[:, None]
 
     def start() -> Tensor:
+        """Return the memory (n, links, 2, 6) of a run's first instant: what moves has moved for ever."""
         none = torch.zeros_like(w)
         moved = torch.where(each_under_way(flow)[:, None, None], torch.full_like(w, FOREVER), none)
         return torch.stack([moved, moved, none, none, none, none], dim=-1)
 
     def next_memory(old: Tensor) -> Tensor:
+        """Return the memory (n, links, 2, 6) after a step of `dt` s with the speeds `w` m/s of the links' ends."""
         step = w * dt
         s, t, ahead, heading, now, ago = old.unbind(-1)  # ahead: how far the end is beyond its farthest point, 0 or less
         along = torch.where(heading == 0, step, heading * step)

@@ -187,14 +187,14 @@ def _lines(way: Assignment, arm: Arm, given: set[str]) -> list[str]:
 def _complaint(way: Assignment, arm: Arm) -> str:
     """What would be wrong, in words."""
     parts = []
-    for what, order, signs in (("torque", way.torques, way.torque_signs), ("angle", way.angles, way.angle_signs)):
+    for channel, order, signs in (("torque", way.torques, way.torque_signs), ("angle", way.angles, way.angle_signs)):
         n = len(order)
         negated = [str(order[i] + 1) for i in range(n) if signs[i] < 0]
         if order != tuple(range(n)):
-            parts.append(f"the {what}s of joints {' and '.join(str(i + 1) for i in range(n) if order[i] != i)} are exchanged")
+            parts.append(f"the {channel}s of joints {' and '.join(str(i + 1) for i in range(n) if order[i] != i)} are exchanged")
         if negated:
-            parts.append(f"the {what}{'s' if len(negated) > 1 else ''} of joint{'s' if len(negated) > 1 else ''} {' and '.join(negated)} "
-                         f"{'have' if len(negated) > 1 else 'has'} the wrong sign")
+            many = "s" if len(negated) > 1 else ""
+            parts.append(f"the {channel}{many} of joint{many} {' and '.join(negated)} {'have' if many else 'has'} the wrong sign")
     return arm.text(", and ".join(parts))
 
 

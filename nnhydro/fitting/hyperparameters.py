@@ -92,6 +92,7 @@ def search(campaign: Campaign, config: TrainingConfig, ranges: Ranges, trials: i
     found: list[tuple[dict[str, Any], float]] = []
 
     def objective(trial: Any) -> float:
+        """Return the inner error of the choices that `trial` suggests."""
         choices = _suggest(trial, ranges)
         tried = TrainingConfig.model_validate({**config.model_dump(), **choices})
         found.append((choices, inner_error(chosen, campaign, how, tried, score, inner_folds, workers)))

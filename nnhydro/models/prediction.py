@@ -133,6 +133,7 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
     domain = Domain.parse(model.fit.get(DOMAIN))
 
     def answers(segment: Segment) -> list[Array]:
+        """Return torques N m, the share outside of the training where it is known, and their standard deviation, (n, ...) each."""
         motion = Motion.of(segment)
         far = [] if domain is None else [domain.outside(motion, model.arm)[:, None]]
         tau, std = model.torque_and_std(motion)

@@ -96,6 +96,7 @@ class Sheet:
     def html(self) -> str:
         """Return the table as HTML: caption, headings of columns, and of rows where the first column is words."""
         def cell(column: Column, text: str, first: bool) -> str:
+            """Return the HTML of a cell; the first of a row of words heads it."""
             if first and column.words:
                 return f'<th scope="row" class="words">{escape(text)}</th>'
             return f'<td{" class=words" if column.words else ""}>{escape(text)}</td>'

@@ -93,6 +93,7 @@ def scratch(purpose: str) -> tuple[Path, Callable[[], None]]:
     made, held = _temporary(place / purpose, folder=True)
 
     def remove() -> None:
+        """Remove the folder and let go of its lock."""
         shutil.rmtree(made, ignore_errors=True)
         if held is not None:
             os.close(held)

@@ -56,7 +56,7 @@ def stepped_once(truth: NativeArm, q: Array, qd: Array, tau: Array, carriage: Ar
     return q + h / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4), a1
 
 
-def tracked(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, rate_hz: float, hold: int) -> Run:
+def track(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, rate_hz: float, hold: int) -> Run:
     """Return the run of `truth` along `reference` under `law`, which acts every `hold` steps of 1/`rate_hz` s.
 
     Raises ConfigError where the arm runs away, ModelError where a learned truth has no acceleration for a torque.

@@ -73,6 +73,8 @@ def test_the_lines_that_a_page_changes_stand_in_the_code(page):
         if block.kind == "diff":
             text = texts.get(block.file) or (ROOT / block.file).read_text(encoding="utf-8")
             texts[block.file] = changed(text, block.text)
+    assert page.stem == "index" or files_of(page) >= set(texts)
+    assert all(text != (ROOT / file).read_text(encoding="utf-8") for file, text in texts.items()), "a change that changes nothing"
 
 
 @pytest.mark.parametrize(("text", "change", "after"), [

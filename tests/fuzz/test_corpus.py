@@ -35,5 +35,6 @@ def test_the_file_that_fuzzing_begins_with_is_accepted(name, tmp_path):
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_an_empty_file_and_one_of_zeros_get_one_line(name, tmp_path):
-    for data in (b"", b"\0" * 1000):
-        TARGETS[name](data, tmp_path)
+    empty, zeros = (TARGETS[name](data, tmp_path) for data in (b"", b"\0" * 1000))
+    assert empty == (name == "config"), "a configuration that says nothing is the default one"
+    assert not zeros

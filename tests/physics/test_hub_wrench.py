@@ -25,7 +25,7 @@ from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.motion import Base
+from nnhydro.physics.motion import Base, Water
 from nnhydro.physics.travel.state_model import state_loads
 
 
@@ -102,6 +102,18 @@ def test_the_water_s_part_balances_the_momentum_of_the_water_that_is_carried(lin
             momentum += carried
             spin += cross(place, carried)
     balanced(wrench.fluid.numpy(), m.t.numpy(), momentum, spin, hub)
+
+
+def test_a_current_of_the_model_adds_to_the_one_that_was_measured():
+    a, m = arm(2), moving(arm(2), 30)
+    measured = torch.stack([0.2 * torch.sin(m.t), 0.1 * torch.cos(m.t)], dim=1)
+    own, none = torch.tensor([0.15, -0.1], dtype=torch.float64).expand(len(m), 2), torch.zeros_like(measured)
+    loads = Loads({"normal_drag": NormalDrag((1.1, 0.9)), "axial_drag": AxialDrag((0.03, 0.02))})
+    both = hub_wrench(model(a, loads, [AmbientCurrent((0.15,), (-0.1,))]), replace(m, current=Water(measured, none)))
+    want = hub_wrench(model(a, loads), replace(m, current=Water(measured + own, none)))
+    np.testing.assert_allclose(both.fluid, want.fluid, atol=1e-12)
+    alone = hub_wrench(model(a, loads), replace(m, current=Water(own, none)))
+    assert float((want.fluid - alone.fluid).abs().max()) > 0.1
 
 
 def test_drag_on_the_base_is_the_sum_over_many_strips():

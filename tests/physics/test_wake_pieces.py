@@ -194,7 +194,7 @@ def test_curves_lie_on_an_even_grid_from_rest_to_the_end():
 ])
 def test_choices_are_taken_within_their_ranges_and_refused_beyond(changes, fine):
     if fine:
-        replace(CHOICES, **changes)
+        assert vars(replace(CHOICES, **changes)).items() >= changes.items()
     else:
         with pytest.raises(ConfigError):
             replace(CHOICES, **changes)

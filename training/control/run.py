@@ -36,7 +36,7 @@ from nnhydro.runtime.files import write_json, write_text
 from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.controller import Controller, model_inside
 from nnhydro.simulation.motions.motion_kind import Setting, motion_of
-from nnhydro.simulation.native_loop import NativeInside, tracked
+from nnhydro.simulation.native_loop import NativeInside, track
 from nnhydro.simulation.recipe.recipe import parse_recipe
 
 HERE = Path(__file__).parent
@@ -138,7 +138,7 @@ def measured(truth, arm, kind, inside, rate_hz):
             drawn = reference.at(np.linspace(0, reference.duration, 100)).q.tobytes()  # a slew has no seed: it is tracked once
             if drawn not in known:
                 law = Controller(kind=kind, **CONFIG["gains"][kind], **CONFIG["sees"]).torque_law(arm, CONFIG["control_rate_hz"])
-                known[drawn] = tracked(motion.name, reference, truth, replace(law, inside=inside), rate_hz, hold)
+                known[drawn] = track(motion.name, reference, truth, replace(law, inside=inside), rate_hz, hold)
             run = known[drawn]
             errors.append(run.state.q - reference.at(np.minimum(run.t, reference.duration)).q)
             torques.append(run.tau)

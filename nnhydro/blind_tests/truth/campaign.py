@@ -159,6 +159,7 @@ def _expected_torque(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], phases
 def _answer(wish: Wish, reference: Yardstick, hidden: Sequence[tuple[Cause, float]], known_to: float) -> dict[str, Any]:
     """Return what is to be sealed, without the unseen motions' torques."""
     def entry(cause: Cause, size: float) -> dict[str, Any]:
+        """Return what the sealed answer says of one cause; `size` is its noncentrality."""
         return {"effect": cause.id, "family": cause.family, "joint": cause.joint, "shape": cause.shape, "law": cause.law,
                 "chance": cause.chance, "near": list(cause.near), "lambda": round(size, 2), "over_limit": round(size / reference.limit, 3),
                 "parameters": {key: {"value": float(f"{value:.6g}"), "unit": unit} for key, (value, unit) in cause.parameters.items()}}

@@ -23,7 +23,9 @@ def reynolds_drag(rng: Generator, arm: TrueArm) -> Draft:
     power, Re0, k = bool(rng.random() < 0.5), float(np.exp(rng.uniform(np.log(1.2e4), np.log(4e4)))), rng.uniform(1.5, 4.0)
 
     def make(a: float) -> Cause:
+        """Return the cause whose exponent or drop is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             z = np.abs(flow.w) * flow.link.diameter / flow.arm.nu / Re0
             return flow.times((z**2 + 0.01) ** (-a / 2) if power else 1 + a * (1 / (1 + z**k) - 0.5))
         return Cause("reynolds_drag", None, "other" if power else "plain", "C_D falls with the local Reynolds number",
@@ -37,7 +39,9 @@ def axial_drag(rng: Generator, arm: TrueArm) -> Draft:
     p = 0.8 if rng.random() < 0.4 else 1.0
 
     def make(a: float) -> Cause:
+        """Return the cause whose cx is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             f = 0.5 * flow.arm.rho * a * flow.link.diameter * np.abs(flow.u) ** p * flow.u
             return replace(flow, extra=flow.extra + f[..., None] * flow.e)
         return Cause("axial_drag", None, "plain" if p == 1 else "other", "skin friction along the links", {"cx": (a, "1")}, water, order=1)
@@ -50,7 +54,9 @@ def tip_drag(rng: Generator, arm: TrueArm) -> Draft:
     p = 0.85 if rng.random() < 0.4 else 1.0
 
     def make(a: float) -> Cause:
+        """Return the cause whose cd_area is `a` m2."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             if flow.i < len(flow.arm.links) - 1:
                 return flow
             v = flow.v[:, -1]  # the last strip, half a strip inside the tip
@@ -68,7 +74,9 @@ def drag_form(rng: Generator, arm: TrueArm) -> Draft:
     wavy, side = bool(rng.random() < 0.4), float(rng.choice([-1.0, 1.0]))
 
     def make(a: float) -> Cause:
+        """Return the cause whose span is `side * a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             z = flow.x / flow.link.length
             return flow.times(1 + side * a * (np.cos(2 * np.pi * z) if wavy else 2 * z - 1))
         return Cause("drag_form", None, "other" if wavy else "plain", "C_D varies along the span",

@@ -52,7 +52,9 @@ def coulomb_friction(rng: Generator, arm: TrueArm) -> Draft:
     joint, dahl, z0 = draw_joint(rng, arm), bool(rng.random() < 0.5), rng.uniform(0.005, 0.02)
 
     def make(a: float) -> Cause:
+        """Return the cause whose level is `a` N m."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             v = run.qd[:, joint - 1]
             return on_joint(a * (bristle(v, run.dt, z0) if dahl else direction(v)), joint, tau.shape[1])
         return Cause("coulomb_friction", joint, "other" if dahl else "plain", "dry friction", {"level": (a, "N m")}, load=load)
@@ -65,7 +67,9 @@ def viscous_friction(rng: Generator, arm: TrueArm) -> Draft:
     joint, p = draw_joint(rng, arm), (0.85 if rng.random() < 0.4 else 1.0)
 
     def make(a: float) -> Cause:
+        """Return the cause whose damping is `a` N m s/rad."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             v = run.qd[:, joint - 1]
             return on_joint(a * np.sign(v) * np.abs(v) ** p, joint, tau.shape[1])
         return Cause("viscous_friction", joint, "plain" if p == 1 else "other", "friction that grows with speed",
@@ -79,7 +83,9 @@ def stribeck_friction(rng: Generator, arm: TrueArm) -> Draft:
     joint, aged, vs, more = draw_joint(rng, arm), bool(rng.random() < 0.4), rng.uniform(0.08, 0.25), rng.uniform(1.2, 2.5)
 
     def make(a: float) -> Cause:
+        """Return the cause whose coulomb is `a` N m."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             v = run.qd[:, joint - 1]
             if aged:
                 theta = state(v, run.dt, 0.1)
@@ -98,7 +104,9 @@ def load_friction(rng: Generator, arm: TrueArm) -> Draft:
     preload = 0.4 * tau0 * brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
+        """Return the cause whose coefficient is `a`."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             carried = tau[:, joint - 1]
             level = np.sqrt(carried**2 + preload**2)
             return on_joint(a * level * np.tanh(run.qd[:, joint - 1] / 0.02), joint, tau.shape[1])

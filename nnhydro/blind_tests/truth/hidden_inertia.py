@@ -20,7 +20,9 @@ from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, True
 def added_mass(rng: Generator, arm: TrueArm) -> Draft:
     """Draw added mass for an arm whose C_M is zero otherwise."""
     def make(a: float) -> Cause:
+        """Return the cause whose cm is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             return replace(flow, C_M=np.full_like(flow.C_M, a))
         return Cause("added_mass", None, "plain", "the inertia of the water", {"cm": (a, "1")}, water, order=-1)
     return Draft(make, 0.01, 1.2)
@@ -34,7 +36,9 @@ def rotor_inertia(rng: Generator, arm: TrueArm) -> Draft:
     moved = sum(k.inertia + k.mass * k.com**2 for k in last) + sum(arm.rho * np.pi * k.diameter**2 * k.length**3 / 12 for k in last)
 
     def make(a: float) -> Cause:
+        """Return the cause whose inertia is `a` kg m2."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             return on_joint(a * run.qdd[:, joint - 1], joint, tau.shape[1])
         return Cause("rotor_inertia", joint, "plain", "a motor's rotor turns with the joint", {"inertia": (a, "kg m2")}, load=load)
     return Draft(make, 1e-3 * moved, 1.5 * moved)
@@ -46,7 +50,9 @@ def payload_mass(rng: Generator, arm: TrueArm) -> Draft:
     beyond = float(rng.uniform(0.02, 0.05)) if rng.random() < 0.4 else 0.0
 
     def make(a: float) -> Cause:
+        """Return the cause whose mass is `a` kg."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             F = frames_of(run, arm)
             side, turn = F.nrm[:, -1], F.spin[:, -1, None]
             place = F.P[:, -1] + beyond * F.e[:, -1]

@@ -41,7 +41,9 @@ def link_interference(rng: Generator, arm: TrueArm) -> Draft:
     shielded, gentle = (1 if rng.random() < 0.75 else 0), bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
+        """Return the cause whose depth is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             if flow.i != shielded:
                 return flow
             lost = a * shadow(flow, 1 - shielded)
@@ -57,7 +59,9 @@ def wall_proximity(rng: Generator, arm: TrueArm) -> Draft:
     fading, wall = bool(rng.random() < 0.4), arm.reach + float(rng.uniform(0.03, 0.10))
 
     def make(a: float) -> Cause:
+        """Return the cause whose strength is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             D = flow.link.diameter
             gap = np.maximum(wall - flow.pos[..., 0], 0.1 * D)
             factor = 1 + (4 * a * np.exp(-gap / (3 * D)) if fading else a * D / (gap + 0.3 * D))

@@ -21,7 +21,9 @@ def buoyancy_tilt(rng: Generator, arm: TrueArm) -> Draft:
     angle = float(rng.uniform(-np.pi, np.pi))
 
     def make(a: float) -> Cause:
+        """Return the cause whose tilt is `a` rad."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             F, result = frames_of(run, arm), np.zeros_like(tau)
             down = GRAVITY * np.sin(a) * np.array([np.cos(angle), np.sin(angle)])
             for i, link in enumerate(arm.links):
@@ -42,7 +44,9 @@ def umbilical_stiffness(rng: Generator, arm: TrueArm) -> Draft:
     joint, q0, bends = draw_joint(rng, arm), float(rng.uniform(-0.5, 0.5)), bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
+        """Return the cause whose stiffness is `a` N m/rad."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             d = run.q[:, joint - 1] - q0
             return on_joint(1.5 * a * np.tanh(d / 1.5) if bends else a * (d + 0.15 * d**3), joint, tau.shape[1])
         return Cause("umbilical_stiffness", joint, "other" if bends else "plain", "a hose pulls the joint back",

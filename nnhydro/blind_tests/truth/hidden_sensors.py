@@ -25,7 +25,9 @@ def torque_bias(rng: Generator, arm: TrueArm) -> Draft:
     joint, side = draw_joint(rng, arm), float(rng.choice([-1.0, 1.0]))
 
     def make(a: float) -> Cause:
+        """Return the cause whose bias is `side * a` N m."""
         def sense(run: TrueRun, tau: Array) -> Array:
+            """Return what the torque sensors read, (n, joints) N m."""
             return tau + on_joint(np.full(len(tau), side * a), joint, tau.shape[1])
         return Cause("torque_bias", joint, "plain", "the torque sensor has an offset", {"bias": (side * a, "N m")}, sense=sense)
     return Draft(make, 1e-4, 2.0)
@@ -38,7 +40,9 @@ def torque_gain(rng: Generator, arm: TrueArm) -> Draft:
     brisk = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
+        """Return the cause whose gain is `1 + side * a`."""
         def sense(run: TrueRun, tau: Array) -> Array:
+            """Return what the torque sensors read, (n, joints) N m."""
             read = tau[:, joint - 1]
             more = side * a * read * (1 + bent * np.abs(read) / brisk)
             return tau + on_joint(more, joint, tau.shape[1])
@@ -54,7 +58,9 @@ def torque_drift(rng: Generator, arm: TrueArm) -> Draft:
     T0, seed = rng.uniform(900.0, 2400.0), int(rng.integers(2**31))
 
     def make(a: float) -> Cause:
+        """Return the cause whose drift is `side * a` N m."""
         def sense(run: TrueRun, tau: Array) -> Array:
+            """Return what the torque sensors read, (n, joints) N m."""
             T = run.clock - 9 * 3600.0
             path = wander(np.random.default_rng(seed), T, 700.0) if walks else 1 - np.exp(-T / T0)
             return tau + on_joint(side * a * path, joint, tau.shape[1])
@@ -69,7 +75,9 @@ def torque_crosstalk(rng: Generator, arm: TrueArm) -> Draft:
     joint, side = draw_joint(rng, arm), float(rng.choice([-1.0, 1.0]))
 
     def make(a: float) -> Cause:
+        """Return the cause whose leak is `side * a`."""
         def sense(run: TrueRun, tau: Array) -> Array:
+            """Return what the torque sensors read, (n, joints) N m."""
             return tau + on_joint(side * a * tau[:, 2 - joint], joint, tau.shape[1])
         return Cause("torque_crosstalk", joint, "plain", "the other joint's torque leaks in", {"leak": (side * a, "1")}, sense=sense)
     return Draft(make, 2e-3, 0.6)
@@ -83,9 +91,11 @@ def torque_saturation(rng: Generator, arm: TrueArm) -> Draft:
     scale *= 1.0 if joint == 1 else (arm.links[-1].length / arm.reach) ** 2
 
     def make(a: float) -> Cause:
+        """Return the cause at the size `a`."""
         level = scale * 0.6 / a
 
         def sense(run: TrueRun, tau: Array) -> Array:
+            """Return what the torque sensors read, (n, joints) N m."""
             result = tau.copy()
             read = tau[:, joint - 1]
             result[:, joint - 1] = level * np.tanh(read / level) if soft else read.clip(-level, level)
@@ -101,7 +111,9 @@ def sensor_timing(rng: Generator, arm: TrueArm) -> Draft:
     lag = bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
+        """Return the cause whose delay is `a` s."""
         def sense(run: TrueRun, tau: Array) -> Array:
+            """Return what the torque sensors read, (n, joints) N m."""
             if lag:
                 return follow(tau, run.dt, a)
             then = np.maximum(run.t - a, run.t[0])
@@ -118,7 +130,9 @@ def encoder_offset(rng: Generator, arm: TrueArm) -> Draft:
     joint, side, bent = draw_joint(rng, arm), float(rng.choice([-1.0, 1.0])), (0.1 if rng.random() < 0.4 else 0.0)
 
     def make(a: float) -> Cause:
+        """Return the cause whose offset is `side * a` rad."""
         def angle(run: TrueRun, tau: Array) -> Array:
+            """Return what the encoders add, (n, joints) rad."""
             return on_joint(side * a * (1 + bent * np.sin(run.q[:, joint - 1])), joint, tau.shape[1])
         return Cause("encoder_offset", joint, "other" if bent else "plain", "an angle is read with an error", {"offset": (side * a, "rad")},
                      angle=angle)

@@ -30,7 +30,9 @@ def joint_elasticity(rng: Generator, arm: TrueArm) -> Draft:
     brisk = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
+        """Return the cause whose stiffness is `1 / a` N m/rad."""
         def drive(run: TrueRun, tau: Array) -> Array:
+            """Return the angles (n, joints) rad of the drives against the links."""
             delta = follow(tau[:, joint - 1], run.dt, T) * a
             if stiffens:
                 delta = stiff_twist(delta, 1.5 * a * brisk)
@@ -60,7 +62,9 @@ def backlash(rng: Generator, arm: TrueArm) -> Draft:
     size = brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
+        """Return the cause whose gap is `a` rad."""
         def drive(run: TrueRun, tau: Array) -> Array:
+            """Return the angles (n, joints) rad of the drives against the links."""
             carried = tau[:, joint - 1]
             fine = np.repeat(carried, 4)
             delta = play(fine, run.dt / 4, a, size / 0.002, c * size * 0.1 / a)[3::4]
@@ -77,7 +81,9 @@ def torque_ripple(rng: Generator, arm: TrueArm) -> Draft:
     usual = 0.4 * brisk_torque(arm, joint)
 
     def make(a: float) -> Cause:
+        """Return the cause whose amplitude is `a` N m."""
         def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
             q, carried = run.q[:, joint - 1], tau[:, joint - 1]
             wave = a * (np.cos(N * q + p) + 0.3 * np.cos(2 * N * q + p2))
             if loaded:

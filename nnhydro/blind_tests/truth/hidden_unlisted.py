@@ -23,6 +23,7 @@ from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, True
 def _at_joint(name: str, joint: int, law: str, torque: Callable[[TrueRun, Array], Array], chance: bool = False, near: tuple[str, ...] = (),
               size: float = 1.0) -> Cause:
     def load(run: TrueRun, tau: Array) -> Array:
+        """Return the extra joint torques (n, joints) N m: `size` times `torque` at the joint."""
         return size * on_joint(torque(run, tau), joint, tau.shape[1])
     return Cause(f"unlisted:{name}", joint, "unlisted", law, {"size": (size, "N m")}, load=load, chance=chance, near=near)
 
@@ -33,6 +34,7 @@ def hum(rng: Generator, arm: TrueArm) -> Draft:
     joint, f = draw_joint(rng, arm), float(rng.uniform(2.0, 4.0))
 
     def torque(run: TrueRun, tau: Array) -> Array:
+        """Return the torque (n,) N m of unit size: sin(2 pi f t + phase), the phase drawn anew in every run."""
         return np.sin(2 * np.pi * f * run.t + np.random.default_rng([run.seed, 17]).uniform(0, 2 * np.pi))
     return Draft(lambda a: _at_joint("hum", joint, "a tone at fixed frequency", torque, True, size=a), 1e-4, 2.0)
 
@@ -43,6 +45,7 @@ def kick(rng: Generator, arm: TrueArm) -> Draft:
     joint = draw_joint(rng, arm)
 
     def torque(run: TrueRun, tau: Array) -> Array:
+        """Return the torque (n,) N m of unit size: two blows of 0.12 s, in six runs of ten."""
         chance = np.random.default_rng([run.seed, 19])
         sizes, moments = chance.normal(0, 1.5, 2), chance.uniform(0, run.t[-1], 2)
         blows = [s * np.exp(-(((run.t - at) / 0.12) ** 2)) for s, at in zip(sizes, moments, strict=True)]
@@ -56,6 +59,7 @@ def cable_slap(rng: Generator, arm: TrueArm) -> Draft:
     joint, at = draw_joint(rng, arm), float(rng.uniform(-0.5, 0.5))
 
     def torque(run: TrueRun, tau: Array) -> Array:
+        """Return the torque (n,) N m of unit size: exp(-s/0.25) cos(2 pi 2.2 s), s seconds after the joint has passed `at` upwards."""
         q = run.q[:, joint - 1]
         passed = np.zeros(len(q))
         passed[1:] = (q[1:] >= at) & (q[:-1] < at)
@@ -70,6 +74,7 @@ def warm_seal(rng: Generator, arm: TrueArm) -> Draft:
     joint, way = draw_joint(rng, arm), float(rng.uniform(1.5, 4.0))
 
     def torque(run: TrueRun, tau: Array) -> Array:
+        """Return the torque (n,) N m of unit size: dq exp(-angle turned since the start / way)."""
         v = run.qd[:, joint - 1]
         return v * np.exp(-np.cumsum(np.abs(v)) * run.dt / way)
     return Draft(lambda a: _at_joint("warm_seal", joint, "viscous friction that fades as the seal warms", torque,
@@ -82,6 +87,7 @@ def slosh(rng: Generator, arm: TrueArm) -> Draft:
     joint, omega, zeta = draw_joint(rng, arm), 2 * np.pi * float(rng.uniform(0.7, 1.6)), 0.04
 
     def torque(run: TrueRun, tau: Array) -> Array:
+        """Return the torque (n,) N m of unit size: y'' + 2 zeta omega y' + omega^2 y = omega^2 ddq."""
         p = np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * omega * run.dt)
         y: Array = lfilter([0.0, omega**2 * run.dt**2], [1.0, -2 * p.real, abs(p) ** 2], run.qdd[:, joint - 1])
         return y
@@ -90,6 +96,7 @@ def slosh(rng: Generator, arm: TrueArm) -> Draft:
 
 def _form(name: str, near: tuple[str, ...], change: Callable[[LinkFlow, float], LinkFlow], size: float) -> Draft:
     def make(a: float) -> Cause:
+        """Return the cause whose size is `a`."""
         return Cause(f"base_form:{name}", None, "base_form", name, {"size": (a, "1")}, lambda flow: change(flow, a), order=1, near=near)
     return Draft(make, size, size)
 

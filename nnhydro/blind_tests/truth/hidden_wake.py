@@ -27,7 +27,9 @@ def wake_development(rng: Generator, arm: TrueArm) -> Draft:
     l1, l2, loss = rng.uniform(1.2, 3.0), rng.uniform(3.0, 4.5), rng.uniform(0.2, 0.6)
 
     def make(a: float) -> Cause:
+        """Return the cause whose depth is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             s = since_reversal(flow.w, flow.run.dt) / flow.link.diameter
             factor = 1 - a * np.exp(-s / l1) + (0.6 * a * (s / l2) ** 2 * np.exp(2 - 2 * s / l2) if overshoot else 0.0)
             return replace(flow.times(factor), C_M=flow.C_M * (1 - loss * a * (1 - np.exp(-s / l1))))
@@ -43,7 +45,9 @@ def flow_memory(rng: Generator, arm: TrueArm) -> Draft:
     by_travel = bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
+        """Return the cause whose travel is `8 * a` D."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             drag, dt = flow.drag, flow.run.dt
             if by_travel:
                 lagged = follow_at(drag, 1 - np.exp(-dt * (np.abs(flow.w) + 0.02) / (8 * a * flow.link.diameter)))
@@ -62,7 +66,9 @@ def wake_reentry(rng: Generator, arm: TrueArm) -> Draft:
     T, twice = rng.uniform(0.4, 1.2), bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
+        """Return the cause whose strength is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             w = flow.w
             wake = follow(w, flow.run.dt, T)
             wake = follow(wake, flow.run.dt, T / 2) if twice else wake
@@ -81,7 +87,9 @@ def history_force(rng: Generator, arm: TrueArm) -> Draft:
     fade = float(rng.uniform(1.0, 4.0)) if rng.random() < 0.4 else np.inf
 
     def make(a: float) -> Cause:
+        """Return the cause whose strength is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             t = flow.run.t - flow.run.t[0]
             edges = np.concatenate([[0.0], t + 0.5 * flow.run.dt])
             kernel = np.diff(2 * np.sqrt(edges)) * np.exp(-t / fade)  # int t^-1/2 over each step
@@ -98,7 +106,9 @@ def vortex_shedding(rng: Generator, arm: TrueArm) -> Draft:
     cells, St = bool(rng.random() < 0.4), rng.uniform(0.17, 0.21)
 
     def make(a: float) -> Cause:
+        """Return the cause whose strength is `a`."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             chance = np.random.default_rng([flow.run.seed, 11, flow.i])
             speed = np.abs(flow.w)
             if cells:

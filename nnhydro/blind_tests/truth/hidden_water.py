@@ -25,7 +25,9 @@ def ambient_current(rng: Generator, arm: TrueArm) -> Draft:
     angle, sheared = float(rng.uniform(-np.pi, np.pi)), bool(rng.random() < 0.4)
 
     def make(a: float) -> Cause:
+        """Return the cause whose speed is `a` m/s."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             stream = a * np.array([np.cos(angle), np.sin(angle)])
             if not sheared:
                 return replace(flow, v=flow.v - stream)
@@ -47,7 +49,9 @@ def wave_orbital(rng: Generator, arm: TrueArm) -> Draft:
     d = np.array([np.cos(angle), np.sin(angle)])
 
     def make(a: float) -> Cause:
+        """Return the cause whose speed is `a` m/s."""
         def water(flow: LinkFlow) -> LinkFlow:
+            """Return the flow past a link as this cause changes it."""
             phase = np.random.default_rng([flow.run.seed, 13]).uniform(0, 2 * np.pi)
             k = omega**2 / GRAVITY
             arg = k * (flow.pos @ d) - omega * flow.run.t[:, None] + phase

@@ -19,6 +19,7 @@ _NO_BELT: set[str] = set()
 def hides(name: str, two_links: bool = False, no_belt: bool = False) -> Callable[[Maker], Maker]:
     """Register a maker under `name`: it draws all but the size. `two_links`: needs them; `no_belt`: sits at a direct drive."""
     def register(maker: Maker) -> Maker:
+        """Enter `maker` under its name."""
         _MAKERS[name] = maker
         _TWO_LINKS.update([name] if two_links else [])
         _NO_BELT.update([name] if no_belt else [])

@@ -160,6 +160,7 @@ class Judge:
         zeros = np.zeros(0)
 
         def on(stretch: Stretch) -> Array:
+            """Return the columns of baseline and hypotheses and the model's torque on a stretch, (n, joints, p + K + 1)."""
             Y = columns_and_offset(baseline.physics.loads, stretch.segment, problem.arm)[0] @ baseline.prior.F
             X = columns_on(self.hypotheses, self.model, stretch, predicted=True) * self.scale
             tau = self.model.torque(Motion.of(stretch.segment)).numpy()

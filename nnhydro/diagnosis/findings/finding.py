@@ -1,7 +1,10 @@
 """A finding: one effect that was left out, its values with intervals, the effects that cannot be told from it, and its sentence.
 
 Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
-Intervals hold the posterior's spread, the scatter of the recordings, and the bend of the score over nonlinear values.
+Intervals hold the posterior's spread, the scatter of the recordings, and what nonlinear values phi are known to by the bend of the score:
+
+    C -> [[C + G V G', G V], [V G', V]],     V = diag(d^2 / 2 (score - score_d)),  G = d beta / d phi,  d to the neighbours of phi
+
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112.
 """
 
@@ -21,6 +24,7 @@ from nnhydro.diagnosis.search.values import Values, values_of
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
+WORSE, MOST_NEIGHBOURS = 0.5, 12  # nats by which a neighbouring value is told from the best: one standard deviation; how many are asked
 
 
 @final
@@ -58,34 +62,47 @@ class Finding:
                 "parameters": self.parameters, "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | acts
 
 
-def _shape_variance(search: Search, found: Scored, h: Hypothesis, k: int) -> dict[str, float]:
-    """The variance of each nonlinear value from the bend of the score between its neighbours in the library."""
-    made = {}
+def _shapes(search: Search, found: Scored, h: Hypothesis, k: int, mean: Array) -> tuple[dict[str, float], Array]:
+    """The variance of each nonlinear value from the bend of the score, and how the linear values (p,) move with it, (p, names)."""
+    made, slopes = {}, []
     for name, (low, high) in h.spans.items():
-        half = (high - low) / 2
-        if not half > 0:
+        if high > low:
+            made[name], slope = _bend(search, found, h, k, name, mean)
+            slopes.append(slope)
+    return made, np.array(slopes).reshape(-1, len(mean)).T
+
+
+def _bend(search: Search, found: Scored, h: Hypothesis, k: int, name: str, mean: Array) -> tuple[float, Array]:
+    """Variance of `name` and slope (p,) of the linear values from the nearest neighbour that is worse by `WORSE`, else the farthest.
+
+    Neighbours with linear values beyond their physical bounds tell nothing of the bend.
+    """
+    value, (low, high) = getattr(h.effect, name)[0], h.spans[name]
+    near = [(getattr(o.effect, name)[0] - value, i) for i, o in enumerate(search.view.library.hypotheses)
+            if o.key == h.key and o.width == h.width and getattr(o.effect, name) and getattr(o.effect, name)[0] != value
+            and all(getattr(o.effect, shape) == getattr(h.effect, shape) for shape in h.spans if shape != name)]
+    variance, slope = ((high - low) / 2) ** 2 / 3, np.zeros(len(mean))
+    for step, i in sorted(near, key=lambda pair: abs(pair[0]))[:MOST_NEIGHBOURS]:
+        there = search.score((*(x for x in found.chosen if x != k), i))
+        drop, values = found.score - there.score, values_of(search, there, i)
+        if values.bounded:
             continue
-        value = getattr(h.effect, name)[0]
-        near = [(getattr(o.effect, name)[0], i) for i, o in enumerate(search.view.library.hypotheses)
-                if o.key == h.key and o.width == h.width and i != k and getattr(o.effect, name)
-                and all(getattr(o.effect, shape) == getattr(h.effect, shape) for shape in h.spans if shape != name)]
-        drops = [((v - value) ** 2, found.score - search.score((*(x for x in found.chosen if x != k), i)).score)
-                 for v, i in sorted(near, key=lambda pair: abs(pair[0] - value))[:2]]
-        bends = [d2 / (2 * max(drop, 0.05)) for d2, drop in drops if d2 > 0]
-        made[name] = min(bends) if bends else half**2 / 3
-    return made
+        variance, slope = step**2 / (2 * max(drop, WORSE)), (values.mean[: len(mean)] - mean) / step
+        if drop >= WORSE:
+            break
+    return variance, slope
 
 
-def _parameters(effect: AnyEffect, values: Values,
-                shapes: dict[str, float]) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
+def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float],
+                slopes: Array) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
     names, p = tuple(shapes), len(values.mean)
     mean = np.concatenate([values.mean, [getattr(effect, name)[0] for name in names]])
-    covariance = np.zeros((p + len(names), p + len(names)))
-    covariance[:p, :p] = values.covariance
-    covariance[np.arange(p, p + len(names)), np.arange(p, p + len(names))] = list(shapes.values())
+    V = np.diag(list(shapes.values()))
+    covariance = np.block([[values.covariance + slopes @ V @ slopes.T, slopes @ V], [V @ slopes.T, V]]) if names else values.covariance
     limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
 
     def quantities(x: torch.Tensor) -> Any:
+        """Return the effect's quantities at linear values and shape parameters `x`, shapes held within their bounds."""
         changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
                                    for name, v in zip(names, x[p:], strict=True)}
         return replace(effect.with_linear(x[:p]), **changes).quantities()
@@ -109,7 +126,7 @@ def finding_of(search: Search, found: Scored, k: int) -> Finding:
     linear = len(effect.linear_names())
     offset = float(values.mean[linear]) if len(values.mean) > linear else 0.0
     values = Values(values.mean[:linear], values.covariance[:linear, :linear])
-    parameters, spans = _parameters(effect, values, _shape_variance(search, found, h, k))
+    parameters, spans = _parameters(effect, values, *_shapes(search, found, h, k, values.mean))
     confidence, others = alternatives(search, found, k)
     inside = [a for a in others if a.equivalent]
     members = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])

@@ -44,12 +44,14 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
     views: dict[int, SensorView] = {}
 
     def view_of(working: StripTheory) -> SensorView:
+        """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
         if id(working) not in views:
             views[id(working)] = SensorView(flow, lambda f: sensed(working.loads.torque(f), f.motion.qd, arm), place,
                                             None if measured is None else tensor(measured))
         return views[id(working)]
 
     def columns(hypothesis: Hypothesis) -> Tensor:
+        """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
         effect = hypothesis.effect
         if isinstance(effect, LoadEffect):
             made = to_drives(effect.columns(flow), arm) * factor
@@ -119,6 +121,7 @@ class Design:
     def parts(self) -> Array:
         """The rms of the model's weight and of all else it holds, (joints, 2)."""
         def parts(stretch: Stretch) -> Array:
+            """Return the weight and all else that the model holds on a stretch, (n, joints, 2) N m."""
             flow = Flow(self.problem.arm, Motion.of(stretch.segment))
             still = replace(flow, motion=replace(flow.motion, qd=0 * flow.motion.qd, qdd=0 * flow.motion.qdd))
             loads = self.baseline.physics.loads
@@ -149,7 +152,9 @@ class Design:
 def design_of(problem: Problem, baseline: Baseline) -> Design:
     """Return the rows of `problem` against `baseline`; where nothing is driven, the common scale of the inertial parameters is held."""
     def build(base: Baseline) -> Design:
+        """Return the rows of all blocks against the baseline `base`."""
         def on(stretch: Stretch) -> Array:
+            """Return baseline columns, what is to explain and the measured torque N m on a stretch, (n, joints, p + 2)."""
             segment = stretch.segment
             Y, c0 = columns_and_offset(base.physics.loads, segment, problem.arm)
             assert segment.tau is not None
@@ -180,6 +185,7 @@ def _scale_direction(design: Design) -> Array:
     base, arm = design.baseline, design.problem.arm
 
     def part(stretch: Stretch) -> Array:
+        """Return the columns and the torque N m of the model's largest part on a stretch, (n, joints, r + 1)."""
         s = stretch.segment
         still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None, current=None, dcurrent=None)
         Y, c0 = columns_and_offset(base.physics.loads, still if design.heavy else s, arm)

@@ -20,7 +20,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band, band_of
 from nnhydro.recordings.filtering.preprocessing import resampled, stretches
-from nnhydro.recordings.filtering.trajectory import ROWS_PER_PERIOD, trajectory
+from nnhydro.recordings.filtering.trajectory import ROW_RATE, ROWS_PER_PERIOD, trajectory
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
@@ -29,7 +29,7 @@ from nnhydro.recordings.surroundings import with_heading
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 FEWEST_BLOCKS = 16  # in all: noise, left-out scores and sign tests need so many independent stretches
-FEWEST_ROWS = 48  # of a block
+FEWEST_PERIODS = 6.0  # of the band's edge in a block
 MARGIN = 0.5  # periods of the band's edge at either end of a stretch: there a spline's second derivative is known worst
 PAUSE = 1.0  # s between recordings whose times of the day are not known
 
@@ -75,7 +75,7 @@ def segments_of(r: Recording, band: Band, sliding: bool = False) -> Iterator[Seg
     for start, stop in stretches(r):
         part = resampled(r, start, stop)
         n, dt = len(part), float(part.t[1] - part.t[0])
-        rows = min(n, max(int(np.ceil(n * dt * edge * ROWS_PER_PERIOD)), 16))
+        rows = min(n, max(int(np.ceil(n * dt * max(edge * ROWS_PER_PERIOD, ROW_RATE))), 16))
         at = part.t[0] + ((np.arange(rows) + 0.5) * n / rows - 0.5) * dt
         motion = trajectory(part, band.motion, np.clip(at, part.t[0], part.t[-1]))
         keep = np.ones(rows, dtype=bool)
@@ -112,10 +112,11 @@ class Problem:
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
-        """Blocks of at least `FEWEST_ROWS` kept rows, at least `FEWEST_BLOCKS` in all where the recordings are long enough."""
+        """Blocks of at least `FEWEST_PERIODS` of the band's edge, at least `FEWEST_BLOCKS` in all where the recordings are long enough."""
         spans = [(np.flatnonzero(s.segment.keep), s.segment.steady) for s in self.stretches]
-        moving = sum(len(rows) for rows, steady in spans if not steady)
-        longest = max(moving / FEWEST_BLOCKS, FEWEST_ROWS)
+        shortest = FEWEST_PERIODS / self.edge
+        moving = sum(len(rows) * s.segment.dt for s, (rows, steady) in zip(self.stretches, spans, strict=True) if not steady)
+        longest = max(moving / FEWEST_BLOCKS, shortest)
         made = []
         for number, (rows, steady) in enumerate(spans):
             if steady:
@@ -123,9 +124,10 @@ class Problem:
                 continue
             if len(rows) < 8:
                 continue
-            count = max(1, min(round(len(rows) / longest), len(rows) // FEWEST_ROWS))
-            edges = np.linspace(rows[0], rows[-1] + 1, count + 1).astype(int)
             dt = self.stretches[number].segment.dt
+            lasts = len(rows) * dt
+            count = max(1, min(round(lasts / longest), int(lasts / shortest)))
+            edges = np.linspace(rows[0], rows[-1] + 1, count + 1).astype(int)
             for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
                 modes = min(b - a, int(np.floor(2 * (b - a) * dt * self.edge)) + 1)
                 made.append(Block(number, a, b, modes, False))

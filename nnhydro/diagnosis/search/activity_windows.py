@@ -94,11 +94,11 @@ def _of_recordings(search: Search, found: Scored, k: int, u: Array) -> list[Acti
     places = [[float(s.place.mean()) for s in problem.stretches if s.group == g and s.place is not None] for g in used]
     order = np.argsort([np.mean(one) for one in places]) if timed else np.arange(len(used))
     ordered = [names[i] for i in order]
-    made = [ActivityWindow(tuple(n for n, quiet in zip(names, silent, strict=True) if not quiet))]
-    if timed:
-        for cut in range(1, len(ordered)):
-            made += [ActivityWindow(tuple(ordered[cut:]), since=True), ActivityWindow(tuple(ordered[:cut]), until=True)]
-    return made
+    made = []
+    for cut in range(1, len(ordered)) if timed else ():
+        made += [ActivityWindow(tuple(ordered[cut:]), since=True), ActivityWindow(tuple(ordered[:cut]), until=True)]
+    some = tuple(name for name, quiet in zip(names, silent, strict=True) if not quiet)
+    return made if any(set(w.recordings) == set(some) for w in made) else [*made, ActivityWindow(some)]
 
 
 def _of_sectors(search: Search, found: Scored, k: int, beta: Array, model: StripTheory) -> list[ActivityWindow]:

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import LEAST_GAIN, RHO
+from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
@@ -37,10 +37,15 @@ class Library:
 
     @staticmethod
     def scaled(design: Design, hypotheses: Sequence[Hypothesis], X: Array) -> "Library":
-        """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects; `X` is used up."""
+        """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects; `X` is used up.
+
+        A column that moves no torque to speak of at any value within its physical bounds is empty: a wave along a link that is held.
+        """
         rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
         largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
-        scale = np.where(largest > 0, 1.0 / np.maximum(largest, 1e-300), 0.0)
+        most = np.abs(np.array([span for h in hypotheses for span in h.bounds()]).reshape(-1, 2)).max(axis=1)
+        felt = (largest > 0) & (largest * most > RELEVANT)
+        scale = np.where(felt, 1.0 / np.maximum(largest, 1e-300), 0.0)
         return Library(design, tuple(hypotheses), np.multiply(X, scale, out=X), scale)
 
     @cached_property
@@ -68,13 +73,15 @@ class Library:
         return counts
 
     def log_prior(self, k: int) -> float:
-        """Return the log prior probability of hypothesis `k`: every key alike, every law of a key alike, every part of a campaign alike.
+        """Return the log prior odds of hypothesis `k`: every key alike, every law of a key alike, every part of a campaign alike.
 
-        That a law acts in a part only is as improbable as a claim without the least gain.
+        A standard term of a joint is as probable as not: what machines have, few baselines hold. That a law acts in a part
+        only is as improbable as a claim without the least gain.
         """
         h = self.hypotheses[k]
         part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])
-        return -float(np.log(len(self.key_counts)) + np.log(self.key_counts[h.key]) + part)
+        odds = 0.0 if h.effect.standard else np.log(len(self.key_counts))
+        return -float(odds + np.log(self.key_counts[h.key]) + part)
 
     @cached_property
     def _parts(self) -> Counter[Key]:

@@ -9,14 +9,15 @@ Sets are grown beside the unknown and, since laws that explain the torque togeth
 Screening scores every law beside the current set at three scales of the unknown by Schur complements; only the best are fitted exactly.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.problem.hypothesis import Key
@@ -59,6 +60,7 @@ class Search:
     start: Sizes
     report: Callable[[str], None] = lambda line: None
     _scored: dict[tuple[int, ...], Scored] = field(default_factory=dict)
+    _beside: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
 
     @property
     def whitened(self) -> Whitened:
@@ -91,12 +93,12 @@ class Search:
         for k in chosen:
             width = self.view.columns(k).Xw.shape[2]
             total += library.log_prior(k)
+            low, high = library.bounds(k)
+            at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
+            total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
             if not library.hypotheses[k].per_recording:
-                low, high = library.bounds(k)
-                at = slice(start, start + width)
-                total += bound_bonus(low, high, fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
-                if not library.hypotheses[k].plausible(np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]):
-                    total += IMPOSSIBLE
+                values = np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]
+                total += 0.0 if library.hypotheses[k].plausible(values) else IMPOSSIBLE
             start += width
         return total
 
@@ -152,9 +154,24 @@ class Search:
         What has a phase of its own in every recording is no function of the state, and takes nothing from the unknown: it must gain more.
         """
         gain = self.gain(now, then)
-        phased = any(self.view.library.hypotheses[k].per_recording for k in set(then.chosen) - set(now.chosen))
-        takes = then.unknown_nats <= max(LEAVES * now.unknown_nats, FEW_NATS)
-        return gain > 1e-6 and (takes or (phased and gain > now.unknown_nats))
+        if gain <= 1e-6:
+            return False
+        more = set(then.chosen) - set(now.chosen)
+        before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
+        phased = any(self.view.library.hypotheses[k].per_recording for k in more)
+        return after <= max(LEAVES * before, FEW_NATS) or (phased and gain > before)
+
+    def unknown_beside(self, found: Scored, laws: Iterable[int]) -> float:
+        """Return the nats that the unknown gains beside `found` at the joints that `laws` load: what other joints hold is not theirs."""
+        loaded = np.any([self.view.columns(k).Xw.any(axis=(0, 2)) for k in laws], axis=0)
+        if np.all(loaded):
+            return found.unknown_nats
+        at = found.chosen, tuple(np.flatnonzero(loaded).tolist())
+        if at not in self._beside:
+            elsewhere = Sizes(np.where(loaded[:, None], SMALLEST_SIZE, found.sizes.tau))
+            fit = posterior(self.whitened, self.view.joined(found.chosen), elsewhere.vector(self.whitened))
+            self._beside[at] = max(found.fit.log_evidence - fit.log_evidence, 0.0)
+        return self._beside[at]
 
     def _better(self, now: Scored, sets: Sequence[Sequence[int]], base: Scored | None = None) -> Scored:
         base = now if base is None else base
@@ -185,15 +202,23 @@ class Search:
         return sets[1:]
 
     def climb(self, best: Scored) -> Scored:
-        """Return the best set reached from `best` by adding, dropping and swapping."""
-        empty, visited = self.score(()), {best.chosen}
+        """Return the best set reached from `best` by adding, dropping and swapping in which every member is admitted beside the others."""
+        empty, visited, now = self.score(()), dict[tuple[int, ...], Scored](), best
         while True:
-            following = self._move(best)
-            if following.chosen in visited:
-                return best if self._stands(best) else following
-            visited.add(following.chosen)
-            best = following
-            self.report(f"{len(best.chosen)} effects: score {best.score - empty.score:.1f}")
+            while now.chosen not in visited:
+                visited[now.chosen] = now
+                now = self._move(now)
+                self.report(f"{len(now.chosen)} effects: score {now.score - empty.score:.1f}")
+            now = max(map(self._standing, visited.values()), key=lambda s: s.score)
+            if now.chosen in visited:
+                return now
+
+    def _standing(self, found: Scored) -> Scored:
+        """Return `found`, or that of its subsets with the highest score in which every member is admitted beside the others."""
+        if self._stands(found):
+            return found
+        parts = [self.score(part) for n in range(len(found.chosen)) for part in combinations(found.chosen, n)]
+        return next(s for s in sorted(parts, key=lambda s: -s.score) if self._stands(s))
 
     def _stands(self, now: Scored) -> bool:
         """Return whether every member of `now` is admitted beside the others."""

@@ -152,6 +152,7 @@ def separable(at: Reduced, grid: Sequence[Array], prior: Array | None = None, po
     seen: dict[tuple[float, ...], LinearFit] = {}
 
     def linear(nu: tuple[float, ...]) -> LinearFit:
+        """Return the linear fit at the nonlinear values `nu`, computed once."""
         if nu not in seen:
             seen[nu] = solve(at(nu), prior)
         return seen[nu]

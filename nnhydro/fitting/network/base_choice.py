@@ -1,6 +1,6 @@
 """Which physics a hybrid stands on where nobody says: a richer baseline than `constant` has to be the better one twice.
 
-    error_b = sum |tau - model_b| / sum |tau|        over each half of the recordings, fitted to the other half
+    error_b = sum |tau - model_b| / sum |tau|        over each half of the recordings (of few: over each), fitted to the others
     left_b  = sum_j sum |tau - model_b - linear_b|_j / s_j      over the recordings that members watch, s_j rms torque
 
 `linear_b` is the linear part (linear_part.py) learned beside the baseline on the other recordings. A baseline that predicts recordings
@@ -17,8 +17,8 @@ from torch import Tensor
 
 from nnhydro.fitting.linear.several_arms import arm_of, calibrated_on, on_arm
 from nnhydro.fitting.network.linear_columns import Linear
-from nnhydro.fitting.network.linear_part import LinearPart, linear_part
-from nnhydro.fitting.network.rows import CHUNK, Rows, base_rows
+from nnhydro.fitting.network.linear_part import LinearPart, left_over, linear_part
+from nnhydro.fitting.network.rows import Rows, base_rows
 from nnhydro.models.baselines import baseline
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
@@ -28,7 +28,7 @@ from nnhydro.recordings.splitting import Unit
 
 PLAIN, RICHER = "constant", ("state",)
 CLEARLY = 0.9
-FEWEST = 6  # motions: of fewer, a half says too little
+FEWEST, HALVED = 3, 6  # motions to choose by; of fewer than HALVED a half says too little: one after the other is held out
 Parts = tuple[LinearPart, LinearPart]
 
 
@@ -51,25 +51,17 @@ def baseline_choice(chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple
     groups = sorted({unit.group for unit in moving})
     if len(groups) < FEWEST:
         return (PLAIN,)
-    halves = [[unit for unit in moving if groups.index(unit.group) % 2 == k] for k in (0, 1)]
+    count = 2 if len(groups) >= HALVED else len(groups)
 
     def error(name: str) -> float:
-        return sum(_left(calibrated_on(baseline(name), halves[k], arm, how), halves[1 - k]) for k in (0, 1))
+        total = 0.0
+        for k in range(count):
+            held_out = [unit for unit in moving if groups.index(unit.group) % count == k]
+            total += _left(calibrated_on(baseline(name), [unit for unit in moving if unit not in held_out], arm, how), held_out)
+        return total
 
     plain = error(PLAIN)
     return (PLAIN, *(name for name in RICHER if error(name) < CLEARLY * plain))
-
-
-def left_over(rows: Rows, part: LinearPart, columns: Tensor, watched: Tensor, s: Tensor) -> float:
-    """Return the mean over joints and watched rows of |target - linear| / s, `part` and `watched` (E, units) those of each member."""
-    total, count = 0.0, 0
-    for start in range(0, len(rows.target), CHUNK):
-        piece = slice(start, start + CHUNK)
-        mine = watched[:, rows.unit[piece]].T  # (m, E)
-        off = (rows.target[piece, None].double() - part.of(columns[piece].double())).abs() / s
-        total += float(off[mine].sum())
-        count += int(mine.sum()) * off.shape[2]
-    return total / max(count, 1)
 
 
 def on_best_base(bases: Sequence[TorqueModel | None], rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor,

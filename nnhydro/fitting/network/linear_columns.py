@@ -59,6 +59,10 @@ class Linear:
     tiers: Tensor  # (law_size,), features/strip_law.py
     seen: Seen
 
+    def without_free(self) -> "Linear":
+        """Return the columns but for the free functions'."""
+        return replace(self, columns=self.columns[..., :self.columns.shape[2] - self.free_size], free_size=0)
+
     def and_of(self, other: "Linear") -> "Linear":
         """Return the rows of both."""
         return replace(self, columns=torch.cat([self.columns, other.columns]), seen=self.seen.and_of(other.seen))

@@ -7,8 +7,10 @@ scale and the free functions, all passed through the filter that the torque has 
 the masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers with a weight each: Morison's
 two; what the strips' water remembers; what their surroundings and the arm's state add; what the mirror need not repeat. A member solves
 on the rows that it trains on; the weights are those with which the members do best on the recordings that they watch, by the loss of
-stacking.py and as much as a hybrid would use of it, found tier by tier: a tier is opened only where that gains WORTH. One pass over the
-rows: memory is that of the normal matrices. Source: ridge regression, Hoerl & Kennard (1970); the tiers are ours.
+stacking.py and as much as a hybrid would use of it, found tier by tier: a tier is opened only where that gains WORTH. The last tier is
+decided first and for itself (`beside_the_base`): what is fixed to the tank is no correction of the water's loads, it belongs to the
+baseline that corrections fade to. One pass over the rows: memory is that of the normal matrices. Source: ridge regression, Hoerl &
+Kennard (1970); the tiers are ours.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,7 +32,7 @@ MEAN_PENALTY = 1e-4
 FREE = 3
 TIERS = (MEAN, REMEMBERED, SURROUNDED, FREE)  # features/strip_law.py, and the free functions
 UNWATCHED = (MEAN_PENALTY, 1e-2, 1e-1, CLOSED)  # where no recording can be watched
-WORTH = {REMEMBERED: 1.0, SURROUNDED: 0.98, FREE: 0.95}  # of the error left without the tier
+WORTH = {REMEMBERED: 1.0, SURROUNDED: 0.98, FREE: 0.9}  # of the error left without the tier
 STATED = 1e-3  # kappa: the square of what the model leaves, 2 % of the torque, some three rows being worth one
 MOST = 10_000  # watched rows looked at in a choice
 FLAT = 1e-12  # of the largest: columns that hardly move are left out
@@ -39,21 +41,21 @@ FLAT = 1e-12  # of the largest: columns that hardly move are left out
 @final
 @dataclass(frozen=True, eq=False)
 class LinearPart:
-    """Coefficients of law and body (E, p), of odd features (E, odd features, joints) and free functions (E, f, joints).
-
-    `open` says whether the free functions are used.
-    """
+    """Coefficients of law and body (E, p), of odd features (E, odd features, joints) and free functions (E, f, joints)."""
 
     shared: Tensor
     odd: Tensor
     free: Tensor
-    open: bool
 
     def of(self, columns: Tensor) -> Tensor:
         """Return the torques (m, E, joints) N m of `columns` (m, joints, p + odd features)."""
         count = self.shared.shape[1]
         shared, own = columns[..., :count], columns[..., count:]
         return torch.einsum("mjp,ep->mej", shared, self.shared) + torch.einsum("mjp,epj->mej", own, torch.cat([self.odd, self.free], dim=1))
+
+    def free_torque(self, columns: Tensor) -> Tensor:
+        """Return those of the free functions alone (m, E, joints) N m."""
+        return torch.einsum("mjp,epj->mej", columns[..., self.shared.shape[1] + self.odd.shape[1]:], self.free)
 
 
 @final
@@ -136,10 +138,10 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: i
     return theta
 
 
-def _part(theta: Tensor, linear: Linear, joints: int, opened: bool) -> LinearPart:
+def _part(theta: Tensor, linear: Linear, joints: int) -> LinearPart:
     own = theta[:, linear.shared:].reshape(len(theta), joints, -1).transpose(1, 2)
     odd = own.shape[1] - linear.free_size
-    return LinearPart(theta[:, :linear.shared], own[:, :odd], own[:, odd:], opened)
+    return LinearPart(theta[:, :linear.shared], own[:, :odd], own[:, odd:])
 
 
 def _chosen_weights(left: Callable[[Weights], float], tiers: Sequence[int]) -> Weights:
@@ -165,13 +167,64 @@ def _left_on_watched(rows: Rows, columns: Tensor, watched: Tensor, fades: bool) 
     """What a linear part leaves on the recordings that its members watch: the loss of stacking.py on MOST rows, evenly spaced."""
     index = watched.any(dim=0)[rows.unit].nonzero().ravel()
     index = index[::len(index) // MOST + 1]
-    A, target, scale = (x[index].double() for x in (columns, rows.target, rows.scale))
+    A, scale = (x[index].double() for x in (columns, rows.scale))
     unit, shares = rows.unit[index], SHARES if fades else (1.0,)
+    mine = watched[:, unit]
+    target = rows.target_of(index, mine)
 
     def left(part: LinearPart) -> float:
-        return least_loss(target, held_out(part.of(A).transpose(0, 1), watched[:, unit], scale, fades), unit, shares)
+        return least_loss(target, held_out(part.of(A).transpose(0, 1), mine, scale, fades), unit, shares)
 
     return left
+
+
+def left_over(rows: Rows, part: LinearPart, columns: Tensor, watched: Tensor, s: Tensor) -> float:
+    """Return the mean over joints and watched rows of |target - linear| / s, `part` and `watched` (E, units) those of each member."""
+    total, count = 0.0, 0
+    for start in range(0, len(rows.target), CHUNK):
+        piece = slice(start, start + CHUNK)
+        mine = watched[:, rows.unit[piece]].T  # (m, E)
+        off = (rows.target[piece, None].double() - part.of(columns[piece].double())).abs() / s
+        total += float(off[mine].sum())
+        count += int(mine.sum()) * off.shape[2]
+    return total / max(count, 1)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Members:
+    """The normal equations of every member, and of all rows together."""
+
+    each: list[Solution]
+    whole: Solution
+    tier: Tensor  # (q,)
+    linear: Linear
+    joints: int
+
+    @staticmethod
+    def of(rows: Rows, linear: Linear, watched: Tensor, stated: int) -> "_Members":
+        shared, joints = linear.shared, rows.target.shape[1]
+        prior = slice(linear.law_size, linear.law_size + stated)
+        everything, seen = _sums(rows, linear.columns, shared, watched[:, rows.unit])
+        size = torch.diagonal(everything.H)
+        tier = torch.full_like(size, SURROUNDED).long()
+        tier[:linear.law_size] = linear.tiers
+        for own in torch.arange(shared, len(size)).chunk(joints) if linear.free_size else ():
+            tier[own[-linear.free_size:]] = FREE
+        solutions = [_solutions(sums, size, prior, tier, shared, joints) for sums in (everything, *(everything.without(x) for x in seen))]
+        return _Members(solutions[1:], solutions[0], tier, linear, joints)
+
+    def _theta(self, weights: Weights) -> Tensor:
+        return torch.stack([solution(weights) for solution in self.each])
+
+    def unseen(self, weights: Weights) -> LinearPart:
+        """Return what each member makes of the rows that it trains on."""
+        return _part(self._theta(weights), self.linear, self.joints)
+
+    def in_use(self, weights: Weights) -> LinearPart:
+        """Return the same, moved so that the mean is that of all rows."""
+        theta = self._theta(weights)
+        return _part(theta + (self.whole(weights) - theta.mean(dim=0)), self.linear, self.joints)
 
 
 def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades: bool = False) -> tuple[LinearPart, LinearPart]:
@@ -179,27 +232,31 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
 
     The first tells what a member makes of recordings that it has not seen, the second is for use; members differ alike in both. `watched`
     (E, units) bool says which units a member leaves out; arm.yaml states the first `stated` coefficients of the body to be 0 +- 1. `fades`
-    says whether there is a baseline to fade to.
+    says whether there is a baseline to fade to. Free functions stay closed.
     """
-    shared, joints = linear.shared, rows.target.shape[1]
-    prior = slice(linear.law_size, linear.law_size + stated)
-    everything, seen = _sums(rows, linear.columns, shared, watched[:, rows.unit])
-    size = torch.diagonal(everything.H)
-    tier = torch.full_like(size, SURROUNDED).long()
-    tier[:linear.law_size] = linear.tiers
-    for own in torch.arange(shared, len(size)).chunk(joints) if linear.free_size else ():
-        tier[own[-linear.free_size:]] = FREE
-    members = [_solutions(everything.without(own), size, prior, tier, shared, joints) for own in seen]
-
-    def solved(weights: Weights) -> LinearPart:
-        return _part(torch.stack([solution(weights) for solution in members]), linear, joints, weights[FREE] < CLOSED)
-
-    used = [one for one in TIERS[1:] if bool((tier == one).any())]
+    members = _Members.of(rows, linear, watched, stated)
     chosen: Weights = UNWATCHED
     if bool(watched[:, rows.unit].any()):
         left = _left_on_watched(rows, linear.columns, watched, fades)
-        chosen = _chosen_weights(cache(lambda weights: left(solved(weights))), used)
-    unseen = solved(chosen)
-    theta = torch.stack([solution(chosen) for solution in members])
-    shown = _solutions(everything, size, prior, tier, shared, joints)(chosen)
-    return unseen, _part(theta + (shown - theta.mean(dim=0)), linear, joints, unseen.open)
+        used = [one for one in TIERS[1:FREE] if bool((members.tier == one).any())]
+        chosen = _chosen_weights(cache(lambda weights: left(members.unseen(weights))), used)
+    return members.unseen(chosen), members.in_use(chosen)
+
+
+def beside_the_base(rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor) -> tuple[LinearPart, LinearPart] | None:
+    """Return the linear part with its free functions, twice as `linear_part` does; None where held-out recordings do not ask for them.
+
+    They are judged by what is left of the torque, pooled over the recordings that members watch, in units of s (joints,) N m: a baseline
+    that knows nothing of a line tells nothing of how far to trust it.
+    """
+    if not linear.free_size or not bool(watched[:, rows.unit].any()):
+        return None
+    members = _Members.of(rows, linear, watched, stated)
+
+    def left(weight: float) -> float:
+        return left_over(rows, members.unseen((*UNWATCHED[:FREE], weight)), linear.columns, watched, s)
+
+    found = {weight: left(weight) for weight in PENALTIES}
+    best = min(found, key=found.__getitem__)
+    weights = (*UNWATCHED[:FREE], best)
+    return (members.unseen(weights), members.in_use(weights)) if found[best] < WORTH[FREE] * left(CLOSED) else None

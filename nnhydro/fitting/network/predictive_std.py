@@ -66,9 +66,10 @@ def _out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Ten
         phi = model.familiarity(x)
         assert rows.linear is not None
         members = model.correction(x, scale, rows.linear[piece].double().transpose(0, 1))
-        predicted = held_out(members, watched[:, rows.unit[piece]], scale, model.baseline is not None)
-        scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
-        target = rows.target[piece].double()
+        mine = watched[:, rows.unit[piece]]
+        predicted, target = held_out(members, mine, scale, model.baseline is not None), rows.target_of(piece, mine)
+        whole = members if rows.parting is None else members + rows.parting[piece].double().transpose(0, 1)
+        scatter = whole.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
         parts.append((target - predicted, scatter, scale, phi, rows.unit[piece], target))
     return tuple(torch.cat(column) for column in zip(*parts, strict=True))
 

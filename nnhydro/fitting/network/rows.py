@@ -35,7 +35,8 @@ ROWS_PER_CUTOFF = 4.0  # rows kept a period of the cut-off: a low-passed signal 
 class Rows:
     """n rows in float32: inputs x (n, k) with their parity (k,), Morison scale S and target (n, joints) N m, unit number (n,).
 
-    `linear` (n, E, joints) is what the linear part gives for each member, in units of the scale; none: zero.
+    `linear` (n, E, joints) is what the linear part gives for each member, in units of the scale; none: zero. `parting` (n, E, joints) N m:
+    by how much a member's free part exceeds the one that the target is free of; none: there is no free part.
     """
 
     x: Tensor
@@ -44,6 +45,15 @@ class Rows:
     target: Tensor
     unit: Tensor
     linear: Tensor | None = None
+    parting: Tensor | None = None
+
+    def target_of(self, index: Tensor, mine: Tensor) -> Tensor:
+        """Return what the base leaves (m, joints) N m of the rows `index`, its free part being that of the members in `mine` (E, m)."""
+        target = self.target[index].double()
+        if self.parting is None:
+            return target
+        weight = mine.T.double()[..., None]
+        return target - (self.parting[index].double() * weight).sum(dim=1) / weight.sum(dim=1)
 
 
 def torque_rms(chosen: Sequence[Unit]) -> Tensor:

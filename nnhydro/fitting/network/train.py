@@ -13,9 +13,10 @@ from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.fitting.linear.several_arms import calibrated_on, on_arm
 from nnhydro.fitting.network.base_choice import baseline_choice, on_best_base
+from nnhydro.fitting.network.fixed_to_tank import on_base, targets_without, without
 from nnhydro.fitting.network.gradient_fit import Progress, TrainingState, gradient_fit
 from nnhydro.fitting.network.linear_columns import Linear
-from nnhydro.fitting.network.linear_part import LinearPart
+from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base
 from nnhydro.fitting.network.predictive_std import support, with_std, with_trust
 from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.fitting.network.rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardised, torque_rms, watched_units
@@ -80,7 +81,15 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         free = free_range(chosen, arm) if config.free else None
         rows, linear = rows_and_linear(chosen, arm, config, floor, bases[0], store, free)
         centre, spread, lowest, highest = standardised(rows)
-        base, rows, (own, part) = on_best_base(bases, rows, linear, watched, inertial_directions(arm).shape[1], rms, chosen, arm)
+        stated = inertial_directions(arm).shape[1]
+        fixed, pulls = None, beside_the_base(rows, linear, watched, stated, rms)
+        if free is not None and pulls is not None:
+            fixed = FreePart(free, pulls[1].free.contiguous())
+            chosen, first = [without(unit, fixed, arm) for unit in chosen], bases[0]
+            bases = hybrid_baselines(config, chosen, arm, how)
+            rows = on_base(targets_without(rows, linear.columns, *pulls), first, bases[0], chosen, arm)
+        linear = linear.without_free()
+        base, rows, (own, part) = on_best_base(bases, rows, linear, watched, stated, rms, chosen, arm)
         rows = _with_linear(rows, own, linear.columns)
         resumed = checkpoint is not None and checkpoint.exists()
         layout = Ensemble.fresh((rows.x.shape[1], *config.hidden, arm.n_links), config.members, config.seed, config.layers == "parallel")
@@ -92,7 +101,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
                                   SEEN: seen_record(chosen, base)}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
-                             FreePart(free, part.free.contiguous()) if free is not None and part.open else None)
+                             fixed)
         return with_std(with_trust(replace(bare, support=support(rows).contiguous()), rows, watched), rows, watched)
 
 

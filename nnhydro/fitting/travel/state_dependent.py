@@ -111,6 +111,7 @@ def curve_bands(fit: StateFit, s_over_D: Array, draws: int = DRAWS, seed: int = 
     wider = float(t.ppf(ends[1], count - 1) / norm.ppf(ends[1])) * (count / (count - 1)) ** 0.5 if count > 1 else np.inf
 
     def band(curve: Callable[[Loads, Tensor], Tensor]) -> tuple[Array, Array]:
+        """Return the lower and upper end of the interval of a curve over s/D, widened about the fit."""
         low, high = np.quantile([curve(loads, s).numpy() for loads in drawn], ends, axis=0)
         middle = curve(fit.loads, s).numpy()
         return middle + wider * np.minimum(low - middle, 0), middle + wider * np.maximum(high - middle, 0)

@@ -90,6 +90,7 @@ def with_best_travel_scale(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Tr
     before = prior(loads, arm)
 
     def sums(scales: Array) -> list[Statistics]:
+        """Return the sums of the normal equations for every travel scale (diameters); raises CampaignError where nothing can be fitted."""
         parts = [_statistics(loads, segment, arm, scales) for unit in deciding for segment in unit.segments()]
         if not parts:
             raise CampaignError("no recording holds a stretch of finite rows long enough to fit: see nnhydro check")

@@ -103,6 +103,7 @@ def numpy_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Engi
     piece = _make("piece", names, [*lines, f"return ({', '.join(results)},)"], namespace)
 
     def rows(n: int, *arrays: Array) -> None:
+        """Fill the last of `arrays` from the others, `n` rows, in pieces that stay in the cache."""
         *given, made = (a.reshape(n, columns.count) for a, columns in zip(arrays, (*inputs, out), strict=True))
         with np.errstate(all="ignore"):
             for start in range(0, n, PIECE):

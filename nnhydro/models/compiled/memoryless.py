@@ -12,7 +12,7 @@ from torch import Tensor
 
 from nnhydro.models.compiled.engines import EngineColumns, numba_rows, numba_step, numpy_rows, step
 from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.tracing import traced
+from nnhydro.models.export.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 
@@ -54,7 +54,7 @@ class Memoryless:
     @cached_property
     def program(self) -> tuple[Program, list[Value]]:
         """The model as scalars."""
-        program, (tau,) = traced(lambda *state: (self.model.torque(one_row(*state))[0],), example(self.model.arm.n_links))
+        program, (tau,) = trace(lambda *state: (self.model.torque(one_row(*state))[0],), example(self.model.arm.n_links))
         return program, list(tau)
 
     @cached_property

@@ -82,7 +82,7 @@ class Writer:
 
     def statements(self, outputs: Sequence[Value]) -> tuple[list[str], list[str]]:
         """Return the statements, in an order in which they can be computed, and the text of each output."""
-        needed = sorted(self.program.needed(list(outputs)))
+        needed = sorted(self.program.dependencies(list(outputs)))
         waiting, named, lines = self._named_sums(needed, outputs), dict[object, str](), list[str]()
         last = {key: max(x.terms) for key, x in waiting.items()}  # the atom after which a sum is known
         for k in needed:

@@ -16,7 +16,7 @@ from torch import Tensor, stack
 from nnhydro.models.compiled.engines import EngineColumns, Function, numba_rows
 from nnhydro.models.compiled.memoryless import example, fields, flat, one_row
 from nnhydro.models.compiled.travel_loads import TravelLoads
-from nnhydro.models.export.tracing import traced
+from nnhydro.models.export.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
@@ -82,7 +82,7 @@ class TravelKernels:
             f = Flow(self.model.arm, one_row(*state))
             return (stack([f.A[0], f.B[0], f.M[0], f.N[0], f.phi[0]], dim=1),)
 
-        program, (made,) = traced(flow, example(links))
+        program, (made,) = trace(flow, example(links))
         return numba_rows(program, list(made.ravel()), fields(links), EngineColumns("made", made.size, BLOCK + 1))
 
     @cached_property
@@ -92,11 +92,12 @@ class TravelKernels:
         rest = Loads({name: term for name, term in self.model.loads.terms.items() if not isinstance(term, TravelTerm)})
 
         def torque(q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, strips: Tensor) -> tuple[Tensor, ...]:
+            """Return the torques (joints,) N m of one instant, the strips' forces N and moments N m being given."""
             flow = Flow(arm, one_row(q, qd, qdd, u0, du0))
             force, moment = strips[None, 0::2], strips[None, 1::2]
             return (sensed(rest.torque(flow) + flow.normal_columns(force, moment).sum(-1), qd[None], arm)[0],)
 
-        program, (tau,) = traced(torque, example(arm.n_links, 2 * arm.n_links))
+        program, (tau,) = trace(torque, example(arm.n_links, 2 * arm.n_links))
         return numba_rows(program, list(tau), [*fields(arm.n_links), EngineColumns("strips", 2 * arm.n_links, BLOCK + 1)],
                           EngineColumns("tau", arm.n_links))
 
@@ -107,6 +108,7 @@ class TravelKernels:
         blocks, x = Blocks(motion, self._kinematics), self._travel.x
 
         def peak() -> Array:
+            """Return the largest normal speed of every strip over the whole run, m/s."""
             found = np.zeros(x.shape)
             for start, stop in blocks:
                 fastest(blocks.kinematics[..., :stop - start + 1], x, found)

@@ -33,18 +33,21 @@ def _arithmetic(p: Program) -> dict[str, Callable[..., Any]]:
     """Sums, products and quotients, real or complex."""
 
     def plus(a: Any, b: Any, alpha: float = 1.0) -> Any:
+        """Return a + alpha b."""
         if _complex(a, b):
             (ar, ai), (br, bi) = _pair(a), _pair(b)
             return Complex(plus(ar, br, alpha), plus(ai, bi, alpha))
-        return combine([(1.0, p.shared(a)), (alpha, p.shared(b))])
+        return combine([(1.0, p.share(a)), (alpha, p.share(b))])
 
     def times(a: Any, b: Any) -> Any:
+        """Return a b."""
         if _complex(a, b):
             (ar, ai), (br, bi) = _pair(a), _pair(b)
             return Complex(sub(p.mul(ar, br), p.mul(ai, bi)), add(p.mul(ar, bi), p.mul(ai, br)))
         return p.mul(a, b)
 
     def over(a: Any, b: Any) -> Any:
+        """Return a / b."""
         if isinstance(b, (Complex, complex)):
             br, bi = _pair(b)
             size = add(p.mul(br, br), p.mul(bi, bi))
@@ -52,12 +55,14 @@ def _arithmetic(p: Program) -> dict[str, Callable[..., Any]]:
         return Complex(p.div(a.re, b), p.div(a.im, b)) if isinstance(a, Complex) else p.div(a, b)
 
     def size(x: Any) -> Any:
+        """Return |x|."""
         if not _complex(x):
             return p.unary("abs", x)
         re, im = _pair(x)
         return p.unary("sqrt", add(p.mul(re, re), p.mul(im, im)))
 
     def exp(x: Any) -> Any:
+        """Return exp x."""
         if not _complex(x):
             return p.unary("exp", x)
         re, im = _pair(x)
@@ -74,6 +79,7 @@ def _comparisons(p: Program) -> dict[str, Callable[..., Any]]:
     """Comparisons and logic: 1 for true, 0 for false."""
 
     def above(a: Any, b: Any) -> Any:
+        """Return 1 where a > b, else 0."""
         if not any(map(_expression, (a, b))):
             return float(a > b)
         return p.apply("positive", sub(a, b)) if _finite(a, b) else _beyond(a, b)
@@ -135,7 +141,9 @@ def elementwise(p: Program) -> dict[str, Callable[..., Any]]:
               "rsqrt": lambda x: p.div(1.0, p.unary("sqrt", x)), "pow": p.power, "sgn": lambda x: p.unary("sign", x)}
 
     def over_arrays(function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return `function` of scalars as one of arrays, element by element."""
         def apply(*args: Any, **kwargs: Any) -> Any:
+            """Return the function of every element of the arrays, broadcast."""
             arrays = [a if isinstance(a, np.ndarray) else np.asarray(a, dtype=object) for a in args]
             return np.frompyfunc(lambda *xs: function(*xs, **kwargs), len(arrays), 1)(*arrays)
 

@@ -128,7 +128,7 @@ class Program:
             self.atoms.append(Atom(kind, operands, 1 + max(self.level(x) for x in operands)))
         return Scalar(0.0, {self._known[key]: 1.0})
 
-    def shared(self, x: Value, least: int = 0) -> Value:
+    def share(self, x: Value, least: int = 0) -> Value:
         """Return `x`, as one atom where it has `least` terms (default `whole`) or more and sums of sums are not written out."""
         return self.apply("same", x) if self.whole and isinstance(x, Scalar) and len(x.terms) >= (least or self.whole) else x
 
@@ -142,9 +142,9 @@ class Program:
     def mul(self, a: Value, b: Value) -> Value:
         """Return a b."""
         if not isinstance(a, Scalar):
-            return scale(self.shared(b, MANY), a)
+            return scale(self.share(b, MANY), a)
         if not isinstance(b, Scalar):
-            return scale(self.shared(a, MANY), b)
+            return scale(self.share(a, MANY), b)
         (ca, ua), (cb, ub) = self._unit(a), self._unit(b)
         assert isinstance(ua, Scalar)
         assert isinstance(ub, Scalar)
@@ -182,7 +182,7 @@ class Program:
         same = a.key == b.key if isinstance(a, Scalar) and isinstance(b, Scalar) else a is b
         return a if same else self.apply("where", condition, a, b)
 
-    def needed(self, outputs: list[Value]) -> set[int]:
+    def dependencies(self, outputs: list[Value]) -> set[int]:
         """Return the atoms on which `outputs` depend."""
         found: set[int] = set()
         waiting = [k for x in outputs for k in _terms(x)]
@@ -201,6 +201,6 @@ class Program:
             return sum((c * values[k] for k, c in _terms(x).items()), start=np.full(len(inputs), _bias(x)))
 
         with np.errstate(all="ignore"):
-            for k in sorted(self.needed(outputs) - set(range(self.n_inputs))):
+            for k in sorted(self.dependencies(outputs) - set(range(self.n_inputs))):
                 values[k] = FUNCTIONS[self.atoms[k].kind](*map(of, self.atoms[k].operands))
         return np.column_stack([of(x) for x in outputs])

@@ -19,7 +19,7 @@ from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.step import NAMES, Step
-from nnhydro.models.export.tracing import Objects, traced
+from nnhydro.models.export.tracing import Objects, trace
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -131,7 +131,7 @@ def record(model: TorqueModel) -> RecordedGraph:
         raise ModelError(f"one step cannot carry what {who} remember{'s' if len(causes) < 2 else ''} of the motion before: "
                          f"{_without(model, causes)}")
     first, *others = _states(step, STATES)
-    program, arrays = traced(step, first)
+    program, arrays = trace(step, first)
     names = ["tau", "std", "wake_next"] if with_std else ["tau", "wake_next"]
     outputs = dict(zip(names, arrays, strict=True))
     flat = np.concatenate([x.ravel() for x in arrays])
@@ -140,7 +140,7 @@ def record(model: TorqueModel) -> RecordedGraph:
     at_states = _far(got, want)
     require(at_states < CLOSE, "this model decides or computes outside torch, so that no fixed graph can stand for it", ModelError)
     memory = {k for name, k in zip(NAMES, _starts(step), strict=True) if name == "wake"}.pop()
-    drives = program.needed([x for name in names[:-1] for x in outputs[name].ravel()])
+    drives = program.dependencies([x for name in names[:-1] for x in outputs[name].ravel()])
     if not any(k >= memory for k in drives & set(range(program.n_inputs))):
         outputs.pop("wake_next")
     return RecordedGraph(step, program, outputs, {"at_states": at_states, "along_runs": along})

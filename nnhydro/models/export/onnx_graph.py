@@ -2,11 +2,12 @@
 
 Every round of the schedule (schedule.py) becomes: its operands, all linear combinations of what is known, and one operation a kind. Where
 the matrix is small, one product gives all operands at once; where it is not, long sums over the same atoms go as matrices of their own, the
-others as gathered terms, weighed and added. A node costs about 0.3 microseconds however small it is: few nodes mean speed.
+others as gathered terms, weighed and added. A node costs about 0.3 microseconds however small it is: few nodes mean speed. What may be
+infinite (the travel of a link that has moved for ever) enters no matrix with zeros: 0 times infinity is no number.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from typing import Any, final
 
 import numpy as np
@@ -19,6 +20,7 @@ OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "ab
        "log": "Log", "tanh": "Tanh", "sin": "Sin", "cos": "Cos", "tan": "Tan", "atan": "Atan", "asin": "Asin", "acos": "Acos",
        "floor": "Floor", "ceil": "Ceil", "sigmoid": "Sigmoid", "maxof": "ReduceMax", "minof": "ReduceMin"}
 TESTS = {"positive": "Greater", "zero": "Equal"}
+SPREADING = ("same", "mul", "abs", "sqrt", "pow", "exp", "log", "max", "maxof", "floor", "ceil")  # infinite where an operand is
 LONG = 12  # terms: longer sums go as a matrix, with others over the same atoms
 # microseconds of onnxruntime 1.31 on one x86-64 core, to choose between equal ways: a node, a gathered or added element, a multiplication
 NODE, ELEMENT, TIMES = 0.3, 0.0008, {8: 2.2e-4, 4: 4e-5}
@@ -49,14 +51,29 @@ def _blocks(rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list
     return blocks, short
 
 
+def infinite_atoms(program: Program) -> set[int]:
+    """Return the atoms that may be infinite: chosen by a `where` from a constant that is, and what is made of these."""
+    found: set[int] = set()
+
+    def may_be(x: Value, least: float = -np.inf) -> bool:
+        return any(c > least and (k in found or (k is None and np.isinf(c))) for k, c in _row(x))
+
+    for number, atom in enumerate(program.atoms):
+        wild = [may_be(x, 0.0 if atom.kind == "exp" else -np.inf) for x in atom.operands]  # exp of minus infinity is 0
+        if {"where": any(wild[1:]), "div": any(wild[:1]), "min": all(wild), "minof": all(wild)}.get(
+                atom.kind, atom.kind in SPREADING and any(wild)):
+            found.add(number)
+    return found
+
+
 @final
 class Graph:
     """Collects nodes and constants; `chunks` are the vectors computed so far and `places` tells where in them each value lies."""
 
-    def __init__(self, dtype: Any) -> None:
+    def __init__(self, dtype: Any, infinite: Set[int] = frozenset()) -> None:
         import onnx
 
-        self.onnx, self.dtype = onnx, np.dtype(dtype)
+        self.onnx, self.dtype, self.infinite = onnx, np.dtype(dtype), infinite
         self.nodes: list[Any] = []
         self.constants: dict[tuple[Any, ...], Any] = {}
         self.chunks: list[tuple[str, int]] = []
@@ -100,7 +117,7 @@ class Graph:
         self.chunks.append((name, offset))
         return str(name)
 
-    def gathered(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
+    def gather(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
         """Return the values of `rows`, all known, as one tensor of `shape`."""
         places = [self._home(self.places[row]) for row in rows]
         used = sorted({chunk for chunk, _ in places})
@@ -118,14 +135,19 @@ class Graph:
         blocks, short = _blocks(dict.fromkeys(row for row in wanted if row not in self.places))
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
-        few, many = ([row for row in short if (len(row) > 4) == long] for long in (False, True))
+        wild = [row for row in short if self._wild(row)]
+        few, many = ([row for row in short if (len(row) > 4) == long and not self._wild(row)] for long in (False, True))
         for rows in (few, many):
             self._sums(rows)
+        self._sums(wild, whole=False)
+
+    def _wild(self, row: Row) -> bool:
+        return any(k in self.infinite for k, _ in row)
 
     def _product(self, atoms: list[Atoms], rows: list[list[Row]], k: int, m: int) -> None:
         """Rows over the same atoms by one matrix product, blocks of one shape (k atoms, m rows) together."""
         g = len(atoms)
-        source = self.gathered((((a, 1.0),) for group in atoms for a in group), (g, 1, k))
+        source = self.gather((((a, 1.0),) for group in atoms for a in group), (g, 1, k))
         W = np.array([[[c for _, c in row] for row in group] for group in rows]).transpose(0, 2, 1)
         product = self.node("MatMul", [source, self.constant(W)])
         self.chunk(self.node("Reshape", [product, self.constant([g * m], np.int64)]), [row for group in rows for row in group])
@@ -141,18 +163,18 @@ class Graph:
         for column, row in enumerate(rows):
             for k, c in row:
                 W[at[k], column] += c
-        return str(self.node("MatMul", [self.gathered((((k, 1.0),) for k in atoms), (len(atoms),)), self.constant(W)]))
+        return str(self.node("MatMul", [self.gather((((k, 1.0),) for k in atoms), (len(atoms),)), self.constant(W)]))
 
-    def _sums(self, rows: list[Row]) -> None:
-        """Rows of few terms: by one matrix, or each term gathered, weighed and added."""
+    def _sums(self, rows: list[Row], whole: bool = True) -> None:
+        """Rows of few terms: by one matrix (`whole`), or each term gathered, weighed and added."""
         if not rows:
             return
         width, atoms = max(map(len, rows)), len({k for row in rows for k, _ in row})
-        if width > 1 and self._dense_cost(atoms, len(rows)) < 3.5 * NODE + 2 * ELEMENT * width * len(rows):
+        if whole and width > 1 and self._dense_cost(atoms, len(rows)) < 3.5 * NODE + 2 * ELEMENT * width * len(rows):
             self.chunk(self._dense(rows), rows)
             return
         padded = [(*row, *(((None, 0.0),) * (width - len(row)))) for row in rows]
-        source = self.gathered((((a, 1.0),) for row in padded for a, _ in row), (len(rows), width) if width > 1 else (len(rows),))
+        source = self.gather((((a, 1.0),) for row in padded for a, _ in row), (len(rows), width) if width > 1 else (len(rows),))
         weights = np.array([[c for _, c in row] for row in padded])
         product = self.node("Mul", [source, self.constant(weights if width > 1 else weights[:, 0])])
         self.chunk(product if width == 1 else self.node("ReduceSum", [product, self.constant([1], np.int64)], keepdims=0), rows)
@@ -163,7 +185,7 @@ class Graph:
         extreme = [k for kind in ("maxof", "minof") for k in kinds.get(kind, [])]
         self.combine(row for k in extreme for row in operands[k])
         for k in extreme:
-            source = self.gathered(operands[k], (len(operands[k]),))
+            source = self.gather(operands[k], (len(operands[k]),))
             self.chunk(self.node(OPS[program.atoms[k].kind], [source, self.constant([0], np.int64)], keepdims=1), [((k, 1.0),)])
         plain = {kind: atoms for kind, atoms in kinds.items() if kind not in ("maxof", "minof")}
         slots = [(kind, number) for kind, atoms in plain.items() for number in range(len(operands[atoms[0]]))]
@@ -184,10 +206,10 @@ class Graph:
         blocks, short = _blocks(fresh)
         products = sum(4 * NODE + len(full) * (ELEMENT + TIMES[self.dtype.itemsize] * m) * k for (k, m), full in blocks.items())
         staged = (4 * NODE + ELEMENT * (len(rows) + sum(map(len, short))) + products + min(2.0, self._dense_cost(atoms, len(fresh))))
-        if fresh and self._dense_cost(atoms, len(rows)) < staged:
+        if fresh and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
             return self._dense(rows)
         self.combine(rows)
-        return self.gathered(rows, (len(rows),))
+        return self.gather(rows, (len(rows),))
 
     def _operation(self, kind: str, parts: list[str]) -> str:
         """Add the nodes of one operation and return the name of its result."""
@@ -206,11 +228,11 @@ def onnx_model(program: Program, inputs: dict[str, tuple[int, ...]], outputs: di
 
     Inputs on which no output depends are left out. The file format is that of opset `opset`; numbers have the type `dtype`.
     """
-    graph = Graph(dtype)
+    graph = Graph(dtype, infinite_atoms(program))
     helper, number = graph.onnx.helper, 0
     kind = helper.np_dtype_to_tensor_dtype(graph.dtype)
     flat = [x for values in outputs.values() for x in values.ravel()]
-    needed, declared = program.needed(flat), []
+    needed, declared = program.dependencies(flat), []
     graph.chunk(graph.constant([1.0]), [((None, 1.0),)])
     for name, shape in inputs.items():
         size = int(np.prod(shape))
@@ -223,7 +245,7 @@ def onnx_model(program: Program, inputs: dict[str, tuple[int, ...]], outputs: di
         graph.round(program, kinds)
     graph.combine(_row(x) for x in flat)
     for name, values in outputs.items():
-        vector = graph.gathered([_row(x) for x in values.ravel()], (values.size,))
+        vector = graph.gather([_row(x) for x in values.ravel()], (values.size,))
         graph.nodes.append(helper.make_node("Reshape", [vector, graph.constant(values.shape, np.int64)], [name]))
     made = helper.make_graph(graph.nodes, "step", declared, [helper.make_tensor_value_info(name, kind, values.shape)
                                                              for name, values in outputs.items()], list(graph.constants.values()))

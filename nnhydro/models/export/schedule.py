@@ -24,7 +24,7 @@ def _deadlines(program: Program, chosen: Sequence[int]) -> dict[int, int]:
 
 def rounds(program: Program, outputs: Sequence[Value]) -> list[dict[str, list[int]]]:
     """Return the atoms of each round by kind; inputs stand in none."""
-    waiting = sorted(k for k in program.needed(list(outputs)) if program.atoms[k].kind != "input")
+    waiting = sorted(k for k in program.dependencies(list(outputs)) if program.atoms[k].kind != "input")
     deadline = _deadlines(program, waiting)
     done = set(range(program.n_inputs))
     made: list[dict[str, list[int]]] = []

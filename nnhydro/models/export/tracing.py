@@ -139,15 +139,17 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     plus, times = table["add"], table["mul"]
 
     def total(values: list[Any]) -> Any:
+        """Return the sum of the values."""
         if any(isinstance(v, Complex) for v in values):
             return Complex(total([getattr(v, "re", v) for v in values]), total([getattr(v, "im", 0.0) for v in values]))
-        return combine([(1.0, program.shared(v)) for v in values])
+        return combine([(1.0, program.share(v)) for v in values])
 
     def dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
+        """Return the sum of products, numbers drawn out as factors."""
         parts: list[tuple[float, Value]] = []
         for x, y in zip(a, b, strict=True):
             number, other = (x, y) if not isinstance(x, Scalar) else (y, x)
-            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.shared(other, 2)))
+            parts.append((1.0, program.mul(x, y)) if isinstance(number, Scalar) else (number, program.share(other, 2)))
         return combine(parts)
 
     def mm(a: Objects, b: Objects) -> Objects:
@@ -157,7 +159,9 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         return np.stack([mm(x, y) for x, y in zip(a, b, strict=True)])
 
     def variance(x: Objects, dim: Any = None, correction: float | None = None, keepdim: bool = False) -> Objects:
+        """Return the variance along `dim`, over n - correction (1)."""
         def fold(values: list[Any]) -> Any:
+            """Return the variance of the values."""
             mean = scale(combine([(1.0, v) for v in values]), 1 / len(values))
             squares = [program.mul(d, d) for d in (sub(v, mean) for v in values)]
             return scale(combine([(1.0, s) for s in squares]), 1 / (len(values) - (1 if correction is None else correction)))
@@ -165,6 +169,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         return _reduce(x, dim, keepdim, fold)
 
     def cumulate(x: Objects, dim: int) -> Objects:
+        """Return the running sum along `dim`."""
         out = np.moveaxis(x.copy(), dim, 0)
         for k in range(1, len(out)):
             out[k] = plus(out[k - 1], out[k])
@@ -179,6 +184,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         return x[at]
 
     def diagonal(x: Objects, offset: int = 0, dim1: int = -2, dim2: int = -1) -> Objects:
+        """Return matrices with `x` on the main diagonal; raises ModelError for another diagonal."""
         if (offset, dim1, dim2) != (0, -2, -1):
             raise ModelError("the model builds a diagonal other than the main one of the last two axes: not exported yet")
         out = np.full((*x.shape, x.shape[-1]), 0.0, dtype=object)
@@ -205,7 +211,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
     }
 
 
-def traced(function: Callable[..., tuple[Tensor, ...]], inputs: Sequence[Tensor], whole: int = 0) -> tuple[Program, list[Objects]]:
+def trace(function: Callable[..., tuple[Tensor, ...]], inputs: Sequence[Tensor], whole: int = 0) -> tuple[Program, list[Objects]]:
     """Return the program of `function` at the float64 `inputs`, its inputs numbered in order, and the expressions of each output.
 
     Sums of `whole` terms or more are kept as atoms (expressions.py).

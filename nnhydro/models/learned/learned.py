@@ -2,9 +2,10 @@
 
 What is learned is a linear part, solved in closed form, and the ensemble of networks for what it leaves:
 
-    tau = base + shrink( phi g S bounded( law / S + free / S + x_odd K + y(x) ) )
+    tau = base + free + shrink( phi g S bounded( law / S + x_odd K + y(x) ) )
 
-`free` (free_part.py) is what the mirror image of the rig need not repeat; all else changes sign with it.
+`free` (free_part.py) is what the mirror image of the rig need not repeat, as the pull of a line that is fixed to the tank; all else changes
+sign with it. It stands beside the baseline: what it is worth does not depend on the water, whose scale S bounds the rest.
 """
 
 from dataclasses import dataclass
@@ -119,9 +120,7 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
     def linear(self, view: View, x: Tensor) -> Tensor:
         """Return the linear part (E, n, joints), in units of the scale, for x (n, k) from `standardised`."""
         direct = self.within_range(x) @ self.skip
-        for part in (self.law, self.free):
-            direct = direct if part is None else direct + part.torque(view.flow) / view.scale
-        return direct
+        return direct if self.law is None else direct + self.law.torque(view.flow) / view.scale
 
     def correction(self, x: Tensor, scale: Tensor, linear: Tensor) -> Tensor:
         """Return what each member adds to the baseline (E, n, joints) N m.
@@ -133,10 +132,15 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
             return learned
         return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)
 
+    def _ground(self, motion: Motion, view: View) -> Tensor:
+        """What the correction is added to, for each member or the same for all (E or 1, n, joints) N m."""
+        base = torch.zeros_like(view.scale) if self.baseline is None else self.baseline.torque(motion)
+        return base[None] if self.free is None else base + self.free.torque(view.flow)
+
     def members(self, motion: Motion) -> Tensor:
         """Return the sensor torques (E, n, joints) N m of each member of the ensemble."""
-        correction = self._corrections(motion)[2]
-        return correction if self.baseline is None else self.baseline.torque(motion) + correction
+        view, _, correction = self._corrections(motion)
+        return self._ground(motion, view) + correction
 
     def torque(self, motion: Motion) -> Tensor:
         """Return the baseline and what is used of the correction, of a network the mean of its members, (n, joints) N m."""
@@ -161,12 +165,14 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         return view, x, self.correction(x, view.scale, self.linear(view, x))
 
     def _torque(self, motion: Motion, view: View, x: Tensor, correction: Tensor) -> Tensor:
+        ground = self._ground(motion, view).mean(dim=0)
         if self.baseline is None:
-            return correction.mean(dim=0)
+            return ground + correction.mean(dim=0)
         doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(correction)
-        return self.baseline.torque(motion) + shrink(correction.mean(dim=0), doubted, view.scale)
+        return ground + shrink(correction.mean(dim=0), doubted, view.scale)
 
-    def _std(self, view: View, x: Tensor, members: Tensor) -> Tensor | None:
+    def _std(self, view: View, x: Tensor, correction: Tensor) -> Tensor | None:
+        members = correction + (0.0 if self.free is None else self.free.torque(view.flow))
         scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
         if self.doubt is None:
             return scatter if len(members) > 1 else None

@@ -233,6 +233,7 @@ def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Pre
     needed = cutoff_hz is not None
 
     def channels() -> Iterator[tuple[Array, Array | None, float]]:
+        """Yield angles, rates and time step s of every stretch, and note whether one needs the filter."""
         nonlocal needed
         for r in recordings:
             needed = needed or needs_filter(r)

@@ -29,6 +29,7 @@ LOWEST_EDGE, HIGHEST_EDGE = 0.3, 8.0  # Hz: above, corners of a motion are sharp
 KNOTS_PER_PERIOD = 4.0  # of the band's edge: the spline passes all below it
 SHARPER = 4.0  # times as many knots where accelerations are measured: they hold the corners of a motion
 ROWS_PER_PERIOD = 8.0  # of the band's edge: laws that bend (friction, drag) spread a motion to higher frequencies
+ROW_RATE = 40.0  # Hz at least: between rows a step of dry friction is displaced by 7 ms rms, half of what a drive's filter delays
 WIDEST = 50.0  # Hz: the spectrum is looked at up to here
 RISE = 2.0  # of the least level: a spectrum that rises again so much has met its noise; a band's mean hardly doubles by chance
 TINY = 1e-10  # of the largest level: a computed motion without noise holds nothing below

@@ -80,6 +80,7 @@ def limit_rosbags() -> None:
         return unpack(zstd.ZstdDecompressor, data)
 
     def open_limited(file: Any, mode: str = "rb") -> _LimitedFile:
+        """Return the open file, which stops where it unpacks to more than it may."""
         file.seek(0, 2)
         most = max(HARMLESS, MAX_RATIO * file.tell())
         file.seek(0)

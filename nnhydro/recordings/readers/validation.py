@@ -37,6 +37,7 @@ def _known_keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list
     definitions: dict[str, Any] = schema.get("$defs", {})
 
     def options(node: dict[str, Any]) -> list[dict[str, Any]]:
+        """Return the schemas that `node` stands for, references and alternatives resolved."""
         if "$ref" in node:
             node = definitions[node["$ref"].rsplit("/", 1)[-1]]
         return [resolved for choice in node["anyOf"] for resolved in options(choice)] if "anyOf" in node else [node]

@@ -17,6 +17,7 @@ class _StrictLoader(_Fast):  # type: ignore[misc]
     """SafeLoader without silently overwritten keys and without numbers to the base of sixty."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
+        """Return a mapping; raises YAMLError for a key that is no word or stands twice."""
         seen: set[str] = set()
         for key, _ in node.value:
             line = key.start_mark.line + 1

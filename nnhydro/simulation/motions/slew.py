@@ -57,6 +57,7 @@ class Slew(TimedMotion):
         start = np.concatenate([[0.0], np.cumsum(legs + self.pause_s)[:-1]])
 
         def joints(t: Array) -> tuple[Array, Array, Array]:
+            """Return angles rad, rates rad/s and accelerations rad/s^2 of the joints (n, joints) at the times `t` (n,) s."""
             leg = np.clip(np.searchsorted(start, t, side="right") - 1, 0, len(legs) - 1)
             T = legs[leg][:, None]
             share, rate, bend = slew_shape(self.profile, (t[:, None] - start[leg][:, None]) / T, self.ramp_share)

@@ -36,13 +36,13 @@ class MotionLimits(Settings):
         if self.dq_rad_s is not None:
             rate = spread(self.dq_rad_s, joints, "limits.dq_rad_s")
         speed = np.inf if self.u0_m_s is None else self.u0_m_s
-        for what, x, low, high in (("q{}_rad", state.q, angle[:, 0], angle[:, 1]), ("dq{}_rad_s", state.qd, -rate, rate),
-                                   ("u0_m_s", state.u0[:, None], np.array([-speed]), np.array([speed]))):
+        for column, x, low, high in (("q{}_rad", state.q, angle[:, 0], angle[:, 1]), ("dq{}_rad_s", state.qd, -rate, rate),
+                                     ("u0_m_s", state.u0[:, None], np.array([-speed]), np.array([speed]))):
             bad = np.argwhere((x < low - 1e-9) | (x > high + 1e-9))
             if len(bad):
                 row, joint = int(bad[0][0]), int(bad[0][1])
-                raise ConfigError(f"motion {motion!r}: {what.format(joint + 1)} = {x[row, joint]:.4g} at t = {t[row]:.4g} s is outside the "
-                                  f"limits {low[joint]:.4g} to {high[joint]:.4g}: slow it down, shorten its way or widen limits")
+                raise ConfigError(f"motion {motion!r}: {column.format(joint + 1)} = {x[row, joint]:.4g} at t = {t[row]:.4g} s is outside "
+                                  f"the limits {low[joint]:.4g} to {high[joint]:.4g}: slow it down, shorten its way or widen limits")
 
 
 class RecipeFile(Settings):

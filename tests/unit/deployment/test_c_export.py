@@ -1,7 +1,8 @@
-"""The C header: compiled by the system's compiler it gives the model's torques over 10^5 steps, without allocation."""
+"""The C header, compiled by the system's compiler, and the ONNX file give the model's torques over 10^5 steps."""
 
 import ctypes
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ import torch
 from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm
 
+from nnhydro.deployment import c_program
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.files import export_step, only_wake
-from nnhydro.deployment.native import NativeArm, compiler, run_through
-from nnhydro.deployment.step import recorded
+from nnhydro.deployment.native import Native, NativeArm, compiler, run_through
+from nnhydro.deployment.step import record_step
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.coulomb_friction import CoulombFriction
 from nnhydro.effects.flow_memory import FlowMemory
@@ -22,6 +24,8 @@ from nnhydro.effects.torque_bias import TorqueBias
 from nnhydro.effects.wake_development import WakeDevelopment
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.network.train import train
+from nnhydro.models.export.expressions import Program, add, combine
+from nnhydro.models.export.onnx_graph import infinite_atoms, onnx_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel.state_model import state_loads
@@ -73,7 +77,7 @@ def driven(folder, motion, precision, std):
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     n = len(motion)
-    dt = torch.diff(motion.t, prepend=motion.t[:1])
+    dt = torch.diff(motion.t, prepend=motion.t[:1] - 0.7)  # the first one is not read
     columns = [motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None], dt[:, None]]
     given = np.ascontiguousarray(torch.cat(columns, dim=1).numpy(), kind)
     out = np.zeros((n, 2), kind)
@@ -124,6 +128,7 @@ def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand
 def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     model, motion = MODELS["state"](arm(2)), towed(4500)
     told = export_c(model, tmp_path / "arm.h", "single")
+    assert "double memory[" in (tmp_path / "arm.h").read_text()
     want = model.torque(motion).numpy()
     far = np.abs(driven(tmp_path, motion, "single", told["std"]) - want).max() / np.sqrt((want**2).mean())
     assert far < SAME["single"], f"{far:.1e}: with travel added up in single precision it is 9e-5"
@@ -146,7 +151,7 @@ def test_what_no_step_can_carry_is_refused_or_left_out(tmp_path):
     a = arm(2)
     model = theory(a, planted(a), [SensorTiming(lag=(0.05,), low_pass=(0.0,))])
     with pytest.raises(ModelError, match="--without-instruments"):
-        recorded(model)
+        record_step(model)
     told = export_step(model, tmp_path / "arm.h", "c", bare=True)
     assert told["left_out"] == ["sensor_timing: a delay of the sensors, not of the arm"]
     assert "left out: sensor_timing" in (tmp_path / "arm.h").read_text()
@@ -156,23 +161,85 @@ def test_what_no_step_can_carry_is_refused_or_left_out(tmp_path):
         export_c(model, tmp_path, "double")
 
 
-@pytest.mark.slow
-def test_a_state_dependent_model_steps_in_onnxruntime(tmp_path):
+def through_onnx(path, motion):
+    """Torques (n, 2) of the ONNX file `path`, fed step by step with the memory that it gave back."""
     import onnxruntime
 
-    a = arm(2)
-    model = theory(a, state_loads(a))
-    export_step(model, tmp_path / "arm.onnx", "onnx")
-    session = onnxruntime.InferenceSession(str(tmp_path / "arm.onnx"), providers=["CPUExecutionProvider"])
-    motion, memory, found = long_run(100_000), np.zeros(126), []
-    names = {x.name for x in session.get_inputs()}
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    shapes, found = {x.name: x.shape for x in session.get_inputs()}, []
+    outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next")]
+    memory = np.zeros(shapes.get("memory", [0]))
     for k in range(len(motion)):
-        given = {"q": motion.q[k].numpy(), "qd": motion.qd[k].numpy(), "qdd": motion.qdd[k].numpy(), "u0": np.zeros(1), "du0": np.zeros(1),
-                 "dt": np.array([2e-3 if k else -1.0]), "memory": memory}
-        tau, memory = session.run(["tau", "memory_next"], {key: x for key, x in given.items() if key in names})
-        found.append(tau)
+        given = {"q": motion.q[k], "qd": motion.qd[k], "qdd": motion.qdd[k], "u0": motion.u0[k:k + 1], "du0": motion.du0[k:k + 1],
+                 "dt": torch.tensor([2e-3 if k else -1.0], dtype=torch.float64), "memory": memory}
+        found_now = dict(zip(outputs, session.run(outputs, {name: np.asarray(given[name]).reshape(shapes[name]) for name in shapes}),
+                             strict=True))
+        found.append(found_now["tau"].ravel())
+        memory = found_now.get("memory_next", memory)
+    return np.stack(found)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_few_hundred_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_path):
+    model, motion = MODELS[name](arm(2)), long_run(300)
+    export_step(model, tmp_path / "arm.onnx", "onnx")
     want = model.torque(motion).numpy()
-    assert np.abs(np.stack(found) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+@pytest.mark.parametrize("name", ["state", "diagnosed"])
+def test_what_moves_in_its_first_step_has_moved_for_ever(name, tmp_path):
+    model, run = MODELS[name](arm(2)), long_run(350)
+    motion = replace(run, t=run.t[:200], q=run.q[150:], qd=run.qd[150:], qdd=run.qdd[150:], u0=run.u0[:200] + 0.2, du0=run.du0[:200])
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    told = export_step(model, tmp_path / "arm.h", "c")
+    want = model.torque(motion).numpy()
+    for got in (through_onnx(tmp_path / "arm.onnx", motion), driven(tmp_path, motion, "double", told["std"])):
+        assert np.abs(got - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+def test_atoms_that_may_be_infinite_are_known():
+    p = Program(2)
+    x, y = p.input(0), p.input(1)
+    ever = p.where(p.apply("positive", x), np.inf, y)
+    wild = [ever, p.apply("mul", ever, x), p.apply("max", ever, x), p.apply("exp", ever)]
+    tame = [p.apply("min", ever, 5.0), p.apply("div", 1.0, ever), p.apply("exp", p.mul(-1.0, ever)), p.apply("positive", ever)]
+    assert infinite_atoms(p) == {k for value in wild for k in value.terms}
+    assert not infinite_atoms(p) & {k for value in tame for k in value.terms}
+
+
+def test_a_network_and_its_mirror_image_are_one_product_whose_halves_are_added_and_taken_off(monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)  # tables, however small the program
+    rng, p = np.random.default_rng(1), Program(20)
+    W, s = rng.standard_normal((5, 20)), np.where(rng.random(20) < 0.4, -1.0, 1.0)
+    rows = [combine([(c, p.input(k)) for k, c in enumerate(row)]) for row in np.concatenate([W, W * s])]
+    outputs = [p.unary("tanh", row) for row in rows]
+    assert "= e + o" in c_program.c_function("void run", p, outputs, "double")
+    native, x = Native(p, outputs, 20), rng.uniform(-0.3, 0.3, 20)
+    native.given[:] = x
+    np.testing.assert_allclose(native(), np.tanh(np.concatenate([W, W * s]) @ x), atol=1e-13)
+
+
+@pytest.mark.parametrize("given", [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
+def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
+    import onnxruntime
+
+    p = Program(4)
+    x = [p.input(k) for k in range(4)]
+    ever = [p.where(p.apply("positive", x[k]), np.inf, x[k + 2]) for k in range(2)]
+    ends = [p.apply("min", add(ever[0], x[2]), 5.0), p.apply("min", add(ever[1], x[3]), 5.0), p.apply("min", add(x[2], x[3]), 5.0)]
+    made = onnx_model(p, {"x": (4,)}, {"y": np.array(ends, dtype=object)}, np.float64, 17, {})
+    (got,) = onnxruntime.InferenceSession(made.SerializeToString(), providers=["CPUExecutionProvider"]).run(None, {"x": [*given, 0.5, 0.7]})
+    np.testing.assert_allclose(got, [5.0 if given[0] > 0 else 1.0, 5.0 if given[1] > 0 else 1.4, 1.2])
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_steps_of_a_state_dependent_model_in_onnxruntime_are_its_torques(tmp_path):
+    a = arm(2)
+    model, motion = theory(a, state_loads(a)), long_run(100_000)
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    want = model.torque(motion).numpy()
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
 @pytest.mark.parametrize("make", [planted, state_loads])

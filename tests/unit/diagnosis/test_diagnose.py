@@ -188,7 +188,9 @@ def test_noise_alone_on_an_arm_that_is_held_is_no_finding():
 
 @pytest.mark.slow
 def test_a_finding_whose_every_interval_holds_nothing_at_all_is_none():
-    for finding in diagnosed("drift").findings:
+    findings = diagnosed("drift").findings
+    assert findings
+    for finding in findings:
         assert any(low > 0 or high < 0 for low, high in (p["ci95"] for p in finding.parameters.values()))
 
 

@@ -8,6 +8,7 @@ import pytest
 import torch
 from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
+from scipy.integrate import solve_ivp
 
 import nnhydro
 from nnhydro.dynamics.joint_model import joint_model
@@ -93,6 +94,16 @@ def test_forward_dynamics_of_a_learned_model_undoes_its_inverse(hybrid):
     found = dynamics.forward_dynamics(q, qd, tau)
     np.testing.assert_allclose(dynamics.inverse_dynamics(q, qd, found), tau, atol=ROUNDING)
     np.testing.assert_allclose(found, qdd, atol=1e-8)
+
+
+def test_the_mass_matrix_of_a_learned_model_is_the_slope_of_each_torque_over_each_acceleration(hybrid):
+    dynamics = nnhydro.Dynamics(hybrid)
+    q, qd, qdd = np.random.default_rng(8).uniform(-1, 1, (3, 4, 2))
+    M, h = dynamics.mass_matrix(q, qd, qdd), 1e-4
+    for k in range(2):
+        ahead, behind = (dynamics.inverse_dynamics(q, qd, qdd + sign * h * np.eye(2)[k]) for sign in (1, -1))
+        np.testing.assert_allclose(M[..., k], (ahead - behind) / (2 * h), atol=1e-6)
+    assert np.abs(M - np.swapaxes(M, 1, 2)).max() > 1e-3, "else its transpose would do"
 
 
 def test_the_torque_answers_for_every_change_of_energy():
@@ -191,6 +202,35 @@ def test_steps_converge_at_the_second_order_of_the_memory_or_better():
     assert np.abs(ends[1] - ends[2]).max() < np.abs(ends[0] - ends[1]).max() / 3
 
 
+def test_steps_on_a_carriage_that_speeds_up_follow_it_to_the_fourth_order():
+    a = arm(2)
+    dynamics, tau, u0, du0 = nnhydro.Dynamics(theory(a, conservative(a))), np.array([1.0, -0.3]), 0.4, -1.5
+
+    def slope(t, y):
+        return np.concatenate([y[2:], dynamics.forward_dynamics(y[:2], y[2:], tau, u0 + du0 * t, du0)])
+
+    start = np.array([0.3, -0.5, 0.6, 0.2])
+    want = solve_ivp(slope, (0.0, 0.2), start, rtol=1e-10, atol=1e-12).y[:, -1]
+    far = []
+    for count in (4, 8):
+        state = dynamics.reset(start[:2], start[2:], u0)
+        for _ in range(count):
+            state = dynamics.step(state, tau, 0.2 / count, du0)
+        far.append(np.abs(np.concatenate([state.q, state.qd]) - want).max())
+    assert far[1] < 1e-6
+    assert far[1] < far[0] / 10
+    assert state.u0 == pytest.approx(u0 + du0 * 0.2)
+    assert state.t == pytest.approx(0.2)
+
+
+def test_the_bias_holds_what_an_accelerating_and_turning_base_asks_for():
+    dynamics = nnhydro.Dynamics(theory(arm(2)))
+    q, qd, zero, base = [0.3, -0.5], [0.6, 0.2], [0.0, 0.0], {"base_yaw_rad": 0.4, "base_yaw_rad_s": 0.7, "dbase_yaw_rad_s2": -0.5}
+    np.testing.assert_array_equal(dynamics.bias(q, qd, 0.2, 1.5, base=base), dynamics.inverse_dynamics(q, qd, zero, 0.2, 1.5, base=base))
+    turned = dynamics.inverse_dynamics([0.7, -0.5], [1.3, 0.2], [-0.5, 0.0], 0.2, 1.5)
+    np.testing.assert_allclose(dynamics.bias(q, qd, 0.2, 1.5, base=base), turned, atol=1e-12)
+
+
 def test_jacobians_are_the_slopes_of_the_torque(hybrid):
     rng = np.random.default_rng(4)
     q, qd, qdd = rng.uniform(-1, 1, (3, 5, 2))
@@ -204,6 +244,9 @@ def test_jacobians_are_the_slopes_of_the_torque(hybrid):
                 ahead, behind = ([x + sign * shift if k == place else x for k, x in enumerate((q, qd, qdd))] for sign in (1, -1))
                 taus = [dynamics.inverse_dynamics(*moved, 0.3, state=state) for moved in (ahead, behind)]
                 np.testing.assert_allclose(getattr(found, name)[..., j], (taus[0] - taus[1]) / (2 * h), atol=1e-5)
+        for slope, shift in ((found.u0, (h, 0.0)), (found.du0, (0.0, h))):
+            taus = [dynamics.inverse_dynamics(q, qd, qdd, 0.3 + sign * shift[0], sign * shift[1], state) for sign in (1, -1)]
+            np.testing.assert_allclose(slope, (taus[0] - taus[1]) / (2 * h), atol=1e-5)
 
 
 def test_numbers_come_back_as_they_were_given():

@@ -355,11 +355,12 @@ def test_the_drives_from_which_a_search_starts_are_the_same_behind_a_belt():
     assert made("joint_elasticity", arm(2), 2, compliance=(1e-3,)).starts(at_rest) == ()
 
 
-def test_friction_under_load_is_a_share_of_the_torque_carried():
+@pytest.mark.parametrize("level", [(), (0.3,)])
+def test_friction_under_load_is_a_level_and_a_share_of_the_torque_carried(level):
     a, motion = arm(1), hub_at_rest(run(1))
     seen = view(a, motion)
-    extra = made("load_friction", a, 1, coefficient=(0.1,)).apply(seen) - seen.tau
-    assert_close(extra, 0.1 * seen.tau.abs() * torch.tanh(motion.qd / 0.02))
+    extra = made("load_friction", a, 1, coefficient=(0.1,), level=level).apply(seen) - seen.tau
+    assert_close(extra, 0.1 * seen.tau.abs() * torch.tanh(motion.qd / 0.02) + sum(level) * torch.tanh(motion.qd / 0.005))
 
 
 def test_folding_back_changes_the_sheltered_links_drag_alone():
@@ -396,6 +397,7 @@ def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():
     flow = Flow(a, Motion(tensor(np.arange(n) * 0.01), tensor(q), tensor(qd), tensor(0 * q), u0, 0 * u0))
     L, D = np.array([link.length_m for link in a.links]), np.array([link.diameter_m for link in a.links])
     strips = Strips.of(flow, 20)
+    shaded, free = [0, 0], [0, 0]
     for link in (0, 1):
         share = shadowed(flow, strips, link, 10.0).numpy()
         phi = np.cumsum(q, axis=1)
@@ -407,13 +409,20 @@ def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():
                 normal = np.array([-e[k, link, 1], e[k, link, 0]])
                 v = float(flow.u_x[k, link]) * e[k, link] + float(strips.w[k, link, s]) * normal
                 here = start[k, link] + x * e[k, link]
-                z = np.linspace(0.1, 0.9, 161)[:, None] * L[1 - link]
+                z = np.linspace(-0.3, 1.3, 321)[:, None] * L[1 - link]
                 to = start[k, 1 - link] + z * e[k, 1 - link] - here
                 beside = np.abs(to[:, 0] * v[1] - to[:, 1] * v[0]) / np.linalg.norm(v)
                 met = (beside < 0.006 * L[1 - link]) & (to @ v > 0)
-                if met.any() and D[1 - link] < 0.1 * L[1 - link]:
+                within = (z[:, 0] > 0.1 * L[1 - link]) & (z[:, 0] < 0.9 * L[1 - link])
+                if not met.any():
+                    free[link] += 1
+                    assert share[k, s] < 1e-3
+                if (met & within).any():
+                    shaded[link] += 1
                     assert share[k, s] > 0.0
-                    assert share[k, s] == pytest.approx(1 / (1 + np.linalg.norm(to[met][0]) / (10 * D[1 - link])), rel=0.35)
+                    assert share[k, s] == pytest.approx(1 / (1 + np.linalg.norm(to[met & within][0]) / (10 * D[1 - link])), rel=0.35)
+    assert min(shaded) >= 5
+    assert min(free) >= 5
 
 
 def test_narrower_laws_of_drag_hold_the_columns_that_the_whole_law_has_for_them():

@@ -77,5 +77,7 @@ def test_a_model_with_a_free_part_is_stored_whole(tmp_path):
     bare = replace(bare, trust=None)
     model = replace(bare, free=FreePart(seen, c))
     again = load_model(save_model(model, tmp_path / "m"))
+    pull = FreePart(seen, c).torque(Flow(a, run(2))).mean(dim=0)
+    assert_close(model.torque(run(2)), bare.torque(run(2)) + pull, rtol=1e-9, atol=1e-9)  # whole: neither bounded nor shrunk
     assert_close(again.torque(run(2)), model.torque(run(2)), rtol=1e-12, atol=1e-12)
     assert not torch.allclose(model.torque(run(2)), bare.torque(run(2)))

@@ -18,7 +18,7 @@ from nnhydro.models.export.expressions import Program
 from nnhydro.models.export.onnx_file import export_onnx, record, run_steps
 from nnhydro.models.export.onnx_graph import onnx_model
 from nnhydro.models.export.step import Step
-from nnhydro.models.export.tracing import traced
+from nnhydro.models.export.tracing import trace
 from nnhydro.models.prediction import predict
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -70,7 +70,8 @@ def fed(exported, motion, dtype=np.float64):
 @pytest.fixture(scope="module")
 def hybrid():
     a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)  # a truth that the baseline cannot hold
+    config = TINY.model_copy(update={"baseline": "constant"})  # a truth that the baseline cannot hold
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), config)
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +107,7 @@ def in_place(x):
 def test_what_torch_does_is_recorded_exactly(function):
     g = torch.Generator().manual_seed(1)
     first, *others = (torch.randn(3, 3, generator=g, dtype=torch.float64) for _ in range(6))
-    program, (values,) = traced(lambda x: (function(x),), [first])
+    program, (values,) = trace(lambda x: (function(x),), [first])
     got = program.evaluate(list(values.ravel()), np.stack([x.numpy().ravel() for x in others]))
     for row, x in zip(got, others, strict=True):
         np.testing.assert_allclose(row, function(x).numpy().ravel(), rtol=1e-12, atol=1e-13)
@@ -117,7 +118,7 @@ def test_what_torch_does_is_recorded_exactly(function):
 
 def test_an_operation_without_a_rule_is_named():
     with pytest.raises(ModelError, match="cummax"):
-        traced(lambda x: (x.cummax(0).values,), [torch.ones(2, dtype=torch.float64)])
+        trace(lambda x: (x.cummax(0).values,), [torch.ones(2, dtype=torch.float64)])
 
 
 def test_equal_products_are_made_once_and_constants_folded():

@@ -210,9 +210,10 @@ def test_every_command_with_a_campaign_has_the_option_map():
 
     from nnhydro.cli.main import build
 
-    for command in build().registered_commands:
-        names = inspect.signature(command.callback).parameters
-        assert "campaign" not in names or "column_map" in names, command.name
+    options = {command.name: inspect.signature(command.callback).parameters for command in build().registered_commands}
+    readers = {name for name, names in options.items() if "campaign" in names}
+    assert readers >= {"check", "identify", "train", "benchmark", "diagnose"}
+    assert {name for name, names in options.items() if "column_map" in names} >= readers
 
 
 def test_check_says_what_was_made_of_the_files(tmp_path, capsys):

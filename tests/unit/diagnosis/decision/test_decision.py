@@ -57,6 +57,43 @@ def test_laws_that_take_little_from_the_unknown_one_by_one_are_found_together_be
         assert decide(one, one.run(), 0).claimed.chosen == (0, 1, 2, 3, 4)
 
 
+def test_what_another_joint_holds_does_not_silence_a_law_that_takes_all_of_its_own():
+    of = design(4, groups=8, rows=60, noise=0.02)
+    smooth = unknown(of).Phi
+    X = np.zeros((*of.y.shape, len(LAWS)))
+    X[:, 0] = smooth @ np.random.default_rng(7).standard_normal((smooth.shape[1], len(LAWS)))
+    X /= np.sqrt((X**2).mean(axis=(0, 1)))
+    of.y = of.y + 0.3 * X[..., 0]
+    of.y[:, 1] += 6.0 * np.tanh(smooth[:, 0]) * smooth[:, 4]
+    one = search(of, LAWS, X, level=0.02**2)
+    none, alone = one.score(()), one.score((0,))
+    assert alone.unknown_nats > LEAVES * none.unknown_nats, "most remains, at the other joint"
+    assert one.unknown_beside(alone, [0]) < 0.1 * one.unknown_beside(none, [0])
+    assert one.unknown_beside(none, [0]) + none.fit.log_evidence > alone.fit.log_evidence - alone.unknown_nats
+    assert decide(one, one.run(), 0).claimed.chosen == (0,)
+
+
+def test_a_member_that_is_not_admitted_leaves_the_others_standing():
+    of = design(2, groups=8, rows=60, noise=0.02)
+    smooth = unknown(of).Phi
+    X = np.einsum("nm,mjk->njk", smooth, np.random.default_rng(5).standard_normal((smooth.shape[1], 2, len(LAWS))))
+    X[..., 3:] = columns(of, len(LAWS) - 3)  # no functions of the state: they take nothing from the unknown
+    X /= np.sqrt((X**2).mean(axis=(0, 1)))
+    of.y = of.y + X[..., :4] @ np.array([0.5, -0.5, 0.5, 0.02]) + 0.2 * smooth[:, :2] ** 2
+    one = search(of, LAWS, X, level=0.02**2)
+    full = one.score((0, 1, 2, 3))
+    assert full.score > one.score((0, 1, 2)).score
+    assert not one.admits(one.score((0, 1, 2)), full)
+    assert set(one.climb(full).chosen) == {0, 1, 2}
+
+
+def test_a_standard_term_of_a_joint_is_as_probable_as_not_and_any_other_law_one_in_all_keys():
+    laws = (law("friction", standard=True), *LAWS[1:])
+    view = with_planted([], laws=laws).view
+    assert view.library.log_prior(0) == 0.0
+    assert view.library.log_prior(1) == pytest.approx(-np.log(len(laws)))
+
+
 def test_a_law_whose_values_make_no_sense_together_is_not_claimed():
     laws = (law("law_0", sense=lambda values: values[0] < 0), *LAWS[1:])
     one = with_planted([0.6], laws=laws)

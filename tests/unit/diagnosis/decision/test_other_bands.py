@@ -31,7 +31,7 @@ def test_a_law_that_is_not_there_is_lost_at_any_edge_and_the_sentence_says_where
 
 
 def test_what_shows_only_above_an_edge_is_lost_below_it():
-    hum = Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.02 * FRICTION)))
+    hum = Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.005 * FRICTION)))
     low = claims_at(hum, hum.names, Band(0.4, 0.4), None, coulomb())
     assert low.lost == (("coulomb_friction", 1),)
 

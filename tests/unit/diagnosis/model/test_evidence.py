@@ -99,6 +99,19 @@ def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
             assert got[number, i] == pytest.approx((1 - FORM**2) * on + FORM**2 * off, rel=1e-5, abs=1e-5)
 
 
+def test_beside_the_empty_set_nothing_is_granted_to_the_form_of_laws():
+    of = design(10, groups=7, rows=8)
+    of.y = of.y + unknown_part(of, 1.0)
+    one = search(of, LAWS, even=False)
+    sets = [one.score(()), one.score((0,))]
+    fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
+    for i, scored in enumerate(sets):
+        X, t = by_hand(one.view, scored.chosen), scored.sizes.vector(one.whitened)
+        on = [dense(one.whitened, X, t) - dense(one.whitened, X, t, np.flatnonzero(fold != k)) for k in range(len(got))]
+        np.testing.assert_allclose(got[:, i], on, rtol=1e-5, atol=1e-5)
+    assert scored.sizes.tau.max() > 0.1, "an unknown that is off would have the same density"
+
+
 def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_steady_tables():
     of = design(11, groups=7, rows=8)
     fold = fold_of_rows(search(of, LAWS).view, 0)

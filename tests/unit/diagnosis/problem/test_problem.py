@@ -13,7 +13,7 @@ from rigs import arm
 from nnhydro.diagnosis.diagnose import draw_names
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
-from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_ROWS, problem_of
+from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, problem_of
 from nnhydro.errors import CampaignError, ConfigError, RecordingError
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
@@ -66,8 +66,10 @@ def test_blocks_are_long_enough_do_not_overlap_and_are_many_where_recordings_are
     problem = problem_of(campaign(ARM, planted(ARM), count=count, seconds=seconds), edge=edge)
     for one, other in zip(problem.blocks, problem.blocks[1:], strict=False):
         assert one.stretch != other.stretch or one.stop <= other.start
-    rows = sum(int(s.segment.keep.sum()) for s in problem.stretches)
-    assert len(problem.blocks) >= min(FEWEST_BLOCKS, rows // (2 * FEWEST_ROWS))
+    lasts = [(b.stop - b.start) * problem.stretches[b.stretch].segment.dt for b in problem.blocks]
+    assert len(lasts) >= min(FEWEST_BLOCKS, sum(lasts) // (2 * FEWEST_PERIODS / problem.edge))
+    shared = [block.stretch for block in problem.blocks]
+    assert all(seconds >= 0.9 * FEWEST_PERIODS / problem.edge or shared.count(s) == 1 for s, seconds in zip(shared, lasts, strict=True))
 
 
 def logged(rate, noise=0.0):

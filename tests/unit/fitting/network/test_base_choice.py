@@ -13,8 +13,8 @@ from nnhydro.features.strip_law import SURROUNDED
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.fitting.network import base_choice
-from nnhydro.fitting.network.base_choice import left_over, on_best_base
-from nnhydro.fitting.network.linear_part import linear_part
+from nnhydro.fitting.network.base_choice import baseline_choice, on_best_base
+from nnhydro.fitting.network.linear_part import left_over, linear_part
 from nnhydro.fitting.network.rows import Rows, base_rows, torque_rms, training_rows
 from nnhydro.models.baselines import baseline
 from nnhydro.recordings.splitting import units
@@ -91,3 +91,20 @@ def test_a_baseline_takes_its_torque_from_the_targets_of_the_rows():
     config, floor = TrainingConfig(features=tuple(feature_sets())[:1]), 0.1 * torque_rms(chosen)
     whole, left = (training_rows(chosen, a, config, floor, stand).target for stand in (None, base))
     torch.testing.assert_close(whole - left, base_rows(chosen, a, base), rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize(("count", "blocks"), [(8, 2), (4, 4), (3, 3)])
+def test_of_few_motions_one_after_the_other_tells_which_baseline_predicts_it(monkeypatch, count, blocks):
+    chosen, asked = [SimpleNamespace(group=f"run{i}", steady=False) for i in range(count)], []
+    monkeypatch.setattr(base_choice, "calibrated_on", lambda name, fitted, a, how: (name, fitted))
+
+    def left(model, held_out):
+        name, fitted = model
+        assert sorted(unit.group for unit in (*fitted, *held_out)) == [unit.group for unit in chosen]
+        asked.append(name)
+        return 1.0 if name == "constant" else 0.5
+
+    monkeypatch.setattr(base_choice, "_left", left)
+    monkeypatch.setattr(base_choice, "baseline", lambda name: name)
+    assert baseline_choice(chosen, None, None) == ("constant", "state")
+    assert asked == ["constant"] * blocks + ["state"] * blocks

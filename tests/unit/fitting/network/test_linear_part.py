@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from nnhydro.features.strip_law import REMEMBERED, SURROUNDED
-from nnhydro.fitting.network.linear_part import CLOSED, FREE, LinearPart, _chosen_weights, _solved, linear_part
+from nnhydro.fitting.network.linear_part import CLOSED, LinearPart, _chosen_weights, _solved, beside_the_base, linear_part
 from nnhydro.fitting.network.rows import Rows
 
 JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
@@ -123,7 +123,7 @@ def test_a_loud_joint_counts_no_more_than_a_quiet_one():
 
 
 def test_the_torque_of_the_linear_part_is_that_of_its_columns():
-    part = LinearPart(torch.randn(3, SHARED).double(), torch.randn(3, ODD, JOINTS).double(), torch.zeros(3, 0, JOINTS).double(), False)
+    part = LinearPart(torch.randn(3, SHARED).double(), torch.randn(3, ODD, JOINTS).double(), torch.zeros(3, 0, JOINTS).double())
     columns = torch.randn(7, JOINTS, SHARED + ODD).double()
     tau = part.of(columns)
     assert tau.shape == (7, 3, JOINTS)
@@ -147,17 +147,16 @@ def test_joint_by_joint_the_whole_system_is_solved(joints, odd):
 
 def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
     def left(weights):
-        gain = {REMEMBERED: 0.5, SURROUNDED: 0.99, FREE: 0.5}  # of the error, at the right weight of 1e-2
+        gain = {REMEMBERED: 0.5, SURROUNDED: 0.99}  # of the error, at the right weight of 1e-2
         total = 1.0
         for tier, value in gain.items():
             if weights[tier] < CLOSED:
                 total *= value * (1 + 0.01 * abs(torch.tensor(weights[tier] / 1e-2).log10().item()))
         return total
 
-    weights = _chosen_weights(left, (REMEMBERED, SURROUNDED, FREE))
+    weights = _chosen_weights(left, (REMEMBERED, SURROUNDED))
     assert weights[REMEMBERED] == pytest.approx(1e-2)
     assert weights[SURROUNDED] == CLOSED, "one per cent is not worth it"
-    assert weights[FREE] == pytest.approx(1e-2)
 
 
 def test_free_functions_are_learned_where_the_mirror_does_not_hold_and_left_out_where_it_does():
@@ -165,10 +164,14 @@ def test_free_functions_are_learned_where_the_mirror_does_not_hold_and_left_out_
     generator = torch.Generator().manual_seed(3)
     free = torch.randn(len(rows.x), 1, 2, generator=generator).expand(-1, JOINTS, -1)
     wide = SimpleNamespace(columns=torch.cat([linear.columns, free], dim=2), law_size=LAW, shared=SHARED, free_size=2, tiers=linear.tiers)
-    _, none = linear_part(rows, wide, watched, STATED)
-    assert not none.open
-    assert not none.free.any()
+    s = rows.target.double().pow(2).mean(dim=0).sqrt()
+    assert beside_the_base(rows, wide, watched, STATED, s) is None
+    assert beside_the_base(rows, linear, watched, STATED, s) is None, "there are none"
     rows.target.add_(free @ torch.tensor([2.0, -1.0]))
-    _, found = linear_part(rows, wide, watched, STATED)
-    assert found.open
-    torch.testing.assert_close(found.free.mean(dim=0), torch.tensor([[2.0, 2.0], [-1.0, -1.0]]).double(), rtol=0.0, atol=0.05)
+    assert beside_the_base(rows, wide, torch.zeros_like(watched), STATED, s) is None, "nobody watches"
+    found = beside_the_base(rows, wide, watched, STATED, s)
+    assert found is not None
+    unseen, used = found
+    torch.testing.assert_close(used.free.mean(dim=0), torch.tensor([[2.0, 2.0], [-1.0, -1.0]]).double(), rtol=0.0, atol=0.05)
+    torch.testing.assert_close(unseen.free - unseen.free.mean(dim=0), used.free - used.free.mean(dim=0))
+    torch.testing.assert_close(used.free_torque(wide.columns.double())[:, 0], free[:, 0].double() @ used.free[0])

@@ -1,0 +1,120 @@
+"""Machines as others have them, each law written here anew: a servo axis, a robot's joint, a motor, a hull, a section in waves.
+
+    F = M a + F_v v + F_c sgn(v) + F_0                          a ball screw (numbers as on the EMPS: Janot, Gautier & Brunot 2019)
+    tau = J qdd + F_v qd + F_c sgn(qd)                          a joint that turns in the horizontal plane, both frictions alike
+    tau = J qdd + m g c cos(q) + F_c sgn(qd) + T cos(14 q)      a pendulum on a motor with magnets
+    0 = J qdd + m g c cos(q) + b qd                             a hull that rolls out
+    tau = C_M rho A L du/dt L/2 + drag                          a section that is held in a wave
+"""
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+import nnhydro
+from nnhydro.diagnosis.diagnose import diagnose
+
+AIR = {"density_kg_m3": 0.0, "kinematic_viscosity_m2_s": 1e-6}
+WATER = {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1e-6}
+
+
+def motion(seed, t, most, slowest):
+    """Angle, rate and acceleration of five sines from 1 to 5 times `slowest`, Hz."""
+    rng = np.random.default_rng(seed)
+    q, qd, qdd = np.zeros((3, len(t)))
+    for k in range(1, 6):
+        w, phase, size = 2 * np.pi * slowest * k, rng.uniform(0, 2 * np.pi), most * rng.uniform(0.3, 1.0) / k
+        q, qd, qdd = q + size * np.sin(w * t + phase), qd + size * w * np.cos(w * t + phase), qdd - size * w**2 * np.sin(w * t + phase)
+    return q, qd, qdd
+
+
+def noise(seed, t, size):
+    """White noise."""
+    return size * np.random.default_rng([seed, 1]).standard_normal(len(t))
+
+
+def ball_screw(seed):
+    """A linear axis, its place alone recorded."""
+    t = np.arange(0, 12, 0.002)
+    x, v, a = motion(seed, t, 0.1, 0.15)
+    force = 95.1 * a + 203.5 * v + 20.4 * np.sign(v) - 3.2
+    return {"t_s": t, "q1_m": np.round(x / 1e-6) * 1e-6, "tau1_N": force + noise(seed, t, 2.0)}
+
+
+def robot_joint(seed):
+    """The first joint of a robot."""
+    t = np.arange(0, 16, 0.005)
+    q, qd, qdd = motion(seed, t, 0.5, 0.1)
+    torque = 10.5 * qdd + 22 * qd + 14.0 * np.sign(qd)
+    return {"t_s": t, "q1_rad": np.round(q / 2e-5) * 2e-5, "tau1_Nm": torque + noise(seed, t, 0.5)}
+
+
+def cogging_motor(seed):
+    """A pendulum on a direct drive."""
+    t = np.arange(0, 12, 0.005)
+    q, qd, qdd = motion(seed, t, 1.0, 0.15)
+    q = q - np.pi / 2
+    torque = 0.5 * 0.25 * qdd + 0.5 * 9.81 * 0.5 * np.cos(q) + 0.06 * np.sign(qd) + 0.05 * np.cos(14 * q)
+    return {"t_s": t, "q1_rad": q + noise(seed, t, 2e-4), "tau1_Nm": torque + noise(seed + 1, t, 0.02)}
+
+
+def rolling_hull(seed):
+    """A roll decay: no torque at all."""
+    from scipy.integrate import solve_ivp
+
+    t, start = np.arange(0, 15, 0.02), (0.05 + 0.03 * seed) * (-1) ** seed
+    roll = solve_ivp(lambda _, y: [y[1], (-822.0 * np.sin(y[0]) - 9.0 * y[1]) / 134.0], (0, 15), [start, 0.0], t_eval=t, rtol=1e-9)
+    return {"t_s": t, "q1_rad": roll.y[0] - np.pi / 2 + noise(seed, t, 1e-4), "tau1_Nm": 0 * t}
+
+
+def section_in_waves(seed):
+    """A vertical cylinder that is held in a wave of 0.965 Hz."""
+    t = np.arange(0, 25, 0.02)
+    w, phase = 2 * np.pi * 0.965, 2.0 * seed
+    u, rate = 0.12 * np.cos(w * t + phase), -0.12 * w * np.sin(w * t + phase)
+    area, length = np.pi / 4 * 0.1**2, 0.6
+    torque = (2.0 * 1000 * area * rate + 0.5 * 1000 * 1.1 * 0.1 * u * np.abs(u)) * length**2 / 2
+    return {"t_s": t, "q1_rad": noise(seed, t, 1e-5) - np.pi / 2, "tau1_Nm": torque + noise(seed + 1, t, 0.02)}
+
+
+def link(**keys):
+    """A link's document."""
+    return {"length_m": 0.5, "diameter_m": 0.1, **keys}
+
+
+MACHINES = {
+    ball_screw: (AIR, {"joints": [{"type": "prismatic"}]}, link(mass_kg=95.0, known_to=0.1),
+                 {"viscous_friction": 203.5, "coulomb_friction": 20.4, "torque_bias": -3.2}),
+    robot_joint: (AIR, {"gravity_m_s2": 0.0}, link(mass_kg=30.0, com_m=0.5, inertia_kg_m2=3.0, known_to=0.1),
+                  {"viscous_friction": 22.0, "coulomb_friction": 14.0}),
+    cogging_motor: (AIR, {}, link(mass_kg=0.5, com_m=0.5, inertia_kg_m2=5e-4, known_to=0.1),
+                    {"coulomb_friction": 0.06, "torque_ripple": 0.05}),
+    rolling_hull: (WATER, {}, {"length_m": 0.4265, "diameter_m": 0.306, "mass_kg": 994.34, "com_m": 0.0842647, "inertia_kg_m2": 108.68,
+                               "known_to": 0.02}, {"viscous_friction": 9.0}),
+    section_in_waves: (WATER, {}, {"length_m": 0.6, "diameter_m": 0.1, "mass_kg": 5.0, "com_m": 0.3, "inertia_kg_m2": 0.15},
+                       {"wave_orbital": 0.12}),
+}
+
+
+@pytest.fixture(params=MACHINES, ids=lambda recorded: recorded.__name__)
+def machine(request, tmp_path):
+    """A campaign of five recordings as a user would have it, and what is hidden."""
+    fluid, keys, part, hidden = MACHINES[request.param]
+    (tmp_path / "recordings").mkdir()
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump({"schema": "nnhydro/arm/1", "name": "a machine", "fluid": fluid, "links": [part],
+                                                       "gravity_m_s2": 9.81, **keys}))
+    for seed in range(5):
+        pd.DataFrame(request.param(seed)).to_csv(tmp_path / "recordings" / f"r{seed}.csv", index=False)
+    return tmp_path, hidden
+
+
+def test_what_loads_a_machine_is_named_with_its_size_and_nothing_else(machine):
+    folder, hidden = machine
+    found = {f.effect.id: next(iter(f.parameters.values())) for f in diagnose(nnhydro.load(folder)).findings}
+    assert set(found) == set(hidden)
+    for name, value in hidden.items():
+        low, high = found[name]["ci95"]
+        assert low <= value <= high, name
+        known = name != "wave_orbital"  # of a wave that a held link meets only the part across it is known
+        assert high - low < 0.3 * abs(value) or not known, name

@@ -1,0 +1,120 @@
+"""The score of a set, what a law gains and is granted, and who is admitted: each against its formula, term by term."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from problems import dense, design, law, search
+
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAVES
+from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.search.library import bound_bonus
+
+LAWS = (*(law(f"law_{k}") for k in range(4)), law("phased", per_recording=True), law("half", limits=((0.0, np.inf),)))
+
+
+def planted(values=(0.5,), smooth=0.3, seed=0):
+    """A search in which the first laws act, beside `smooth` of the unknown's first column at joint 1."""
+    of = design(seed, groups=8, rows=30)
+    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, len(LAWS)))
+    of.y = of.y + X[..., : len(values)] @ np.asarray(values)
+    one = search(of, LAWS, X)
+    of.y[:, 0] += smooth * one.whitened.unknown.Phi[:, 0]
+    return search(of, LAWS, X)
+
+
+def evidences(one, chosen):
+    """The dense evidence of a set with the unknown and without it, less constants."""
+    group = one.whitened.design.problem.group_of
+    parts = [one.view.library.X[..., one.view.library.at(k)] for k in chosen]
+    parts = [np.concatenate([X * (group == g)[:, None, None] for g in range(8)], axis=2) if LAWS[k].per_recording else X
+             for k, X in zip(chosen, parts, strict=True)]
+    X = np.concatenate(parts, axis=2) if parts else None
+    sizes = one.score(chosen).sizes
+    return [dense(one.whitened, X, s.vector(one.whitened)) for s in (sizes, none(one.whitened))]
+
+
+@pytest.mark.parametrize("chosen", [(), (0,), (0, 2), (1, 4), (0, 5)])
+def test_a_score_is_evidence_plus_prior_plus_bounds_less_what_form_costs(chosen):
+    one = planted()
+    got, (on, off) = one.score(chosen), evidences(one, chosen)
+    assert on > off
+    assert got.unknown_nats == pytest.approx(on - off, abs=1e-4)
+    prior = sum(one.view.library.log_prior(k) for k in chosen)
+    bound = 0.0
+    if 5 in chosen:
+        at = got.places(one.view)[5]
+        sd = np.sqrt(np.diag(got.fit.covariance(np.arange(at.start, at.stop))))
+        bound = bound_bonus(np.array([0.0]), np.array([np.inf]), got.fit.mean[at], sd)
+    assert got.score == pytest.approx(on - FORM**2 * (on - off) + prior + bound, abs=1e-4)
+
+
+def test_the_first_law_gains_what_the_evidence_with_the_unknown_says_and_no_more():
+    one = planted()
+    now, then = one.score(()), one.score((0,))
+    assert now.unknown_nats - then.unknown_nats > 1
+    (before, _), (after, _) = evidences(one, ()), evidences(one, (0,))
+    assert one.gain(now, then) == pytest.approx(after - before + one.view.library.log_prior(0), abs=1e-4)
+
+
+def test_beside_other_laws_a_law_gains_the_difference_of_the_scores():
+    one = planted((0.5, 0.4))
+    now, then = one.score((0,)), one.score((0, 1))
+    assert now.unknown_nats != pytest.approx(then.unknown_nats, abs=0.1)
+    assert one.gain(now, then) == then.score - now.score
+
+
+@pytest.mark.parametrize(("gain", "left", "law_", "admitted"), [
+    (5.0, LEAVES * 100.0, 1, True), (5.0, LEAVES * 100.0 + 0.1, 1, False), (-0.1, 0.0, 1, False), (0.0, 0.0, 1, False),
+    (5.0, 100.0, 4, False), (99.0, 100.0, 4, False), (101.0, 100.0, 4, True), (101.0, 100.0, 1, False),
+])
+def test_a_law_is_admitted_that_gains_and_takes_from_the_unknown_or_has_a_phase_and_gains_more_than_that(gain, left, law_, admitted):
+    one = planted()
+    now = replace(one.score((0,)), unknown_nats=100.0, score=10.0)
+    then = replace(one.score((0, law_)), unknown_nats=left, score=10.0 + gain)
+    assert one.admits(now, then) == admitted
+
+
+def test_where_hardly_anything_is_left_to_the_unknown_nothing_need_be_taken_from_it():
+    one = planted()
+    now, then = (replace(one.score(x), unknown_nats=0.9 * FEW_NATS, score=s) for x, s in (((0,), 0.0), ((0, 1), 5.0)))
+    assert one.admits(now, then)
+    assert not one.admits(now, replace(then, unknown_nats=1.1 * FEW_NATS))
+
+
+def test_those_that_gain_most_are_found_whether_the_unknown_is_on_or_off():
+    one = planted((0.5, 0.4, 0.3))
+    base = one.score((0,))
+    assert one.most_gaining(base, [1, 2, 3], most=1) == [1]
+    assert set(one.most_gaining(base, [3, 2, 1], most=2)) >= {1, 2}
+
+
+def test_of_laws_that_gain_as_much_the_more_probable_one_is_fitted():
+    laws = (law("rare"), *(law("rare") for _ in range(30)), law("plain"))
+    of = design(3, groups=8, rows=30)
+    column = np.random.default_rng(1).standard_normal((*of.y.shape, 1))
+    X = np.concatenate([column, np.random.default_rng(2).standard_normal((*of.y.shape, 30)), column], axis=2)
+    of.y = of.y + 0.5 * column[..., 0]
+    one = search(of, laws, X)
+    assert one.most_gaining(one.score(()), [0, 31], most=1) == [31]
+    assert one.screen((), most=1) == [31]
+    assert one.run().chosen == (31,)
+
+
+def test_a_member_without_which_the_set_is_more_probable_is_dropped_again():
+    one = planted((0.5,), smooth=0.0)
+    too_many = one.score((0, 2, 3))
+    assert too_many.score < one.score((0,)).score
+    assert one.climb(too_many).chosen == (0,)
+
+
+def test_a_law_is_swapped_for_one_that_explains_more():
+    of = design(3, groups=8, rows=30)
+    rng = np.random.default_rng(4)
+    right = rng.standard_normal((*of.y.shape, 1))
+    alike = 0.9 * right + 0.45 * rng.standard_normal(right.shape)
+    of.y = of.y + 0.8 * right[..., 0]
+    laws = (law("alike", family="friction"), law("right", family="friction"))
+    one = search(of, laws, np.concatenate([alike, right], axis=2))
+    assert one.score((1,)).score > one.score((0,)).score > one.score(()).score
+    assert one.climb(one.score((0,))).chosen == (1,)

@@ -1,0 +1,139 @@
+"""Values of a finding and their intervals, against dense matrices, delta rules and the scatter that was planted."""
+
+import numpy as np
+import pytest
+from problems import design, law, search
+
+from nnhydro.diagnosis.constants import BASELINE_FORM, RHO
+from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.values import values_of
+
+LAWS = tuple(law(f"law_{k}") for k in range(3))
+
+
+def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0, joints=2):
+    """A search on a design in which the first law acts with `beta`, a number or one a recording, in the units of its effect."""
+    of = design(seed, groups=groups, rows=rows, noise=noise, joints=joints)
+    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, sum(one.width for one in laws)))
+    each = np.broadcast_to(np.asarray(beta, float), groups)[of.problem.group_of]
+    of.y = of.y + each[:, None] / scale * X[..., 0]
+    one = search(of, laws, X, level=noise**2)
+    return Search(View(one.whitened, Library(of, tuple(laws), X, np.full(X.shape[2], scale))), one.start)
+
+
+def found(one, chosen=(0,), k=0):
+    return values_of(one, one.score(chosen), k)
+
+
+def by_hand(one, chosen):
+    """Mean (k,), H^-1 (p + k, p + k), and the rows D (n, joints, p + k) of the ridge fit of the laws `chosen` without the unknown."""
+    white, X = one.whitened, one.view.library.X[..., list(chosen)]
+    D = np.concatenate([white.design.Y, X], axis=2) / np.sqrt(white.v)[..., None]
+    flat = D.reshape(-1, D.shape[2])
+    H = flat.T @ flat + np.diag([1.0] * white.p + [RHO**-2] * len(chosen))
+    return np.linalg.solve(H, flat.T @ white.y.ravel()), np.linalg.inv(H), D
+
+
+def form_by_hand(one, D, inverse):
+    """What an unknown of BASELINE_FORM of the torque would move the coefficients by: both joints' blocks written out."""
+    white = one.whitened
+    Phi = np.zeros((*white.y.shape, white.joints * white.m))
+    for j in range(white.joints):
+        Phi[:, j, j * white.m:(j + 1) * white.m] = white.unknown.Phi / np.sqrt(white.v[:, j:j + 1])
+    A = inverse @ D.reshape(-1, D.shape[2]).T @ Phi.reshape(-1, Phi.shape[2]) * BASELINE_FORM * white.unknown_of_unit_share
+    return A @ A.T
+
+
+@pytest.mark.parametrize("chosen", [(0,), (0, 2)])
+def test_values_and_covariance_are_those_of_a_dense_fit_without_the_unknown(chosen):
+    one = with_values(0.5, seed=4)
+    mean, inverse, D = by_hand(one, chosen)
+    r = one.whitened.y - D @ mean
+    group = one.whitened.design.problem.group_of
+    scores = np.stack([np.einsum("njk,nj->k", D[group == g], r[group == g]) for g in range(8)])
+    sandwich = inverse @ scores.T @ scores @ inverse * 8 / 7
+    form = form_by_hand(one, D, inverse)
+    for k in chosen:
+        at = one.whitened.p + chosen.index(k)
+        got = found(one, chosen, k)
+        assert got.mean[0] == pytest.approx(mean[at], rel=1e-6)
+        assert got.covariance[0, 0] == pytest.approx(max(inverse[at, at], sandwich[at, at]) + form[at, at], rel=1e-5)
+
+
+def test_an_error_of_the_baseline_s_form_widens_where_noise_tells_nothing():
+    one = with_values(0.5, seed=4, noise=1e-5)
+    _, inverse, D = by_hand(one, (0,))
+    at = one.whitened.p
+    assert found(one).covariance[0, 0] == pytest.approx(form_by_hand(one, D, inverse)[at, at], rel=0.05)
+    assert form_by_hand(one, D, inverse)[at, at] > 100 * inverse[at, at]
+
+
+def test_an_unknown_of_unit_share_makes_each_joint_s_torque_all_groups_as_much():
+    white = with_values(0.0).whitened
+    T = white.unknown_of_unit_share.reshape(white.joints, white.m)
+    energy = T**2 * (white.unknown.Phi**2).sum(axis=0) / white.design.time
+    for j in range(white.joints):
+        shares = np.bincount(white.unknown.group, energy[j])
+        np.testing.assert_allclose(shares, white.design.scale[j]**2 / len(shares))
+
+
+@pytest.mark.parametrize("groups", [12, 4])
+def test_values_that_differ_between_recordings_widen_the_interval_to_their_scatter(groups):
+    spread, sds, means = 0.5, [], []
+    for seed in range(20):
+        beta = 0.8 + spread * np.random.default_rng(seed + 900).standard_normal(groups)
+        got = found(with_values(beta, seed, groups, noise=0.01))
+        sds.append(float(np.sqrt(got.covariance[0, 0])))
+        means.append(float(got.mean[0]))
+    if groups == 12:  # of fewer, blocks of the same recording know of half of it only
+        assert np.mean(sds) == pytest.approx(np.std(means), rel=0.35)
+    assert np.mean(sds) > 0.4 * np.std(means)
+    assert float(np.sqrt(found(with_values(0.8, 1, groups, noise=0.01)).covariance[0, 0])) < 0.2 * np.mean(sds)
+
+
+def test_the_scatter_of_few_recordings_is_counted_over_their_blocks():
+    one = with_values(0.5, seed=6, groups=4)
+    mean, inverse, D = by_hand(one, (0,))
+    r, unit = one.whitened.y - D @ mean, one.whitened.design.problem.block_of
+    scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in range(8)])
+    at = one.whitened.p
+    sandwich = (inverse @ scores.T @ scores @ inverse)[at, at] * 8 / 7
+    form = form_by_hand(one, D, inverse)[at, at]
+    assert found(one).covariance[0, 0] == pytest.approx(max(inverse[at, at], sandwich) + form, rel=1e-5)
+
+
+def test_values_are_in_the_units_of_the_effect():
+    plain, large = found(with_values(0.5, 7)), found(with_values(0.5 * 20.0, 7, scale=20.0))
+    np.testing.assert_allclose(large.mean, 20 * plain.mean, rtol=1e-9)
+    np.testing.assert_allclose(large.covariance, 400 * plain.covariance, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("limits", "beta", "value", "bounded"), [
+    ((0.0, np.inf), 0.6, 0.6, False),
+    ((0.0, np.inf), -0.6, 0.0, False),
+    ((-np.inf, 0.0), 0.6, 0.0, False),
+    ((0.0, 0.4), 0.6, 0.4, True),
+    ((-0.4, 0.0), -0.6, -0.4, True),
+    ((-0.4, 0.4), 0.2, 0.2, False),
+])
+def test_a_value_is_cut_at_its_bounds_and_says_so_where_the_bound_is_not_zero(limits, beta, value, bounded):
+    laws = (law("law_0", limits=(limits,)), *LAWS[1:])
+    got = found(with_values(20 * beta, 8, noise=0.01, scale=20.0,
+                            laws=(law("law_0", limits=(tuple(20 * np.array(limits)),)), *LAWS[1:])))
+    assert got.mean[0] == pytest.approx(20 * value, rel=0.02, abs=1e-9)
+    assert got.bounded == bounded
+    assert found(with_values(beta, 8, noise=0.01, laws=laws)).bounded == bounded
+
+
+def test_values_of_each_recording_s_own_are_told_by_their_rms_with_the_spread_of_the_delta_rule():
+    beta = np.array([0.5, -0.5, 0.9, -0.1, 0.3, -0.7, 0.2, -0.4])
+    one = with_values(beta, 9, noise=0.05, laws=(law("law_0", per_recording=True), *LAWS[1:]))
+    scored = one.score((0,))
+    got = values_of(one, scored, 0)
+    rms = np.sqrt((beta**2).mean())
+    assert got.mean[0] == pytest.approx(rms, rel=0.05)
+    at = scored.places(one.view)[0]
+    sds = np.sqrt(np.diag(scored.fit.covariance(np.arange(at.start, at.stop))))
+    slopes = beta / (len(beta) * rms)
+    assert np.sqrt(got.covariance[0, 0]) == pytest.approx(np.sqrt((slopes**2 * sds**2).sum()), rel=0.5)
