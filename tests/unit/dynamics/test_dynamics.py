@@ -68,7 +68,7 @@ def along(model, motion):
 @pytest.fixture(scope="module")
 def hybrid():
     a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY)
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY.model_copy(update={"baseline": "constant"}))
 
 
 @pytest.mark.parametrize("links", [1, 2, 3])
