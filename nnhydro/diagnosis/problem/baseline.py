@@ -84,6 +84,12 @@ class Baseline:
                                          np.concatenate([-free, self.prior.lowest[others]]),
                                          np.concatenate([free, self.prior.highest[others]])))
 
+    def with_more(self, count: int) -> "Baseline":
+        """Return the baseline with `count` further values z that change none of its parameters."""
+        known, free = self.prior, np.full(count, np.inf)
+        F = np.concatenate([known.F, np.zeros((len(known.F), count))], axis=1)
+        return replace(self, prior=Prior(known.mean, F, np.concatenate([known.lowest, -free]), np.concatenate([known.highest, free])))
+
     def within(self, z: Array) -> Array:
         """Return the parameters z (r,) cut at their physical bounds."""
         made: Array = np.clip(z, self.prior.lowest, self.prior.highest)

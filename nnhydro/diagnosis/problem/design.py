@@ -2,12 +2,15 @@
 
     y = Y z + sum_k X_k beta_k + ...         rows (n,) of all blocks, joints (j,), columns last
 
+The last columns of Y hold, a joint, how the torque changes from the fused acceleration (z = 0) to the one that was recorded (z = 1), and
+to the slope of the recorded rate.
 Load columns pass belt and gears like the baseline's own; instrument columns are taken at the reading of the working model.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import final
 
 import numpy as np
@@ -27,6 +30,7 @@ from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import gear_factor, sensed, to_drives
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
 
@@ -151,6 +155,8 @@ class Design:
 
 def design_of(problem: Problem, baseline: Baseline) -> Design:
     """Return the rows of `problem` against `baseline`; where nothing is driven, the common scale of the inertial parameters is held."""
+    further = max(0 if s.segment.other_qdd is None else problem.arm.n_links * len(s.segment.other_qdd) for s in problem.stretches)
+
     def build(base: Baseline) -> Design:
         """Return the rows of all blocks against the baseline `base`."""
         def on(stretch: Stretch) -> Array:
@@ -158,16 +164,31 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
             segment = stretch.segment
             Y, c0 = columns_and_offset(base.physics.loads, segment, problem.arm)
             assert segment.tau is not None
-            y = base.target(segment, Y, c0)
-            made: Array = np.nan_to_num(np.concatenate([Y @ base.prior.F, y[..., None], segment.tau[..., None]], axis=2))
+            y, YF = base.target(segment, Y, c0), Y @ base.prior.F
+            YF[..., YF.shape[2] - further:] = _disagreement(base, segment, c0 + Y @ base.prior.mean, further)
+            made: Array = np.nan_to_num(np.concatenate([YF, y[..., None], segment.tau[..., None]], axis=2))
             return made
 
         empty = Design(problem, base, *(np.zeros(0),) * 3)
         stacked = empty.rows(on)
         return Design(problem, base, stacked[..., :-2], stacked[..., -2], stacked[..., -1])
 
-    first = build(baseline)
-    return build(baseline.with_held(_scale_direction(first))) if first.undriven else first
+    first = build(baseline.with_more(further))
+    return build(first.baseline.with_held(_scale_direction(first))) if first.undriven else first
+
+
+def _disagreement(base: Baseline, segment: Segment, torque: Array, count: int) -> Array:
+    """Return how the baseline's `torque` (n, joints) changes where one joint accelerates as some channels say, (n, joints, count) N m.
+
+    Where an acceleration and the slope of a rate differ by more than their noise, either may be right.
+    """
+    made = np.zeros((*torque.shape, count))
+    for i, (other, j) in enumerate(product(() if segment.other_qdd is None else segment.other_qdd, range(torque.shape[1]))):
+        qdd = segment.qdd.copy()
+        qdd[:, j] = other[:, j]
+        Y, c0 = columns_and_offset(base.physics.loads, replace(segment, qdd=qdd), base.physics.arm)
+        made[..., i] = c0 + Y @ base.prior.mean - torque
+    return made
 
 
 def design_on(problem: Problem, baseline: str | None) -> Design:

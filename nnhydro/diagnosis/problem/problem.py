@@ -20,7 +20,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band, band_of
 from nnhydro.recordings.filtering.preprocessing import resampled, stretches
-from nnhydro.recordings.filtering.trajectory import ROW_RATE, ROWS_PER_PERIOD, trajectory
+from nnhydro.recordings.filtering.trajectory import ROW_RATE, ROWS_PER_PERIOD, band_limited, trajectory
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
@@ -57,17 +57,6 @@ class Block:
     steady: bool
 
 
-def _band_limited(x: Array | None, rows: int) -> Array | None:
-    """Return `x` (n, c) on a coarser even grid (rows, c) over the same span, its cosines beyond that grid left out."""
-    from scipy.fft import dct, idct
-
-    if x is None or rows == len(x):
-        return x
-    c = dct(x, axis=0, norm="ortho")[:rows] * np.sqrt(rows / len(x))
-    result: Array = idct(c, axis=0, norm="ortho")
-    return result
-
-
 def segments_of(r: Recording, band: Band, sliding: bool = False) -> Iterator[Segment]:
     """Yield the stretches of `r` as band-limited segments, base and water included; `sliding`: of a linear axis."""
     edge = band.torque
@@ -76,14 +65,13 @@ def segments_of(r: Recording, band: Band, sliding: bool = False) -> Iterator[Seg
         part = resampled(r, start, stop)
         n, dt = len(part), float(part.t[1] - part.t[0])
         rows = min(n, max(int(np.ceil(n * dt * max(edge * ROWS_PER_PERIOD, ROW_RATE))), 16))
-        at = part.t[0] + ((np.arange(rows) + 0.5) * n / rows - 0.5) * dt
-        motion = trajectory(part, band.motion, np.clip(at, part.t[0], part.t[-1]))
+        motion = trajectory(part, band.motion, rows)
         keep = np.ones(rows, dtype=bool)
         trim = min(round(MARGIN / edge / (dt * n / rows)), rows // 8)
         keep[:trim] = keep[rows - trim:] = False
-        tau, tau_sim = _band_limited(part.tau, rows), _band_limited(part.tau_sim, rows)
-        yield Segment(r.name, at, motion.q, motion.qd, motion.qdd, motion.u0, motion.du0, tau, keep, None, tau_sim, tau, False, start, stop,
-                      **motion.around, sliding=sliding)
+        tau, tau_sim = (None if x is None else band_limited(x, rows) for x in (part.tau, part.tau_sim))
+        yield Segment(r.name, motion.t, motion.q, motion.qd, motion.qdd, motion.u0, motion.du0, tau, keep, None, tau_sim, tau, False,
+                      start, stop, **motion.around, other_qdd=motion.others, sliding=sliding)
 
 
 def _clock_origin(campaign: Campaign, names: tuple[str, ...]) -> tuple[float, float] | None:

@@ -2,8 +2,11 @@
 
     minimise  sum (q - B c)^2 / s_q^2 + sum (qd - B' c)^2 / s_v^2 + sum (qdd - B'' c)^2 / s_a^2        B: quintic B-splines on even knots
 
-The knots lie so closely that the trajectory passes what lies below the band's upper edge and no more. Where a channel is missing its sum
-is absent. The band itself ends where the acceleration is no longer known:
+The knots lie so closely that the trajectory passes what lies below the band's upper edge and no more; where accelerations are measured
+they lie closer, and hold the corners of a motion. Where a channel is missing its sum is absent. Rows are fewer than samples: accelerations
+are brought to them as torques are, by the cosines that the rows hold, since a corner that is sampled folds into the band.
+
+The band itself ends where the acceleration is no longer known:
 
     N(f) = 1 / (1/N_q + 1/N_v + 1/N_a),   N_q = 2 dt s_q^2 (2 pi f)^4,  N_v = 2 dt s_v^2 (2 pi f)^2,  N_a = 2 dt s_a^2    [(rad/s^2)^2/Hz]
     edge = the highest f at which some joint's acceleration has more than KNOWN^-2 times N(f)
@@ -42,7 +45,10 @@ THIRD = np.sqrt(20.0)  # white noise of unit variance has third differences of v
 @final
 @dataclass(frozen=True)
 class Trajectory:
-    """Motion on an even grid: t (n,) s, q, qd, qdd (n, links), u0, du0 (n,); `around`: base, heading and water as a segment holds them."""
+    """Motion on an even grid: t (n,) s, q, qd, qdd (n, links), u0, du0 (n,); `around`: base, heading and water as a segment holds them.
+
+    `others` (2, n, links): the accelerations as recorded and those of the other channels alone, where there are both.
+    """
 
     t: Array
     q: Array
@@ -51,6 +57,7 @@ class Trajectory:
     u0: Array
     du0: Array
     around: dict[str, Array]
+    others: Array | None = None
 
 
 def white_level(x: Array | None) -> Array | None:
@@ -160,6 +167,17 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float]:
     return highest, float(max(LOWEST_EDGE, min(HIGHEST_EDGE, 0.9 * nyquist)))
 
 
+def band_limited(x: Array, rows: int) -> Array:
+    """Return `x` (n, c) on `rows` even rows over the same span, the cosines that these do not hold left out."""
+    from scipy.fft import dct, idct
+
+    if rows == len(x):
+        return x
+    c = dct(x, axis=0, norm="ortho")[:rows] * np.sqrt(rows / len(x))
+    result: Array = idct(c, axis=0, norm="ortho")
+    return result
+
+
 def _basis(t: Array, knots: Array, order: int) -> Any:
     """The B-splines (n, m) on `knots`, differentiated `order` times, as a sparse matrix."""
     from scipy.interpolate import BSpline
@@ -178,8 +196,8 @@ def _basis(t: Array, knots: Array, order: int) -> Any:
     return B if change is None else B @ change
 
 
-def _fitted(t: Array, at: Array, edge: float, channels: list[tuple[int, Array, Array]]) -> tuple[Array, Array, Array]:
-    """Value, first and second derivative at the times `at` of the spline through `channels`: (derivative, values (n, c), weights (c,))."""
+def _fitted(t: Array, edge: float, channels: list[tuple[int, Array, Array]]) -> Any:
+    """The spline on the times `t` through `channels`: (derivative, values (n, c), weights (c,))."""
     from scipy.interpolate import BSpline
     from scipy.linalg import solveh_banded
 
@@ -203,8 +221,7 @@ def _fitted(t: Array, at: Array, edge: float, channels: list[tuple[int, Array, A
             bands[DEGREE - offset, offset:] = H.diagonal(offset)
         bands[-1] += 1e-9 * np.median(bands[-1])
         c[:, column] = solveh_banded(bands, g)
-    spline = BSpline(knots, c, DEGREE)
-    return spline(at), spline.derivative(1)(at), spline.derivative(2)(at)
+    return BSpline(knots, c, DEGREE)
 
 
 def _weights(level: Array | None, floor: Array) -> Array:
@@ -224,17 +241,24 @@ def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
             if x is not None and name not in ("u0", "du0")}
 
 
-def trajectory(r: Recording, edge: float, at: Array) -> Trajectory:
-    """Return the motion of an evenly sampled stretch `r` at the times `at` (n,) s, from all its channels, band-limited above `edge` Hz."""
+def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
+    """Return the motion of an evenly sampled stretch `r` on `rows` even rows, from all its channels, band-limited above `edge` Hz."""
     t = np.asarray(r.t)
+    middle = (np.arange(rows) + 0.5) * len(t) / rows - 0.5  # of each row, in samples
+    at = np.clip(t[0] + middle * (t[1] - t[0]), t[0], t[-1])
     spread = np.maximum(np.ptp(r.q, axis=0), 1e-9)
     channels = [(order, x, _weights(white_level(x), 1e-7 * spread * (2 * np.pi * edge) ** order))
                 for order, x in ((0, r.q), (1, r.qd), (2, r.qdd)) if x is not None]
-    q, qd, qdd = _fitted(t, at, edge, channels)
-    around = _around(r, edge, at)
-    if r.u0 is None:
-        return Trajectory(at, q, qd, qdd, np.zeros(len(at)), np.zeros(len(at)), around)
-    carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
-                for order, x in ((0, r.u0), (1, r.du0)) if x is not None]
-    u0, du0, _ = _fitted(t, at, edge, carriage)
-    return Trajectory(at, q, qd, qdd, u0[:, 0], du0[:, 0], around)
+    def slope(spline: Any) -> Array:
+        """The second derivative of a spline on the rows, (rows, links)."""
+        return band_limited(spline.derivative(2)(t), rows)
+
+    q = _fitted(t, edge, channels)
+    u0 = du0 = np.zeros(rows)
+    if r.u0 is not None:
+        carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
+                    for order, x in ((0, r.u0), (1, r.du0)) if x is not None]
+        u = _fitted(t, edge, carriage)
+        u0, du0 = u(at)[:, 0], band_limited(u.derivative(1)(t), rows)[:, 0]
+    return Trajectory(at, q(at), q.derivative(1)(at), slope(q), u0, du0, _around(r, edge, at),
+                      None if r.qdd is None else np.stack([band_limited(r.qdd, rows), slope(_fitted(t, edge, channels[:-1]))]))

@@ -37,7 +37,7 @@ def rms(x):
 @pytest.mark.parametrize("channels", ["q", "qv", "qva"])
 def test_a_motion_is_recovered_with_its_derivatives_from_angles_alone_and_from_all_channels(channels):
     r, exact = moved(channels=channels)
-    q, qd, qdd = errors(trajectory(r, EDGE, r.t), exact)
+    q, qd, qdd = errors(trajectory(r, EDGE, len(r)), exact)
     assert q < 1e-5
     assert qd < 1e-4
     assert qdd < 2e-3
@@ -46,7 +46,8 @@ def test_a_motion_is_recovered_with_its_derivatives_from_angles_alone_and_from_a
 def test_all_channels_together_know_the_motion_better_than_angles_with_either_derivative_or_alone():
     wrong = {}
     for channels in ("q", "qv", "qa", "qva"):
-        made = [(trajectory(r, EDGE, r.t), exact) for seed in range(5) for r, exact in [moved(channels=channels, noise=NOISE, given=seed)]]
+        recorded = [moved(channels=channels, noise=NOISE, given=seed) for seed in range(5)]
+        made = [(trajectory(r, EDGE, len(r)), exact) for r, exact in recorded]
         names = enumerate(("q", "qd", "qdd"))
         wrong[channels] = [np.mean([rms(getattr(trajectory, name) - exact[k]) for trajectory, exact in made]) for k, name in names]
     for k in (1, 2):
@@ -61,7 +62,7 @@ def test_a_joint_that_never_moves_has_no_rate_and_no_acceleration(locked, angle)
     r, exact = moved(channels="q", seconds=4.0)
     q = np.array(r.q)
     q[:, locked] = angle
-    made = trajectory(replace(r, q=q), EDGE, r.t)
+    made = trajectory(replace(r, q=q), EDGE, len(r))
     assert np.abs(made.qd[:, locked]).max() < 1e-6
     assert np.abs(made.qdd[:, locked]).max() < 1e-4
     other = 1 - locked
@@ -70,9 +71,9 @@ def test_a_joint_that_never_moves_has_no_rate_and_no_acceleration(locked, angle)
 
 def test_without_a_carriage_the_carriage_stands_still_and_with_one_it_is_followed():
     r, _ = moved()
-    assert not trajectory(r, EDGE, r.t).u0.any()
+    assert not trajectory(r, EDGE, len(r)).u0.any()
     u0 = 0.5 + 0.2 * np.sin(2.0 * r.t)
-    towed = trajectory(replace(r, u0=u0), EDGE, r.t)
+    towed = trajectory(replace(r, u0=u0), EDGE, len(r))
     assert np.abs(towed.u0 - u0).max() < 1e-3
     assert np.abs(towed.du0 - 0.4 * np.cos(2.0 * r.t))[50:-50].max() < 0.01
 
