@@ -17,6 +17,6 @@ RELEVANT = 0.003  # share of the torque's rms that a claim moves at least: less 
 NEAR = 3.0  # nats behind a finding within which an alternative cannot be told from it: odds of 20
 DETECTED = 16.0  # nats of the unknown from which there is a mismatch: odds of 1e7, for some 30 sizes and noise that is only nearly white
 MATERIAL = 0.01  # share of a joint's torque that an unknown must hold to be told
-TRUSTED_RATIO = 0.6  # of the unknown left by a law at which it is as likely to be one in no card
+TRUSTED_RATIO = 0.6  # of the unknown left by a standard term of a joint at which a cause on no card is as probable
 LOOK_ALIKE = 0.1  # of a larger claim's gain that a look-alike on its card must gain beside it: what another form leaves looks like it first
 LISTED = 0.96  # of names that fit are right: one machine in five is taken to hide what is on no card, of which one in six gets a name

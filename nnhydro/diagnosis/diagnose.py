@@ -32,7 +32,7 @@ from nnhydro.diagnosis.problem.problem import Problem, problem_of
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library, View
-from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined
+from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined, with_finer_singles
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.residual_location import locate
@@ -92,7 +92,7 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     hypotheses += extra_starts(hypotheses, design.problem, model) + at_lines(hypotheses, line_frequencies(design))
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
-    search = Search(View(whitened, library), sizes, progress)
+    search = with_finer_singles(Search(View(whitened, library), sizes, progress), model)
     parts = in_parts(search, search.run(), model)
     search, best, library = parts.search, parts.best, parts.search.view.library
     del parts  # with the columns of the search before

@@ -7,7 +7,8 @@ A member k of the best set S is claimed if
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, also without the one that gains most
     4. one of its values differs from 0 by PRECISE standard deviations, and none lies beyond a physical bound
-    5. it moves the torque by RELEVANT of its rms, and by FORM of the largest other claim.
+    5. it moves the torque by RELEVANT of its rms, and by FORM of the largest other claim
+    6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
 Members that fail leave the set, the one that gains least first, and the others are judged again.
 """
 
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LOOK_ALIKE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
+from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.search.values import values_of
 
@@ -120,6 +122,7 @@ def _judged(search: Search, now: Scored, rest: Scored, k: int, held: Array, shar
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
         (without_best, 0.0, "recordings that the fit has not seen are predicted no better"),
+        (listed_probability(search, now, k), 0.5, "by what it leaves unexplained, a cause on no card is more probable"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "what it explains is no smaller part of what remains unknown than any law's"),
     )
     for statistic, needed, reason in tests:

@@ -5,7 +5,8 @@ from typing import final
 
 import numpy as np
 
-from nnhydro.diagnosis.constants import FEW_NATS, LISTED, NEAR, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import NEAR
+from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 
 ALIKE = 0.98  # cosine of the visible torques from which two effects are one
@@ -108,7 +109,4 @@ def alternatives(search: Search, found: Scored, k: int) -> tuple[float, list[Alt
         equivalent = search.admits(base, s) and (deficit < NEAR or alike)
         made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
     inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total
-    before = search.unknown_beside(base, [k])
-    left = search.unknown_beside(found, [k]) / before if before > FEW_NATS else 0.0
-    listed = LISTED / (1.0 + (left / TRUSTED_RATIO) ** 4)
-    return float(inside * listed), sorted(made, key=lambda a: a.deficit)
+    return float(inside * listed_probability(search, found, k)), sorted(made, key=lambda a: a.deficit)

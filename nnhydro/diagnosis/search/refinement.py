@@ -122,3 +122,10 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
             break
     return Refined(search, best)
 
+
+
+def with_finer_singles(search: Search, model: StripTheory, most: int = 1) -> Search:
+    """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for."""
+    for single in search.singles()[:most]:
+        search = refined(search, single, model).search
+    return search

@@ -178,10 +178,13 @@ class Search:
         found = [s for s in map(self.score, sets) if self.admits(base, s)]
         return max([now, *found], key=lambda s: s.score)
 
+    def singles(self) -> list[Scored]:
+        """Return the best laws alone, best first."""
+        return sorted((self.score((k,)) for k in self.screen((), 2 * FITTED_EXACTLY)), key=lambda s: -s.score)
+
     def run(self) -> Scored:
         """Return the best set found."""
-        empty = self.score(())
-        singles = sorted((self.score((k,)) for k in self.screen((), 2 * FITTED_EXACTLY)), key=lambda s: -s.score)
+        empty, singles = self.score(()), self.singles()
         best = self._better(empty, [s.chosen for s in singles])
         for first in singles[:4]:
             best = self._better(best, [(*first.chosen, k) for k in self.screen(first.chosen)], empty)
