@@ -51,7 +51,8 @@ def torque(arm, q, qd, qdd, u, du, water=None, drag=None):
         # the inertia term's acceleration is taken in the link's own frame
         dw = ((wet_a * n[i]).sum(axis=1) - om[:, i] * (wet_v * e[i]).sum(axis=1))[:, None] + al[:, i:i + 1] * x
         factor = 1.0 if drag is None else drag(w, D)
-        f = 0.5 * 1000 * arm["cd"][i] * factor * D * np.abs(w) * w + 1000 * np.pi / 4 * D**2 * arm["cm"][i] * dw
+        pressure = (water_a * n[i]).sum(axis=1)[:, None]  # its gradient pushes the displaced volume on (Morison et al. 1950)
+        f = 0.5 * 1000 * arm["cd"][i] * factor * D * np.abs(w) * w + 1000 * np.pi / 4 * D**2 * (arm["cm"][i] * dw - pressure)
         for j in range(i + 1):
             lever_c = c * n[i] + sum((arm["links"][k]["length_m"] * n[k] for k in range(j, i)), start=np.zeros_like(acc))
             tau[:, j] += m * (acc * lever_c).sum(axis=1) + inertia * al[:, i]
