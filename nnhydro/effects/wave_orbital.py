@@ -48,7 +48,7 @@ class WaveOrbital(InstrumentEffect):
     frequency: Values = parameter("Hz", 0.5, (0.02, 5.0), "frequency seen by an observer at rest", per="arm", linear=False,
                                   grid=tuple(round(0.2 + 0.05 * k, 2) for k in range(23)))
     direction: Values = parameter("rad", 0.0, (-2 * pi, 2 * pi), "direction in which the wave runs, from +X", per="arm", linear=False,
-                                  grid=TRAVELS)
+                                  grid=TRAVELS[::2])
 
     @property
     def _d(self) -> Tensor:  # (2,)

@@ -5,13 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from hypothesis import given
+from campaigns import planted, recording
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import arm
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, _half_way, enumerate_hypotheses, grid_neighbours, refine_grid
 from nnhydro.effects.catalogue import catalogue, effect_of_id
 from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion, tensor
 
 PEAKS = (5.0, 2.0)
 
@@ -108,3 +111,23 @@ def test_loads_are_linear_as_they_are_and_instruments_have_their_columns_about_t
     assert isinstance(told.effect, InstrumentEffect)
     assert told.working_model == "model"
     assert told.effect.linear_values()[0] == pytest.approx(0.1)
+
+
+def _resemblance(one, other, flow):
+    """The part of a law's torque that another one makes, 0 to 1."""
+    X, Y = (h.effect.columns(flow).numpy().reshape(-1, h.width) for h in (one, other))
+    u = X.sum(axis=1)
+    left = u - Y @ np.linalg.lstsq(Y, u)[0]
+    return 1 - float((left**2).sum() / (u**2).sum())
+
+
+@given(direction=st.floats(-np.pi, np.pi), depth=st.floats(0.15, 0.8))
+@settings(max_examples=25)
+def test_a_wall_in_any_direction_resembles_one_that_is_tried_at_first(direction, depth):
+    two = arm(2)
+    r = recording(two, planted(two), seed=3, seconds=12.0, rate=25.0)
+    q = r.q + np.linspace(-2.5, 2.5, len(r))[:, None] * np.array([1.0, 0.0])
+    flow = Flow(two, Motion(*(tensor(x) for x in (r.t, q, r.qd, r.qdd, 0 * r.t, 0 * r.t))))
+    tried = [h for h in enumerate_hypotheses(two, (10.0, 4.0)) if h.key[0] == "wall_proximity"]
+    true = replace(tried[0], effect=replace(tried[0].effect, direction=(direction,), depth=(depth,)))
+    assert max(_resemblance(true, h, flow) for h in tried) > 0.75
