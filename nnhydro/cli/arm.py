@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, shell_words
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, shell_words
 
 
 def arm(

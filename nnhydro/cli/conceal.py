@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, note, say, shell_words, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, say, shell_words, table
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
 Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, table
 
 if TYPE_CHECKING:
     from nnhydro.models.torque_model import TorqueModel

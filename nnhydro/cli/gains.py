@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, shell_words, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, shell_words, table
 
 
 def gains(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
 
 
 def identify(

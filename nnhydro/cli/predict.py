@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
 
 if TYPE_CHECKING:
     from nnhydro.models.prediction import Prediction

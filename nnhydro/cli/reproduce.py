@@ -7,7 +7,7 @@ from typing import Any, final
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, table
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, say, table
 
 
 @final

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, shell_words, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, shell_words, table
 
 RecipeArgument = Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Arm, terms of the truth, motions, controller, sensors, seed.")]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign; one made by a recipe before is replaced whole.")]
