@@ -25,7 +25,10 @@ def benchmark(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Fit every model to part of the recordings and compare all of them on the rest; the protocol says which are held out."""
+    """Compare models on recordings held out of their fits.
+
+    Every model is fitted to part of the recordings and tried on the rest; the protocol says which are held out.
+    """
     from nnhydro.cli.terminal.benchmark import print_benchmark
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.evaluation.benchmark import benchmark as compare

@@ -18,7 +18,10 @@ def check(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Read every file of a campaign; print what was given, what is derived, what looks wrong, and the remedy."""
+    """Read a campaign and say what looks wrong in it.
+
+    Prints what was given, what is derived, what looks wrong, and the remedy.
+    """
     from nnhydro.cli.terminal.survey import print_survey
     from nnhydro.errors import ConfigError, RecordingError, require
     from nnhydro.fitting.physical_survey import survey_with_physics

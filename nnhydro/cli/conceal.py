@@ -24,9 +24,10 @@ Acts = Annotated[str, typer.Option("--acts", help="always; since, until: from on
 def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", links: Links = None, count: Count = 1, effects: Effects = 1,
             seed: Seed = None, key: Key = None, size: Size = "normal", acts: Acts = "always",
             quiet: bool = QUIET, json: bool = JSON) -> None:
-    """Make tow-tank campaigns in which one effect (or none) is hidden, and sealed answers to score a diagnosis with `nnhydro reveal`.
+    """Make campaigns with a hidden effect and a sealed answer.
 
-    The truth is computed by code that shares nothing with the models and the catalogue.
+    In each tow-tank campaign one effect (or none) is hidden; `nnhydro reveal` scores a diagnosis against the answer. The truth is
+    computed by code that shares nothing with the models and the catalogue.
     """
     import secrets
 

@@ -20,8 +20,10 @@ def demo(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network and a hybrid on a small tow-tank campaign, and compare them with the physics on recordings held out of every fit.
-    Then find the effect that is hidden in a second campaign.
+    """Show the main jobs on two small campaigns that ship.
+
+    Trains a network and a hybrid, and compares them with the physics on recordings held out of every fit. Then finds the effect that is
+    hidden in a second campaign.
     """
     from nnhydro.cli.terminal.benchmark import print_benchmark
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet

@@ -102,7 +102,10 @@ def diagnose(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Find missing physics: whether model and recordings differ, where, which effect, how large, and what the corrected model gains."""
+    """Find the physics that a model leaves out.
+
+    Says whether model and recordings differ, where, which effect is missing, how large it is, and what the corrected model gains.
+    """
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits

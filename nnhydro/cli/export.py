@@ -83,7 +83,10 @@ def export(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Write a model for others: one step in time for a controller, a MuJoCo file, or its coefficients as a table."""
+    """Write a model for a controller or a simulator.
+
+    One step in time as ONNX, C or CasADi; a MuJoCo file; or the coefficients as a table.
+    """
     from nnhydro.errors import require
 
     require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")

@@ -17,9 +17,10 @@ def power(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Find the smallest size of each effect that a campaign, or a plan, would reveal, and how much a refit of the baseline hides.
+    """Find the smallest effects that a campaign would reveal.
 
-    For a plan the baseline simulates the motions, with the noise that the recipe states.
+    For each effect: its smallest size, and how much of it a refit of the baseline hides. For a plan (a recipe) the baseline simulates the
+    motions, with the noise that the recipe states.
     """
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan

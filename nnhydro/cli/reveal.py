@@ -13,7 +13,10 @@ Key = Annotated[Path | None, typer.Option("--key", help="File with the key; defa
 
 
 def reveal(suite: Suite, diagnoses: Diagnoses, key: Key = None, quiet: bool = QUIET, json: bool = JSON) -> None:
-    """Open the sealed answers of a suite and score the diagnoses: names, joints, false claims, parameters, unseen motions."""
+    """Score diagnoses of concealed campaigns.
+
+    Opens the sealed answers of a suite and compares names, joints, false claims, parameters and unseen motions.
+    """
     from nnhydro.blind_tests.reveal import reveal as opened
     from nnhydro.cli.terminal.score import print_score
 

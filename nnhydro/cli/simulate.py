@@ -12,10 +12,10 @@ OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign;
 
 
 def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: bool = JSON) -> None:
-    """Make a tow-tank campaign on paper: arm, motions, terms of the truth, controller, sensors, seed.
+    """Make a tow-tank campaign on paper.
 
-    Terms of the truth are the load terms of the models (rigid_body, normal_drag, added_mass, friction, ...). Motions are tow, slew,
-    rotation, fourier, file and steady (a grid of steady runs).
+    A recipe holds arm, motions, terms of the truth, controller, sensors and seed. Terms of the truth are the load terms of the models
+    (rigid_body, normal_drag, added_mass, friction, ...). Motions are tow, slew, rotation, fourier, file and steady (a grid of steady runs).
     """
     from nnhydro.simulation.campaign_writer import write_campaign
     from nnhydro.simulation.recipe.recipe import read_recipe

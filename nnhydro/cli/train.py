@@ -42,7 +42,10 @@ def train(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network or a hybrid on all recordings; some of them serve for early stopping only."""
+    """Train a network or a hybrid on a campaign.
+
+    Some of the recordings serve for early stopping only.
+    """
     from contextlib import ExitStack
 
     from nnhydro.cli.terminal.progress import epochs_in_tensorboard, epochs_on_screen
