@@ -109,6 +109,8 @@ def test_libraries_stay_in_their_part_of_the_tree():
             assert place[:2] == ("recordings", "readers") or place[0] in ("report", "api"), f"{where}: pandas belongs to readers and report"
         if library(module) == "matplotlib":
             assert place[0] == "report", f"{where}: matplotlib belongs to report"
+        if library(module) in ("typer", "rich"):
+            assert place[0] == "cli", f"{where}: what is written to a terminal belongs to cli"
         assert library(module) not in ("datasets", "training", "tests"), f"{where}: the package takes paths, it does not import {module}"
 
 

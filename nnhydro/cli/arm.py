@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, shell_words
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, shell_words
 
 
 def arm(
@@ -15,7 +15,10 @@ def arm(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Make arm.yaml from a URDF, and say what it does not hold: offsets of angles, friction, the water."""
+    """Make arm.yaml from a URDF.
+
+    What a URDF does not hold is listed: offsets of angles, friction, the water.
+    """
     from nnhydro.errors import ConfigError, require
     from nnhydro.exchange.arm_text import arm_yaml
     from nnhydro.exchange.urdf import read_urdf

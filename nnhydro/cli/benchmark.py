@@ -4,8 +4,8 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, emit, shell_words, warn_of_errors
-from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
+from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, emit, shell_words, warn_of_errors
 
 
 def benchmark(
@@ -25,15 +25,18 @@ def benchmark(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Fit every model to part of the recordings and compare all of them on the rest; the protocol says which are held out."""
+    """Compare models on recordings held out of their fits.
+
+    Every model is fitted to part of the recordings and tried on the rest; the protocol says which are held out.
+    """
+    from nnhydro.cli.terminal.benchmark import print_benchmark
+    from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.evaluation.benchmark import benchmark as compare
     from nnhydro.evaluation.entries import default_names
     from nnhydro.evaluation.protocols.protocol import DEFAULT
     from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.report.benchmark.folder import RESULT, SHOWN, write_benchmark
-    from nnhydro.report.benchmark.tables import print_benchmark
-    from nnhydro.report.progress import steps_on_screen
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers
 

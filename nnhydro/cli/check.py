@@ -4,8 +4,8 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, emit, say, shell_words
-from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
+from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
+from nnhydro.cli.terminal.output import JSON, QUIET, emit, say, shell_words
 
 
 def check(
@@ -18,11 +18,15 @@ def check(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Read every file of a campaign; print what was given, what is derived, what looks wrong, and the remedy."""
+    """Read a campaign and say what looks wrong in it.
+
+    Prints what was given, what is derived, what looks wrong, and the remedy.
+    """
+    from nnhydro.cli.terminal.survey import print_survey
     from nnhydro.errors import ConfigError, RecordingError, require
     from nnhydro.fitting.physical_survey import survey_with_physics
     from nnhydro.recordings.campaign import open_campaigns
-    from nnhydro.report.survey_table import document, print_survey
+    from nnhydro.report.survey_table import document
     from nnhydro.runtime.workers import Workers
 
     require(cutoff is None or 0 < cutoff < 1e6, f"--cutoff {cutoff}: give a positive frequency in Hz", ConfigError)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, note, say, shell_words, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, say, shell_words, table
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
 Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "
@@ -24,9 +24,10 @@ Acts = Annotated[str, typer.Option("--acts", help="always; since, until: from on
 def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", links: Links = None, count: Count = 1, effects: Effects = 1,
             seed: Seed = None, key: Key = None, size: Size = "normal", acts: Acts = "always",
             quiet: bool = QUIET, json: bool = JSON) -> None:
-    """Make tow-tank campaigns in which one effect (or none) is hidden, and sealed answers to score a diagnosis with `nnhydro reveal`.
+    """Make campaigns with a hidden effect and a sealed answer.
 
-    The truth is computed by code that shares nothing with the models and the catalogue.
+    In each tow-tank campaign one effect (or none) is hidden; `nnhydro reveal` scores a diagnosis against the answer. The truth is
+    computed by code that shares nothing with the models and the catalogue.
     """
     import secrets
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, note, show
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, show
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import Diagnosis
@@ -20,10 +20,12 @@ def demo(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network and a hybrid on a small tow-tank campaign, and compare them with the physics on recordings held out of every fit.
-    Then find the effect that is hidden in a second campaign.
+    """Show the main jobs on two small campaigns that ship.
+
+    Trains a network and a hybrid, and compares them with the physics on recordings held out of every fit. Then finds the effect that is
+    hidden in a second campaign.
     """
-    from nnhydro.report.benchmark.tables import print_benchmark
+    from nnhydro.cli.terminal.benchmark import print_benchmark
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
 
     result, paths = _compare(out, seed)
@@ -45,6 +47,7 @@ def demo(
 
 def _compare(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
     """Train and compare; return the benchmark and the files written."""
+    from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS, MEMBERS
     from nnhydro.evaluation.benchmark import benchmark
     from nnhydro.evaluation.entries import default_names
@@ -56,7 +59,6 @@ def _compare(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
     from nnhydro.recordings.campaign import open_campaign
     from nnhydro.recordings.readers.files import read_recording
     from nnhydro.report.benchmark.folder import write_benchmark
-    from nnhydro.report.progress import steps_on_screen
 
     campaign = open_campaign(CAMPAIGN)
     note(f"Reading {EXPECTED}.")
@@ -77,11 +79,11 @@ def _diagnose(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]
     """Diagnose the concealed campaign, and only then open its answer; return diagnosis, its score, the answer and the files written."""
     from nnhydro.blind_tests.reveal import read_suite, reveal
     from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key
+    from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.demo import CONCEALED, CONCEALED_EXPECTED, CONCEALED_NAME
     from nnhydro.diagnosis.diagnose import diagnose
     from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.diagnosis.folder import write_diagnosis
-    from nnhydro.report.progress import steps_on_screen
 
     note(f"Reading {CONCEALED_EXPECTED}.")
     public, campaign = read_suite(CONCEALED)[CONCEALED_NAME], verify_campaign(CONCEALED / CONCEALED_NAME)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, table, use_of, warn_of_errors
-from nnhydro.report.workers_options import BACKEND, JOBS, SCHEDULER
+from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, table, use_of, warn_of_errors
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import Diagnosis
@@ -102,14 +102,17 @@ def diagnose(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Find missing physics: whether model and recordings differ, where, which effect, how large, and what the corrected model gains."""
+    """Find the physics that a model leaves out.
+
+    Says whether model and recordings differ, where, which effect is missing, how large it is, and what the corrected model gains.
+    """
+    from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
     from nnhydro.report.diagnosis.folder import RESULT, SHOWN, write_diagnosis
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
-    from nnhydro.report.progress import steps_on_screen
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, table
 
 if TYPE_CHECKING:
     from nnhydro.models.torque_model import TorqueModel
@@ -83,7 +83,10 @@ def export(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Write a model for others: one step in time for a controller, a MuJoCo file, or its coefficients as a table."""
+    """Write a model for a controller or a simulator.
+
+    One step in time as ONNX, C or CasADi; a MuJoCo file; or the coefficients as a table.
+    """
     from nnhydro.errors import require
 
     require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")

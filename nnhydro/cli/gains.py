@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, shell_words, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, shell_words, table
 
 
 def gains(
@@ -16,7 +16,10 @@ def gains(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Print the derivatives of a model's torques with respect to its inputs, beside those of its baseline and of the textbook."""
+    """Print how the torques change with speed and acceleration.
+
+    The derivatives of a model's torques with respect to its inputs stand beside those of its baseline and of the textbook.
+    """
     from nnhydro.errors import require
     from nnhydro.models.gains.sweeps import Around, document, sweeps
     from nnhydro.models.storage import load_model

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
 
 
 def identify(
@@ -18,7 +18,10 @@ def identify(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Fit C_D and C_M of each link, and masses within their stated uncertainty, with 95 % intervals over recordings."""
+    """Fit C_D and C_M of each link to a campaign.
+
+    Masses are fitted within their stated uncertainty. 95 % intervals are over recordings.
+    """
     from nnhydro.fitting.dry_model import dry_model
     from nnhydro.fitting.dry_model import identify_in_water as fit_in_water
     from nnhydro.fitting.identify import identify as fit

@@ -48,7 +48,7 @@ def build() -> typer.Typer:
             raise typer.Exit
 
     for module in sorted(pkgutil.iter_modules(folder.__path__), key=lambda m: m.name):
-        if module.name not in NOT_COMMANDS:
+        if not module.ispkg and module.name not in NOT_COMMANDS:
             command = importlib.import_module(f"{folder.__name__}.{module.name}")
             app.command(module.name)(_alone(getattr(command, module.name)))
     return app

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors
 
 
 def power(
@@ -17,16 +17,17 @@ def power(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Find the smallest size of each effect that a campaign, or a plan, would reveal, and how much a refit of the baseline hides.
+    """Find the smallest effects that a campaign would reveal.
 
-    For a plan the baseline simulates the motions, with the noise that the recipe states.
+    For each effect: its smallest size, and how much of it a refit of the baseline hides. For a plan (a recipe) the baseline simulates the
+    motions, with the noise that the recipe states.
     """
+    from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan
     from nnhydro.diagnosis.calibration.power import power as find
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.effects.power_table import power_sheet, power_verdict
-    from nnhydro.report.progress import steps_on_screen
 
     if effects is not None:
         load_plugin(effects)

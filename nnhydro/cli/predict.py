@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
 
 if TYPE_CHECKING:
     from nnhydro.models.prediction import Prediction
@@ -23,7 +23,10 @@ def predict(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Write what this rig's torque sensors would read for each motion: one finite row for every row of the input."""
+    """Write the torques that sensors would read, row for row.
+
+    They are those of this rig's sensors, with their faults; one finite row for every row of the input.
+    """
     from nnhydro.dynamics.hub import wrench_columns
     from nnhydro.errors import require
     from nnhydro.models.compiled.torque import quickest

@@ -7,7 +7,7 @@ from typing import Any, final
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, say, table
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, say, table
 
 
 @final
@@ -54,7 +54,11 @@ def reproduce(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Reproduce McLain & Rock (1998), or study the identifier of Rivera (1995); says what the texts do not allow."""
+    """Reproduce McLain & Rock (1998), or study Rivera's method.
+
+    mclain: figures and tables beside the published numbers. rivera: the identifier by neural networks (1995) as a study. Says what the
+    texts do not allow.
+    """
     from nnhydro.errors import require
     from nnhydro.runtime.files import check_folder, whole_folder, write_json
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, emit
+from nnhydro.cli.terminal.output import JSON, QUIET, emit
 
 Suite = Annotated[Path, typer.Argument(metavar="DIR", help="The suite that nnhydro conceal made.")]
 Diagnoses = Annotated[Path, typer.Option("--diagnoses", help="Folder with <campaign>/diagnosis.json, model/, baseline/, torques/.")]
@@ -13,9 +13,12 @@ Key = Annotated[Path | None, typer.Option("--key", help="File with the key; defa
 
 
 def reveal(suite: Suite, diagnoses: Diagnoses, key: Key = None, quiet: bool = QUIET, json: bool = JSON) -> None:
-    """Open the sealed answers of a suite and score the diagnoses: names, joints, false claims, parameters, unseen motions."""
+    """Score diagnoses of concealed campaigns.
+
+    Opens the sealed answers of a suite and compares names, joints, false claims, parameters and unseen motions.
+    """
     from nnhydro.blind_tests.reveal import reveal as opened
-    from nnhydro.report.score_table import print_score
+    from nnhydro.cli.terminal.score import print_score
 
     score = opened(suite, diagnoses, key)
     if json:

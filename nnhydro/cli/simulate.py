@@ -5,17 +5,17 @@ from typing import Annotated
 
 import typer
 
-from nnhydro.report.screen import JSON, QUIET, conclude, emit, say, shell_words, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, shell_words, table
 
 RecipeArgument = Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Arm, terms of the truth, motions, controller, sensors, seed.")]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign; one made by a recipe before is replaced whole.")]
 
 
 def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: bool = JSON) -> None:
-    """Make a tow-tank campaign on paper: arm, motions, terms of the truth, controller, sensors, seed.
+    """Make a tow-tank campaign on paper.
 
-    Terms of the truth are the load terms of the models (rigid_body, normal_drag, added_mass, friction, ...). Motions are tow, slew,
-    rotation, fourier, file and steady (a grid of steady runs).
+    A recipe holds arm, motions, terms of the truth, controller, sensors and seed. Terms of the truth are the load terms of the models
+    (rigid_body, normal_drag, added_mass, friction, ...). Motions are tow, slew, rotation, fourier, file and steady (a grid of steady runs).
     """
     from nnhydro.simulation.campaign_writer import write_campaign
     from nnhydro.simulation.recipe.recipe import read_recipe

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.report.screen import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, use_of, warn_of_errors, without_bulk
+from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, use_of, warn_of_errors, without_bulk
 
 if TYPE_CHECKING:
     from nnhydro.models.learned.learned import LearnedTorque
@@ -42,16 +42,19 @@ def train(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Train a network or a hybrid on all recordings; some of them serve for early stopping only."""
+    """Train a network or a hybrid on a campaign.
+
+    Some of the recordings serve for early stopping only.
+    """
     from contextlib import ExitStack
 
+    from nnhydro.cli.terminal.progress import epochs_in_tensorboard, epochs_on_screen
     from nnhydro.errors import ConfigError, require
     from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.fitting.network.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
-    from nnhydro.report.progress import epochs_in_tensorboard, epochs_on_screen
     from nnhydro.runtime.files import check_folder, write_json
     from nnhydro.runtime.files import json_text as text_of
     from nnhydro.runtime.stamp import refuse_among_recordings

@@ -28,7 +28,7 @@ from nnhydro.diagnosis.noise.calibrated import NOISE_ROUNDS, calibrated_noise
 from nnhydro.diagnosis.noise.spectrum import Noise, reestimated
 from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
-from nnhydro.diagnosis.problem.problem import Problem, problem_of
+from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library, View
@@ -73,12 +73,6 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     angles = np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches])
     return enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
                                 tuple(np.ptp(angles, axis=0).tolist()))
-
-
-def study(problem: Problem, baseline: str | None, seed: int, without: Sequence[str] = (),
-          progress: Callable[[str], None] = lambda line: None) -> SearchedCampaign:
-    """Return what is left out of `baseline` on the rows of `problem`."""
-    return search_design(design_on(problem, baseline), seed, without, progress)
 
 
 @one_thread()
@@ -133,7 +127,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
         limits.check(campaign.arm.n_links)
     copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
     names = draw_names([name for name in campaign.names if name not in copies], most, seed)
-    found = study(problem_of(campaign, names, cutoff_hz), baseline, seed, without, progress)
+    found = search_design(design_on(problem_of(campaign, names, cutoff_hz), baseline), seed, without, progress)
     progress("held-out errors")
     found, proof = _prove(found, seed)
     search, claimed = found.search, found.decided.claimed

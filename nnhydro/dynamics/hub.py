@@ -16,15 +16,17 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer
-from nnhydro.dynamics.joint_model import JointModel, joint_model, physical_part
+from nnhydro.dynamics.joint_model import JointModel, joint_model
 from nnhydro.effects.ambient_current import AmbientCurrent
 from nnhydro.errors import ModelError, require
+from nnhydro.models.corrected_simulation import CorrectedSimulation
+from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.prediction import on_rows
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.motion import Motion, Water
+from nnhydro.physics.motion import Motion
 from nnhydro.recordings.recording import Recording
 
 COLUMNS = ("hub_Fx_N", "hub_Fy_N", "hub_Mz_Nm")
@@ -43,15 +45,22 @@ class HubWrench:
         """The sum of both."""
         return self.rigid + self.fluid
 
+    def __add__(self, other: "HubWrench") -> "HubWrench":
+        """Return the wrench of both together."""
+        return HubWrench(self.rigid + other.rigid, self.fluid + other.fluid)
 
-def _flow(part: StripTheory, motion: Motion) -> Flow:
+    def __sub__(self, other: "HubWrench") -> "HubWrench":
+        """Return this wrench without the other."""
+        return HubWrench(self.rigid - other.rigid, self.fluid - other.fluid)
+
+
+def _flow(physics: StripTheory, motion: Motion) -> Flow:
     """The flow that the loads meet, in water that flows where the model has a current."""
-    flow = Flow(part.arm, motion, hub=True)
-    for instrument in part.instruments:
+    flow = Flow(physics.arm, motion, hub=True)
+    for instrument in physics.instruments:
         if isinstance(instrument, AmbientCurrent):
             velocity = torch.tensor([instrument.current_X[0], instrument.current_Y[0]], dtype=torch.float64).expand(len(motion), 2)
-            own = Water(velocity, torch.zeros_like(velocity))
-            flow = Flow(part.arm, motion, own if flow.water is None else flow.water + own, hub=True)
+            flow = flow.in_water(velocity, torch.zeros_like(velocity))
     return flow
 
 
@@ -71,22 +80,35 @@ def wrench_columns(model: TorqueModel, recording: Recording) -> dict[str, NDArra
     return dict(zip(COLUMNS, found[0].T, strict=True))
 
 
-def hub_wrench(model: JointModel, motion: Motion) -> HubWrench:
-    """Return the wrench of the physics in `model`: of a hybrid that of its baseline, for what is learned are torques, not forces.
-
-    Raises ModelError for a network, which knows torques at the joints only, and for a linear axis.
-    """
-    part = physical_part(model.model)
-    if part is None:
-        raise ModelError("this model knows torques at the joints, not the forces behind them: ask a physics model or a hybrid, whose "
-                         "baseline has them")
-    require(not part.arm.sliding, "a linear axis has no hub: the force along it is that of its drive, tau1", ModelError)
-    flow, joints = _flow(part, motion), part.arm.n_links
+def _of_loads(physics: StripTheory, motion: Motion) -> HubWrench:
+    """The wrench of a sum of load terms."""
+    flow, joints = _flow(physics, motion), physics.arm.n_links
     rigid, fluid = (torch.zeros(len(motion), joints + 2, dtype=torch.float64) for _ in range(2))
-    for term in part.loads.terms.values():
+    for term in physics.loads.terms.values():
         supplied = term.torque(flow)
         if isinstance(term, RigidBody):
             rigid = rigid + supplied
         elif supplied.shape[1] == joints + 2:
             fluid = fluid + supplied
     return HubWrench(_on_base(rigid, joints), _on_base(fluid, joints))
+
+
+def _wrench(model: TorqueModel | None, motion: Motion) -> HubWrench:
+    """The wrench of a model as it is built: of load terms, on a baseline, or a simulation with physics added."""
+    if isinstance(model, StripTheory):
+        return _of_loads(model, motion)
+    if isinstance(model, LearnedTorque) and model.baseline is not None:
+        return _wrench(model.baseline, motion)
+    if isinstance(model, CorrectedSimulation):
+        return _wrench(model.simulation, motion) + _of_loads(model.after, motion) - _of_loads(model.before, motion)
+    raise ModelError("this model knows torques at the joints, not the forces behind them: ask a physics model or a hybrid, whose baseline "
+                     "has them")
+
+
+def hub_wrench(model: JointModel, motion: Motion) -> HubWrench:
+    """Return the wrench of the physics in `model`: of a hybrid that of its baseline, for what is learned are torques, not forces.
+
+    Raises ModelError for a network, which knows torques at the joints only, and for a linear axis.
+    """
+    require(not model.arm.sliding, "a linear axis has no hub: the force along it is that of its drive, tau1", ModelError)
+    return _wrench(model.model, motion)

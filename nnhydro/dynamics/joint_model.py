@@ -81,15 +81,6 @@ def steppable(model: TorqueModel) -> TorqueModel:
     return model
 
 
-def physical_part(model: TorqueModel) -> StripTheory | None:
-    """Return the sum of load terms in `model` (a hybrid's baseline, a corrected simulation's last state), None where there is none."""
-    if isinstance(model, StripTheory):
-        return model
-    if isinstance(model, LearnedTorque) and model.baseline is not None:
-        return physical_part(model.baseline)
-    return None
-
-
 @final
 @dataclass(frozen=True, eq=False)
 class JointModel(TorqueModel):

@@ -44,7 +44,7 @@ class AmbientCurrent(InstrumentEffect):
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading in water that moves."""
         velocity = torch.tensor([self.current_X[0], self.current_Y[0]], dtype=torch.float64).expand(len(seen.motion), 2)
-        return seen.torque_of(seen.in_water(velocity, torch.zeros_like(velocity)))
+        return seen.torque_of(seen.flow.in_water(velocity, torch.zeros_like(velocity)))
 
     def quantities(self) -> dict[str, Quantity]:
         """Return speed and direction."""

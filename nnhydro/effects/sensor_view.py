@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.physics.flow import Flow, Water
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.memo import Memo
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import joint_torque, sensed_columns
@@ -107,11 +107,6 @@ class SensorView:
         qdd = m.qdd if dqdd is None else m.qdd + dqdd
         return replace(self.flow, motion=replace(m, q=m.q + dq, qd=qd, qdd=qdd))
 
-    def in_water(self, velocity: Tensor, acceleration: Tensor) -> Flow:
-        """Return the flow in water that moves with these (n, 2), or (n, links, 2), besides what the flow's own water does."""
-        own, more = self.flow.water, Water(velocity, acceleration)
-        return replace(self.flow, water=more if own is None else own + more)
-
     def _slope(self, flow_at: Callable[[float], Flow]) -> Tensor:
         return (self.torque_of(flow_at(STEP)) - self.torque_of(flow_at(-STEP))) / (2 * STEP)
 
@@ -145,7 +140,7 @@ class SensorView:
         links = self.arm.n_links
         zero = torch.zeros(len(self.motion), links, 2, dtype=torch.float64)
         units = torch.eye(2 * links, dtype=torch.float64).reshape(2 * links, links, 2)
-        velocity = [self._slope(lambda step, u=u: self.in_water(zero + step * u, zero)) for u in units]  # type: ignore[misc]
-        acceleration = [self._slope(lambda step, u=u: self.in_water(zero, zero + step * u)) for u in units]  # type: ignore[misc]
+        velocity = [self._slope(lambda step, u=u: self.flow.in_water(zero + step * u, zero)) for u in units]  # type: ignore[misc]
+        acceleration = [self._slope(lambda step, u=u: self.flow.in_water(zero, zero + step * u)) for u in units]  # type: ignore[misc]
         shape = (*self.motion.q.shape, links, 2)
         return torch.stack(velocity, dim=-1).reshape(shape), torch.stack(acceleration, dim=-1).reshape(shape)

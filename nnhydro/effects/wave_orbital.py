@@ -96,7 +96,7 @@ class WaveOrbital(InstrumentEffect):
         if seen.motion.steady or len(seen.motion) < 2:
             return seen.tau
         velocity, acceleration = ((x @ self.linear_values())[..., None] * self._d for x in self._waves(seen))
-        return seen.torque_of(seen.in_water(velocity, acceleration)) + seen.as_read(self._displaced(seen, acceleration)).sum(dim=-1)
+        return seen.torque_of(seen.flow.in_water(velocity, acceleration)) + seen.as_read(self._displaced(seen, acceleration)).sum(dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude, frequency and direction."""

@@ -19,7 +19,7 @@ dv/dt is that which the link meets, which moves itself.
 Source: Rivera (1995), eqs. 3-1-9 to 3-1-14, 3-1-31, 3-1-32 (formulas lost in print; re-derived as plain time derivatives).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from typing import final
@@ -31,8 +31,6 @@ from torch import Tensor
 from nnhydro.physics.memo import Memo
 from nnhydro.physics.motion import Motion, Water, tensor
 from nnhydro.recordings.arm import Arm
-
-__all__ = ["Flow", "Water"]
 
 
 @final
@@ -62,6 +60,11 @@ class Flow:
     def nu(self) -> float:
         """Kinematic viscosity, m^2/s."""
         return self.arm.fluid.kinematic_viscosity_m2_s
+
+    def in_water(self, velocity: Tensor, acceleration: Tensor) -> "Flow":
+        """Return the flow in water that moves with these (n, 2), or (n, links, 2), besides what this flow's own water does."""
+        more = Water(velocity, acceleration)
+        return replace(self, water=more if self.water is None else self.water + more)
 
     @cached_property
     def L(self) -> Tensor:  # (links,) m

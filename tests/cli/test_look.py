@@ -12,7 +12,7 @@ from rigs import arm
 
 import nnhydro.cli
 from nnhydro.cli.main import run
-from nnhydro.report import progress, screen
+from nnhydro.cli.terminal import output, progress
 
 SLOW = pytest.mark.slow  # they draw figures
 COMMANDS = sorted(path.stem for path in Path(nnhydro.cli.__file__).parent.glob("*.py") if path.stem not in ("__init__", "main"))
@@ -84,7 +84,7 @@ def test_a_wide_table_is_not_cut_where_it_is_piped(place):
 
 
 def test_units_in_brackets_survive_in_headings(capsys):
-    screen.table("time [s]", ["fit [s]", "[bold]"], [["[red]1", "2"]])
+    output.table("time [s]", ["fit [s]", "[bold]"], [["[red]1", "2"]])
     out = capsys.readouterr().out
     for text in ("time [s]", "fit [s]", "[bold]", "[red]1"):
         assert text in out

@@ -3,7 +3,8 @@
 import torch
 from rigs import arm, assert_close, run
 
-from nnhydro.physics.flow import Flow, Water
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Water
 
 
 def test_accelerations_through_moving_water_are_the_time_derivatives_of_the_velocities():

@@ -15,6 +15,7 @@ from nnhydro.dynamics.joint_model import joint_model
 from nnhydro.effects.ambient_current import AmbientCurrent
 from nnhydro.effects.payload_mass import PayloadMass
 from nnhydro.errors import ModelError
+from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
@@ -25,6 +26,7 @@ from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.loads.water_pressure import WaterPressure
 from nnhydro.physics.motion import Base, Water
 from nnhydro.physics.travel.state_model import state_loads
 
@@ -104,16 +106,46 @@ def test_the_water_s_part_balances_the_momentum_of_the_water_that_is_carried(lin
     balanced(wrench.fluid.numpy(), m.t.numpy(), momentum, spin, hub)
 
 
-def test_a_current_of_the_model_adds_to_the_one_that_was_measured():
-    a, m = arm(2), moving(arm(2), 30)
+def through(velocity, m):
+    """A base that moves with `velocity` (n, 2) through still water, its acceleration that of a linear growth, in the motion `m`."""
+    zero, slope = torch.zeros_like(m.t), torch.tensor([0.4, -0.7], dtype=torch.float64).expand(len(m), 2)
+    return replace(m, u0=velocity[:, 1], du0=slope[:, 1], base=Base(velocity[:, 0], slope[:, 0], zero, zero, zero)), slope
+
+
+def test_the_base_feels_the_motion_through_the_water_and_the_pressure_of_water_that_speeds_up():
+    """Galilei and Froude-Krylov: water that moves past a held base loads it as towing does, but for the displaced mass times dv/dt."""
+    a, m = arm(2), run(2, 40)
+    loads = Loads({"drag": NormalDrag((1.1, 0.9)), "skin": AxialDrag((0.03, 0.02)), "added_mass": AddedMass((0.8, 0.7), "energy"),
+                   "along": AxialAddedMass((0.2, 0.1), "energy")})
+    first, second = (0.15, -0.1), (-0.4, 0.25)
     measured = torch.stack([0.2 * torch.sin(m.t), 0.1 * torch.cos(m.t)], dim=1)
-    own, none = torch.tensor([0.15, -0.1], dtype=torch.float64).expand(len(m), 2), torch.zeros_like(measured)
-    loads = Loads({"normal_drag": NormalDrag((1.1, 0.9)), "axial_drag": AxialDrag((0.03, 0.02))})
-    both = hub_wrench(model(a, loads, [AmbientCurrent((0.15,), (-0.1,))]), replace(m, current=Water(measured, none)))
-    want = hub_wrench(model(a, loads), replace(m, current=Water(measured + own, none)))
-    np.testing.assert_allclose(both.fluid, want.fluid, atol=1e-12)
-    alone = hub_wrench(model(a, loads), replace(m, current=Water(own, none)))
-    assert float((want.fluid - alone.fluid).abs().max()) > 0.1
+    towed, slope = through(-measured - torch.tensor([first, second], dtype=torch.float64).sum(0), m)
+    held = replace(m, u0=0 * m.t, du0=0 * m.t, current=Water(measured, -slope))
+    currents = [AmbientCurrent(*((v,) for v in velocity)) for velocity in (first, second)]
+    want = hub_wrench(model(a, loads), towed).fluid.numpy()
+    np.testing.assert_allclose(hub_wrench(model(a, loads, currents), held).fluid, want, rtol=1e-12, atol=1e-12)
+    for fewer in (currents[:1], currents[1:]):
+        assert np.abs(hub_wrench(model(a, loads, fewer), held).fluid.numpy() - want).max() > 0.1
+    pushed = hub_wrench(model(a, loads.plus("pressure", WaterPressure()), currents), held).fluid.numpy() - want
+    for k, (q, accelerates) in enumerate(zip(m.q.numpy(), -slope.numpy(), strict=True)):
+        joint, force, moment = np.zeros(2), np.zeros(2), 0.0
+        for length, D, phi in zip(a.L, a.D, np.cumsum(q), strict=True):
+            e = np.array([np.cos(phi), np.sin(phi)])
+            push = 1000 * np.pi * D**2 / 4 * length * accelerates
+            force, moment, joint = force + push, moment + cross(joint + length / 2 * e, push), joint + length * e
+        np.testing.assert_allclose(pushed[k], [*force, moment], rtol=1e-10, atol=1e-10)
+
+
+def test_a_corrected_simulation_loads_the_base_as_the_simulation_and_what_was_found():
+    a, m = arm(2), run(2, 30)
+    simulated, before = planted(a), Loads({"rigid_body": RigidBody.of_arm(a), "drag": NormalDrag((1.0, 1.0))})
+    after = before.plus("load", PayloadMass((0.4,), (0.05,)))
+    theories = [StripTheory(a, GIVEN, {}, "physics", loads) for loads in (simulated, before, after)]
+    corrected = joint_model(CorrectedSimulation(a, GIVEN, {}, *theories))
+    got, want = hub_wrench(corrected, m), hub_wrench(model(a, simulated.plus("load", PayloadMass((0.4,), (0.05,)))), m)
+    np.testing.assert_allclose(got.rigid, want.rigid, atol=1e-12)
+    np.testing.assert_allclose(got.fluid, want.fluid, atol=1e-12)
+    np.testing.assert_allclose(got.total[:, 2], -corrected.torque(m)[:, 0], atol=1e-12)
 
 
 def test_drag_on_the_base_is_the_sum_over_many_strips():

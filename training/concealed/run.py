@@ -95,7 +95,7 @@ def scored(suite: Path, workers, without: str = "") -> dict:
 
 def main() -> None:
     """Make the suite, diagnose it, print and store the score."""
-    from nnhydro.report.score_table import print_score
+    from nnhydro.cli.terminal.score import print_score
     from nnhydro.runtime.files import write_json
     from nnhydro.runtime.workers import Workers
 

@@ -1,4 +1,4 @@
-"""What a better model buys in tracking: `python training/control/run.py [strips] [concealed] [tank] [hour]`.
+"""What a better model buys in tracking: `python training/control/run.py [strips] [concealed] [tank] [ns_tank] [hour]`.
 
 Writes results.json, table.md and tracking.png (pictures.py).
 """
@@ -222,7 +222,7 @@ def main():
         if name in wanted:
             print(name, flush=True)
             choice = CONFIG["truths"][name]
-            made = {"strips": strips, "tank": tank, "concealed": concealed}[name](choice)
+            made = {"strips": strips, "concealed": concealed}.get(name, tank)(choice)
             results[name] = table(*made, choice.get("sample_rate_hz", CONFIG["sample_rate_hz"]))
             written(results)
     if "hour" in wanted:

@@ -20,7 +20,7 @@ PAGE = """# A hybrid on the state-dependent model
 **Measured with nnhydro {version}; figures of another version may differ.**
 
 `python training/mclain_tank/run.py` ({minutes} minutes on one core): sum |measured - model| / sum |measured| on held-out recordings of
-datasets/mclain_tank, in %. The hybrid stands on `state`.
+datasets/mclain_tank, in %. The hybrid stands on `state`. Figures of earlier versions stand in earlier.csv alone.
 {tables}"""
 
 
@@ -45,7 +45,7 @@ def main() -> None:
         print(table(results[protocol]), flush=True)
     seconds = time.perf_counter() - start
     write_text(HERE / "README.md", PAGE.format(
-        version=versions()["nnhydro"], minutes=max(1, round(seconds / 60)), tables="\n".join(map(table, results.values()))))
+        version=versions()["nnhydro"].partition("+")[0], minutes=max(1, round(seconds / 60)), tables="\n".join(map(table, results.values()))))
     write_json(HERE / "results.json", {protocol: result.document() for protocol, result in results.items()} | {"seconds": round(seconds)})
 
 

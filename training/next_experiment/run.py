@@ -15,10 +15,11 @@ from pathlib import Path
 from table import honest, settled, table, words
 from tank import Tank
 
-from nnhydro.diagnosis.diagnose import SearchedCampaign, study
+from nnhydro.diagnosis.diagnose import SearchedCampaign, search_design
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import Campaign
@@ -39,7 +40,7 @@ def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:
     """Return what came of one case."""
     tank = Tank(config, rig, hidden, seed)
     first = [tank.record(motion, f"run_{k}") for k, motion in enumerate(tank.motions)]
-    before = study(problem_of(Campaign.of(tank.arm, first)), None, seed)
+    before = search_design(design_on(problem_of(Campaign.of(tank.arm, first)), None), seed)
     limits = Limits(**rig["limits"]) if config["stated"] else None
     proposal = next_experiment(before.search, before.noise, before.decided.claimed, before.model, config["rate_hz"], seed, limits)
     row = {"rig": rig["name"], "hidden": hidden, "seed": seed, "given": config["given"], "stated": config["stated"],
@@ -50,7 +51,7 @@ def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:
     others = motions_at_random(before.design.problem, before.model, config["rate_hz"], config["controls"], seed, limits)
     for motion in [proposal.motion, *others]:
         more = [tank.record(motion.document, f"s_next_{k}") for k in range(proposal.recordings)]
-        names = told(study(problem_of(Campaign.of(tank.arm, [*first, *more])), None, seed))
+        names = told(search_design(design_on(problem_of(Campaign.of(tank.arm, [*first, *more])), None), seed))
         if motion is proposal.motion:
             row["after"] = names
         else:

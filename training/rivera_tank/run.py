@@ -15,9 +15,9 @@ import yaml
 from table import earlier, page
 
 import nnhydro
+from nnhydro.cli.terminal.benchmark import print_benchmark
 from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.recordings.campaign import open_campaign, open_campaigns
-from nnhydro.report.benchmark.tables import print_benchmark
 from nnhydro.runtime.files import write_json, write_text
 from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.recipe.recipe import read_recipe

@@ -1,13 +1,10 @@
-"""The benchmark as sheets (all models, recording by recording, fold by fold, what each knows of its own error) and on the screen."""
+"""The benchmark as sheets (all models, recording by recording, fold by fold, what each knows of its own error)."""
 
-from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from nnhydro.evaluation.benchmark import Benchmark
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
-from nnhydro.report.screen import conclude, show
 from nnhydro.report.sheet import Column, Sheet, percent, percent_interval
 
 PERFECT = "(a perfect model)"
@@ -75,10 +72,3 @@ def benchmark_sheets(result: Benchmark) -> tuple[Sheet, ...]:
     folds = () if result.protocol == DEFAULT else (folds_sheet(result),)
     covered = coverage_sheet(result, document)
     return (models_sheet(result, document), *folds, *(() if covered is None else (covered,)))
-
-
-def print_benchmark(result: Benchmark, written: Sequence[Path], following: str) -> None:
-    """Print the tables, the verdict in a sentence, what was `written` and the next command."""
-    for sheet in benchmark_sheets(result):
-        show(sheet)
-    conclude(result.verdict(), written, following)

@@ -1,14 +1,9 @@
-"""The catalogue of effects for people (a list, a card) and for programs."""
+"""The card of an effect for programs, and its words for people."""
 
-from collections.abc import Sequence
-from textwrap import fill
 from typing import Any
 
 from nnhydro.effects.effect import Effect, InstrumentEffect
-from nnhydro.report.screen import say
 
-WIDTH = 100
-WIDE = 200  # of tables when the output is piped
 ACTS = {"joint": "one joint", "link": "one link", "arm": "the whole arm"}
 
 
@@ -25,56 +20,3 @@ def card(effect: type[Effect]) -> dict[str, Any]:
                        | {"bounds": list(f.metadata["bounds"]), "grid": list(f.metadata["grid"])} for f in effect.parameters()],
         "own_in_every_recording": effect.own_in_every_recording,
     }
-
-
-def _words(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table of words, every column from the left."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=WIDE)
-    made = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, title_style="bold")
-    for name in columns:
-        made.add_column(name, overflow="fold")
-    for row in rows:
-        made.add_row(*row)
-    console.print(made)
-
-
-def print_list(effects: Sequence[type[Effect]]) -> None:
-    """Print one line an effect."""
-    rows = [(effect.id, effect.family, ACTS[effect.acts], effect.name, effect.signature.region) for effect in effects]
-    _words(f"{len(effects)} effects that a simulation may leave out", ("id", "family", "acts on", "name", "what it looks like"), rows)
-    say("nnhydro effects ID explains one.")
-
-
-def _paragraph(title: str, text: str) -> None:
-    say(fill(f"{title:<18}{text}", WIDTH, subsequent_indent=" " * 18, break_long_words=False, break_on_hyphens=False))
-
-
-def print_card(effect: type[Effect]) -> None:
-    """Print all that the card says, for someone who never met the term."""
-    seen = effect.signature
-    say(f"{effect.name[0].upper()}{effect.name[1:]} ({effect.id})")
-    say()
-    _paragraph("What happens", effect.mechanism)
-    _paragraph("Equation", effect.equation)
-    _paragraph("Seen", seen.region)
-    _paragraph("Depends on", ", ".join(seen.depends_on))
-    _paragraph("Mirrored motion", {"odd": "gives the mirrored torque", "even": "gives the same torque",
-                                   "mixed": "gives a torque of its own: the effect has a direction"}[seen.parity])
-    _paragraph("At rest", "nothing is left of it" if seen.zero_at_rest else "it is still there")
-    _paragraph("Brought out by", seen.excited_by)
-    _paragraph("Mistaken for", ", ".join(seen.mistaken_for))
-    _paragraph("Acts on", ACTS[effect.acts] + (", through what the sensors read" if issubclass(effect, InstrumentEffect) else ""))
-    _paragraph("Family", effect.family)
-    _paragraph("Source", effect.source)
-    say()
-    rows = []
-    for f in effect.parameters():
-        one_a = effect.acts if f.metadata["per"] == "arm" else f.metadata["per"]
-        rows.append((f.name, f.metadata["meaning"], f.metadata["unit"], one_a, "{:g} to {:g}".format(*f.metadata["bounds"])))
-    _words("Parameters", ("name", "meaning", "unit", "one a", "bounds"), rows)

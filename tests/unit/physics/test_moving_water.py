@@ -10,8 +10,8 @@ from hypotheses import made, steady, view
 from rigs import LINKS, arm, assert_close, run
 
 from nnhydro.effects.catalogue import candidates, catalogue
-from nnhydro.physics.flow import Flow, Water
-from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion, Water, tensor
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.3), (0.2, 0.0), (-0.1, 0.25)])
@@ -21,7 +21,7 @@ def test_a_current_is_a_velocity_relative_to_the_water(x, y):
     tau = made("ambient_current", a, current_X=(x,), current_Y=(y,)).apply(seen)
     flow = Flow(a, motion)
     n = torch.stack([-torch.sin(flow.phi), torch.cos(flow.phi)], dim=-1)
-    wet = seen.in_water(tensor([[x, y]]).expand(60, 2), torch.zeros(60, 2, dtype=torch.float64))
+    wet = seen.flow.in_water(tensor([[x, y]]).expand(60, 2), torch.zeros(60, 2, dtype=torch.float64))
     assert_close(wet.B, flow.B - n @ tensor([x, y]))
     assert_close(tau, seen.torque_of(wet))
     if x == 0:
@@ -94,7 +94,7 @@ def test_a_wave_is_met_besides_the_water_that_moves_already():
     stream = torch.full((60, 2), 0.2, dtype=torch.float64)
     seen = view(a, motion)
     inside = replace(seen, flow=replace(seen.flow, water=Water(stream, 0 * stream)))
-    wet = inside.in_water(stream, 0 * stream)
+    wet = inside.flow.in_water(stream, 0 * stream)
     assert_close(wet.B, Flow(a, motion, Water(2 * stream, 0 * stream)).B)
 
 

@@ -10,9 +10,10 @@ from rigs import arm
 
 from nnhydro.diagnosis.calibration.injection import inject, predict_whitened, with_torque
 from nnhydro.diagnosis.calibration.rehearsal import confident, label, rehearse
-from nnhydro.diagnosis.diagnose import diagnose, study
+from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import View
 from nnhydro.effects.catalogue import catalogue
@@ -53,7 +54,7 @@ def rubbing():
 
 @pytest.fixture(scope="module")
 def found():
-    return study(problem_of(rubbing()), None, 0, WITHOUT)
+    return search_design(design_on(problem_of(rubbing()), None), 0, WITHOUT)
 
 
 def test_confidence_is_the_share_of_such_claims_that_are_right():

@@ -10,12 +10,13 @@ from rigs import arm
 
 from nnhydro.diagnosis import diagnose as whole
 from nnhydro.diagnosis.constants import RHO
-from nnhydro.diagnosis.diagnose import study
+from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.experiment import proposal
 from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, chance_settled, contest_of
 from nnhydro.diagnosis.experiment.motions import draw
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment, shown_by
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
+from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ConfigError
@@ -38,7 +39,7 @@ def biased():
 
 @pytest.fixture(scope="module")
 def found():
-    return study(problem_of(biased()), None, 0, WITHOUT)
+    return search_design(design_on(problem_of(biased()), None), 0, WITHOUT)
 
 
 def judged(found, members):

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from nnhydro.report.screen import conclude, say, table
+from nnhydro.cli.terminal.output import conclude, say, table
 
 
 def _percent(x: float | None) -> str:

@@ -1,4 +1,4 @@
-"""The options of commands whose work can be shared out: --jobs, --backend, --scheduler (parallel.py, docs/cluster.md)."""
+"""The options of commands whose work can be shared out: --jobs, --backend, --scheduler (runtime/workers.py, docs/cluster.md)."""
 
 import typer
 

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from nnhydro.cli.terminal.output import note, quiet
 from nnhydro.errors import missing_extra
-from nnhydro.report.screen import note, quiet
 
 OnEpoch = Callable[[int, int, float], None]  # epoch, epochs, validation error
 LINES = 20  # where there is no terminal

@@ -1,0 +1,43 @@
+"""Sentences for users are short: the pages of the manual, and what `nnhydro --help` says of each command."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from nnhydro.cli.main import run
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted({ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("guide/*.md"),
+                *(ROOT / "docs").glob("contributing/*.md")})
+MOST = 25  # words, between full stops, colons and semicolons
+
+
+def sentences(text):
+    """The sentences of a page, without code, formulas and tables; a link counts as its words, code as one word."""
+    text = re.sub(r"```.*?```|\$\$.*?\$\$", "\n\n", text, flags=re.DOTALL)
+    for part in re.split(r"\n\s*\n|\n(?=\s*[-*] |\s*\d+\. |#|\||<!--)", text):
+        if not part.lstrip().startswith("|"):
+            plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", re.sub(r"`[^`]*`|\$[^$]*\$", "code", " ".join(part.split())))
+            yield from re.split(r"(?<=[.!?:;])\s+|(?<=[.!?]\))\s+", plain)
+
+
+def words(sentence):
+    return sum(bool(re.search(r"\w", word)) for word in sentence.split())
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_sentence_has_25_words_at_most(path):
+    assert [s for s in sentences(path.read_text(encoding="utf-8")) if words(s) > MOST] == []
+
+
+def test_sentences_are_counted():
+    text = "One two\nthree. [Four five](six.md), `seven eight`!\n\n| a | table |\n- A, b\n- c: d"
+    assert [words(sentence) for sentence in sentences(text)] == [3, 3, 2, 1, 1]
+
+
+def test_every_command_is_summed_up_in_a_line(capsys):
+    assert run(["--help"]) == 0
+    commands = capsys.readouterr().out.partition("Commands:")[2]
+    assert len(commands.splitlines()) > 15
+    assert "..." not in commands, "the first sentence of a command's docstring is its line here: shorten it"
