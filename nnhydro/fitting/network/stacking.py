@@ -5,8 +5,9 @@
 
 `target` is what the baseline leaves, correction_b what the members that did not train on a recording make of it with b times their
 networks, shrunk by the disagreement of all members (models/learned/shrinkage.py). A recording on which the hybrid would do worse than its
-baseline (r > 1) weighs against the others. The smallest share within a hair of the best is taken; f is the part of the recordings that a
-member is fitted to: the model, of all of them, has credit for what its members did not know.
+baseline (r > 1) weighs against the others. The smallest share within a hair of the best is taken; the networks (b = 1) are left out (b = 0)
+only where that is better by more than a hair: the few members that watch a recording err more in their mean than all that are used. f is
+the part of the recordings that a member is fitted to: the model, of all of them, has credit for what its members did not know.
 Source: stacking, Wolpert (1992), Neural Networks 5, 241, Breiman (1996), Machine Learning 24, 49; the loss is ours.
 """
 
@@ -18,7 +19,7 @@ from torch import Tensor
 from nnhydro.models.learned.shrinkage import jackknife, shrink
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)  # t: of what is learned beside the baseline, the smallest first
-NETWORKS = (0.0, 0.5, 1.0)  # b: of the networks beside the linear part
+NETWORKS = (1.0, 0.0)  # b: with the networks, or the linear part alone
 WARY = 2.0
 HAIR = 0.01
 TINY = 1e-300

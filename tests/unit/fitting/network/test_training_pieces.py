@@ -16,7 +16,7 @@ from nnhydro.fitting.network import predictive_std as doubt
 from nnhydro.fitting.network.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
 from nnhydro.fitting.network.predictive_std import _factor, _variance_terms, conformal_quantile, support, with_std, with_trust
 from nnhydro.fitting.network.rows import Rows, _chosen, standardised, torque_rms, watched_units
-from nnhydro.fitting.network.stacking import error_ratios, stacked
+from nnhydro.fitting.network.stacking import NETWORKS, error_ratios, stacked
 from nnhydro.models.learned.learned import spread_of
 from nnhydro.models.learned.network import Ensemble, mirrored
 from nnhydro.recordings.filtering.low_pass import LowPass
@@ -259,7 +259,8 @@ def test_a_correction_is_used_as_far_as_held_out_recordings_confirm_it():
         assert b == 1.0
         assert trust == pytest.approx(np.full(2, t))
     assert stacked(target, {0.0: 0.5 * target, 1.0: target}, unit)[0] == 1.0
-    assert stacked(target, {0.0: target, 1.0: 3.0 * target}, unit)[0] == 0.0, "networks that only harm are left out"
+    assert stacked(target, {1.0: 3.0 * target, 0.0: target}, unit)[0] == 0.0, "networks that only harm are left out"
+    assert stacked(target, {b: (0.5 - 0.001 * b) * target for b in NETWORKS}, unit, (1.0,))[0] == 1.0, "a hair does not tell against them"
 
 
 def test_what_helps_many_and_ruins_one_recording_is_not_used():
