@@ -10,8 +10,9 @@ from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import Whitened
 from nnhydro.diagnosis.model.sizes import Sizes
 from nnhydro.diagnosis.model.unknown import Unknown
-from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.view import View
 
 FREE = (-np.inf, np.inf)
 
@@ -75,12 +76,12 @@ def library(of, laws, seed=3):
     """Random columns for `laws` beside the design."""
     width = sum(law.width for law in laws)
     X = np.random.default_rng(seed).standard_normal((*of.y.shape, width))
-    return Library(of, tuple(laws), X, np.ones(width))
+    return Library(of, tuple(laws), (X,), np.ones(width))
 
 
 def search(of, laws, X=None, even=True, size=0.1, level=1.0):
     """The search among `laws`, their columns `X` (n, joints, k) random by default."""
-    made = library(of, laws) if X is None else Library(of, tuple(laws), X, np.ones(X.shape[2]))
+    made = library(of, laws) if X is None else Library(of, tuple(laws), (X,), np.ones(X.shape[2]))
     white = whitened(of, even=even, level=level)
     return Search(View(white, made), Sizes.even(white, size))
 

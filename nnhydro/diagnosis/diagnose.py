@@ -31,9 +31,10 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypothese
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search.activity_windows import in_parts
-from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined, with_finer_singles
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.view import View
 from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts

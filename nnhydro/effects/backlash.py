@@ -15,10 +15,13 @@ from nnhydro.physics.motion import tensor
 PASSING = 0.03  # s: a knock is shorter, and so is what the angles' noise leaves in the torque that they stand for
 
 
-def _past_knocks(t: Tensor, tau: Tensor) -> Tensor:
+def _past_knocks(seen: SensorView, tau: Tensor) -> Tensor:
     """Return `tau` (n,) smoothed over the knocks: they follow from the crossing and must not decide when the torque changes its sign."""
     from scipy.ndimage import gaussian_filter1d
 
+    t = seen.motion.t
+    if seen.motion.steady or len(tau) < 2:
+        return tau
     return tensor(gaussian_filter1d(tau.numpy(), PASSING / float((t[-1] - t[0]) / (len(t) - 1)), mode="nearest"))
 
 
@@ -55,9 +58,16 @@ class Backlash(InstrumentEffect):
 
     def _side(self, seen: SensorView, tau: Tensor) -> Tensor:
         """Half the place of the link in the gap, -1/2 to 1/2 and as much beyond as the flanks give, (n,)."""
+        return self._place(seen, _past_knocks(seen, tau))
+
+    def _carried_side(self, seen: SensorView) -> Tensor:
+        """The same under the torque that is known to carry the link."""
+        return self._place(seen, seen.memo.of((type(self), self.joint), lambda: _past_knocks(seen, self._carried(seen))))
+
+    def _place(self, seen: SensorView, tau: Tensor) -> Tensor:
+        """Half the place (n,) of the link in the gap under the torque `tau` (n,) past knocks."""
         if seen.motion.steady or len(tau) < 2:
             return -0.5 * torch.sign(tau)
-        tau = _past_knocks(seen.motion.t, tau)
         time = 2 / self.impulse[0] * torch.diff(seen.motion.t, prepend=seen.motion.t[:1])
         settling = self.settling[0] if self.settling else 0.0
         step = float((seen.motion.t[-1] - seen.motion.t[0]) / (len(tau) - 1))
@@ -75,11 +85,11 @@ class Backlash(InstrumentEffect):
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return d reading / d gap, (n, joints, 1)."""
-        return seen.along(self._side(seen, self._carried(seen)), self.joint)[..., None]
+        return seen.along(self._carried_side(seen), self.joint)[..., None]
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the gap."""
-        side = None if seen.measured is None else self._side(seen, self._carried(seen))
+        side = None if seen.measured is None else self._carried_side(seen)
         return turned_reading(seen, self.joint, lambda tau: self.gap[0] * (self._side(seen, tau) if side is None else side))
 
     def sentence(self, said: Mapping[str, str]) -> str:

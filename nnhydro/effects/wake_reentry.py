@@ -12,7 +12,7 @@ from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parame
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel.wake_memory import overtaking, overtaking_by_law
+from nnhydro.physics.travel.wake_memory import dragged_along, overtaking, overtaking_by_law
 
 STRIPS = 10  # a link
 
@@ -82,14 +82,15 @@ class WakeReentry(LoadEffect):
         second, own = self.second[0] if self.second else 0.0, (self.length[0], self.fading[0])
         grids = self.grids()
         laws = list(product(grids["length"], grids["fading"]))
-        if second or own not in laws:
+        if own not in laws:
             return overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0], second)
 
-        def compute() -> Tensor:
+        def compute() -> tuple[Tensor, Tensor]:
             lengths = torch.tensor([length for length, _ in laws], dtype=torch.float64)[:, None, None] * flow.D[:, None]
             return overtaking_by_law(flow.motion.t, w, lengths, torch.tensor([fading for _, fading in laws], dtype=torch.float64))
 
-        return flow.memo.of((type(self), "behind"), compute)[laws.index(own)]
+        wakes, rates = flow.memo.of((type(self), "behind"), compute)
+        return dragged_along(wakes[laws.index(own)], rates[laws.index(own)], second)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -15,8 +15,8 @@ from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
-from nnhydro.diagnosis.search.library import View
 from nnhydro.diagnosis.search.stepwise import Scored
+from nnhydro.diagnosis.search.view import View
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def with_torque(view: View, y: Array) -> View:
     b = np.concatenate([old.Y.reshape(y.size, old.p).T @ y.ravel(), *unknown])
     whitened = _copy(old, y=y, b=b, yy=float((y**2).sum()))
     kept = {k: replace(c, Xy=c.Xw.reshape(-1, c.Xw.shape[2]).T @ y.ravel()) for k, c in view._columns.items()}
-    return _copy(view, whitened=whitened, Xy=view.Xw.reshape(y.size, view.Xw.shape[2]).T @ y.ravel(), _columns=kept, _own_best={})
+    return _copy(view, whitened=whitened, Xy=view.products(y[..., None])[0], _columns=kept, _own_best={})
 
 
 def _copy(original: T, **changes: object) -> T:

@@ -31,8 +31,9 @@ from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.view import View
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
@@ -141,7 +142,7 @@ class Sizing:
         if left <= UNSEEN * max(whole, 1e-300):
             return row
         strength = strength_needed(self.threshold - library.log_prior(k), 0.5 * np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1], len(R))
-        moved = np.sqrt(((library.X[..., library.at(k)] @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
+        moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
         size = max(strength / np.sqrt(left), RELEVANT / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
         return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
 

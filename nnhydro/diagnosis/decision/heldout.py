@@ -20,8 +20,8 @@ from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.library import View
 from nnhydro.diagnosis.search.stepwise import Scored
+from nnhydro.diagnosis.search.view import View
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -65,21 +65,10 @@ def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
         scores = []
         for one in sets:
             columns = view.joined(one.chosen)
-            kept = None if columns is None else rows_of(part, columns, rows)
+            kept = None if columns is None else Columns.of(part, columns.Xw[rows])
             on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
                            for t in (one.sizes.vector(whole), off))
             scores.append((1 - granted) * on + granted * without)
         made.append(scores)
     return np.array(made)
 
-
-def rows_of(part: Whitened, columns: Columns, rows: Index) -> Columns:
-    """Return `columns` on the rows of `part`, which are `rows` of all."""
-    Xw = columns.Xw[rows]
-    k = Xw.shape[2]
-    flat = Xw.reshape(-1, k)
-    cross = np.zeros((len(part.b), k))
-    cross[: part.p] = part.Y.reshape(len(flat), part.p).T @ flat
-    for j in range(part.joints):
-        cross[part.p + j * part.m: part.p + (j + 1) * part.m] = (part.Phi * part.sw[:, j:j + 1]).T @ Xw[:, j]
-    return Columns(Xw, cross, flat.T @ flat, flat.T @ part.y.ravel())

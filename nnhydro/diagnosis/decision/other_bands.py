@@ -19,8 +19,9 @@ from nnhydro.diagnosis.noise.spectrum import reestimated
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.view import View
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band
 

@@ -12,8 +12,8 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows, in_one_block, rows_of
-from nnhydro.diagnosis.model.evidence import Whitened, posterior
+from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows, in_one_block
+from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
@@ -61,7 +61,7 @@ def _predicted(search: Search, found: Scored, X: Array | None, fold: NDArray[np.
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
         part = Whitened(whole.design, whole.unknown, whole.v, rows)
-        fit = posterior(part, None if columns is None else rows_of(part, columns, rows), t)
+        fit = posterior(part, None if columns is None else Columns.of(part, columns.Xw[rows]), t)
         out = fold == number
         made[out] = whole.design.Y[out] @ fit.mean[: whole.p]
         if X is not None:
@@ -80,7 +80,7 @@ def _predictable_columns(search: Search, found: Scored, model: StripTheory) -> A
         if h.per_recording:
             group = library.design.problem.group_of
             X = np.concatenate([X * (group == g)[:, None, None] for g in range(library.design.problem.groups)
-                                if np.any(library.X[group == g][..., library.at(k)])], axis=2)
+                                if np.any(library.columns(k)[group == g])], axis=2)
         parts.append(X)
     return np.concatenate(parts, axis=2)
 

@@ -65,15 +65,13 @@ class Whitened:
         sizes = 1.0 / np.sqrt(np.maximum(len(u.names) * energy, 1e-300))
         return np.concatenate([sizes[u.group] * u.s * scale for scale in design.scale])
 
-    def cross(self, X: Array, at: Index | None = None) -> Array:
-        """Return A'W X (P, K) of the columns X (n, joints, K), given on all rows; `at`: of these counted rows alone."""
-        chosen = slice(None) if at is None else at
-        Xw = self.weighted(X)[chosen]
-        made = np.zeros((len(self.b), X.shape[2]))
-        made[: self.p] = self.Y[chosen].reshape(Xw.shape[0] * self.joints, self.p).T @ Xw.reshape(Xw.shape[0] * self.joints, X.shape[2])
+    def cross(self, Xw: Array, at: Index | slice = slice(None)) -> Array:
+        """Return A'W^1/2 Xw (P, K) of whitened columns Xw (n, joints, K) on the counted rows `at`, all by default."""
+        count, k = Xw.shape[0] * self.joints, Xw.shape[2]
+        made = np.zeros((len(self.b), k))
+        made[: self.p] = self.Y[at].reshape(count, self.p).T @ Xw.reshape(count, k)
         for j in range(self.joints):
-            scaled = self.Phi[chosen] * self.sw[chosen, j:j + 1]
-            made[self.p + j * self.m: self.p + (j + 1) * self.m] = scaled.T @ Xw[:, j]
+            made[self.p + j * self.m: self.p + (j + 1) * self.m] = (self.Phi[at] * self.sw[at, j:j + 1]).T @ Xw[:, j]
         return made
 
     def weighted(self, X: Array) -> Array:
@@ -95,11 +93,10 @@ class Columns:
     Xy: Array  # (k,)
 
     @staticmethod
-    def of(whitened: Whitened, X: Array) -> "Columns":
-        """Return the columns X (n, joints, k), scaled, on all rows."""
-        Xw = whitened.weighted(X)
-        flat = Xw.reshape(-1, X.shape[2])
-        return Columns(Xw, whitened.cross(X), flat.T @ flat, flat.T @ whitened.y.ravel())
+    def of(whitened: Whitened, Xw: Array) -> "Columns":
+        """Return the whitened columns Xw (n, joints, k) on the counted rows with their products."""
+        flat = Xw.reshape(-1, Xw.shape[2])
+        return Columns(Xw, whitened.cross(Xw), flat.T @ flat, flat.T @ whitened.y.ravel())
 
     def joined(self, other: "Columns") -> "Columns":
         """Return both sets of columns side by side."""

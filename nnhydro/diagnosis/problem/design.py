@@ -45,14 +45,12 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
     measured = None if predicted else segment.tau
     factor = gear_factor(tensor(measured if measured is not None else 0 * segment.q), flow.motion.qd, arm)[..., None]
     place = None if stretch.place is None else tensor(stretch.place)
-    views: dict[int, SensorView] = {}
 
     def view_of(working: StripTheory) -> SensorView:
         """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
-        if id(working) not in views:
-            views[id(working)] = SensorView(flow, lambda f: sensed(working.loads.torque(f), f.motion.qd, arm), place,
-                                            None if measured is None else tensor(measured))
-        return views[id(working)]
+        return stretch.memo.of((id(working), predicted), lambda: SensorView(
+            Flow(arm, flow.motion), lambda f: sensed(working.loads.torque(f), f.motion.qd, arm), place,
+            None if measured is None else tensor(measured)))
 
     def columns(hypothesis: Hypothesis) -> Tensor:
         """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
@@ -67,10 +65,11 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
                 made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
         return made if hypothesis.activity is None else made * tensor(hypothesis.activity.mask(segment))[:, None, None]
 
-    if not hypotheses:
-        return np.zeros((*segment.q.shape, 0))
-    made: Array = np.nan_to_num(torch.cat([columns(hypothesis) for hypothesis in hypotheses], dim=2).numpy())
-    return made
+    made, start = np.empty((*segment.q.shape, sum(hypothesis.width for hypothesis in hypotheses))), 0
+    for hypothesis in hypotheses:
+        made[..., start:start + hypothesis.width] = columns(hypothesis).numpy()
+        start += hypothesis.width
+    return np.nan_to_num(made, copy=False)
 
 
 @final
@@ -86,13 +85,18 @@ class Design:
 
     def rows(self, on_stretch: Callable[[Stretch], Array]) -> Array:
         """Return the transformed rows (n, joints, ...) of what `on_stretch` gives on the rows of each stretch."""
-        made: dict[int, Array] = {}
-        parts = []
+        found, of = np.zeros(0), -1
+        made: Array | None = None
+        start = 0
         for block in self.problem.blocks:
-            if block.stretch not in made:
-                made = {block.stretch: on_stretch(self.problem.stretches[block.stretch])}
-            parts.append(self.problem.transform(block, made[block.stretch]))
-        return np.concatenate(parts)
+            if block.stretch != of:
+                found, of = on_stretch(self.problem.stretches[block.stretch]), block.stretch
+            if made is None:
+                made = np.empty((len(self.problem.block_of), *found.shape[1:]))
+            made[start:start + block.modes] = self.problem.transform(block, found)
+            start += block.modes
+        assert made is not None
+        return made
 
     def columns(self, hypotheses: Sequence[Hypothesis], model: StripTheory, predicted: bool = False) -> Array:
         """Return the columns (n, joints, K) of `hypotheses`, instruments at the reading of `model`."""

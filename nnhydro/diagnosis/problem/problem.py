@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import CampaignError
+from nnhydro.physics.memo import Memo
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band, band_of
@@ -43,6 +44,11 @@ class Stretch:
     name: str
     segment: Segment
     place: Array | None
+
+    @cached_property
+    def memo(self) -> Memo:
+        """What the sensors see of the stretch where a model is the truth: computed once for all rounds of the search."""
+        return Memo()
 
 
 @final

@@ -21,8 +21,9 @@ from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.design import columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
-from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.view import View
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ def _products(search: Search, found: Scored, k: int, parts: Array) -> tuple[Arra
     columns = view.joined(tuple(x for x in found.chosen if x != k))
     fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
     Xw = view.whitened.weighted(parts)
-    cross = view.whitened.cross(parts)
+    cross = view.whitened.cross(Xw)
     if columns is not None:
         width = columns.Xw.shape[2]
         cross = np.concatenate([cross, columns.Xw.reshape(-1, width).T @ Xw.reshape(-1, parts.shape[2])])
@@ -131,7 +132,7 @@ def _windows(search: Search, found: Scored, k: int, model: StripTheory, sectors:
     library = search.view.library
     at = library.at(k)
     scaled = found.fit.mean[found.places(search.view)[k]]
-    windows = _of_recordings(search, found, k, library.X[..., at] @ scaled)
+    windows = _of_recordings(search, found, k, library.columns(k) @ scaled)
     return windows if not sectors else windows + _of_sectors(search, found, k, scaled * library.scale[at], model)
 
 
@@ -144,7 +145,7 @@ def _confined(library: Library, laws: Sequence[int], windows: Sequence[ActivityW
         for k in laws:
             h = replace(library.hypotheses[k], activity=w)
             hypotheses.append(h)
-            X.append(library.X[..., library.at(k)] / np.maximum(library.scale[library.at(k)], 1e-300) * acts if w.sector is None
+            X.append(library.columns(k) / np.maximum(library.scale[library.at(k)], 1e-300) * acts if w.sector is None
                      else library.design.columns([h], model))
     return library.with_more(Library.scaled(library.design, hypotheses, np.concatenate(X, axis=2)), library.key_counts)
 

@@ -10,8 +10,9 @@ import torch
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.view import View
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory

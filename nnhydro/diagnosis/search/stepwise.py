@@ -21,7 +21,8 @@ from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST
 from nnhydro.diagnosis.model.evidence import Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.library import View, bound_bonus
+from nnhydro.diagnosis.search.library import bound_bonus
+from nnhydro.diagnosis.search.view import View
 
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
@@ -120,7 +121,7 @@ class Search:
         for scale in SCREENED:
             sizes = none(self.whitened) if scale == 0 else now.sizes.scaled(scale)
             fit = posterior(self.whitened, columns, sizes.vector(self.whitened))
-            total = self.view.gains(columns, fit) + prior + fit.log_evidence
+            total = self.view.gains(sorted(chosen), fit) + prior + fit.log_evidence
             seen: set[Key] = set()
             for k in np.argsort(-total).tolist():
                 if self.key(k) in seen or self.place(k) in taken:
@@ -139,7 +140,7 @@ class Search:
         prior = np.array([library.log_prior(k) for k in among])
         best: set[int] = set()
         for sizes in (base.sizes, none(self.whitened)):
-            gains = self.view.gains(columns, posterior(self.whitened, columns, sizes.vector(self.whitened)))
+            gains = self.view.gains(base.chosen, posterior(self.whitened, columns, sizes.vector(self.whitened)))
             best |= {among[i] for i in np.argsort(-(gains[list(among)] + prior))[:most].tolist()}
         return sorted(best)
 
@@ -197,7 +198,7 @@ class Search:
         sets: list[tuple[int, ...]] = [()]
         while len(sets) <= MOST_EFFECTS:
             columns, taken = self.view.joined(sorted(sets[-1])), self.taken(sets[-1])
-            total = self.view.gains(columns, posterior(self.whitened, columns, off)) + prior
+            total = self.view.gains(sorted(sets[-1]), posterior(self.whitened, columns, off)) + prior
             following = next((k for k in np.argsort(-total).tolist() if self.place(k) not in taken), None)
             if following is None or total[following] <= LEAST_GAIN:
                 break

@@ -30,27 +30,24 @@ def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0, second
 
     It settles over `length` m of travel and by itself, at the rate `fading` 1/s, and once more with `second` times that lag.
     """
-    steps, goal, reach = torch.diff(t, prepend=t[:1]).numpy(), w.numpy(), length.numpy()
-    out, rates = torch.empty_like(w), np.zeros_like(goal)
-    result = out.numpy()
-    if len(goal):
-        v = result[0] = goal[0]
-    for k in range(1, len(goal)):
-        rates[k] = (np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fading) * steps[k]
-        v = result[k] = goal[k] + (v - goal[k]) * np.exp(-rates[k])
-    return relaxed(out, torch.from_numpy(rates / second), out[0]) if second > 0 and len(goal) else out
+    v, rates = overtaking_by_law(t, w, length[None], torch.tensor([fading], dtype=torch.float64))
+    return dragged_along(v[0], rates[0], second)
 
 
-def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> Tensor:
-    """Return m (laws, n, links, s) m/s of `overtaking` without a second lag, for all `lengths` (laws, links, 1) m, `fading` (laws,) 1/s."""
+def dragged_along(v: Tensor, rates: Tensor, second: float) -> Tensor:
+    """Return m (n, links, s) m/s of the water that the wake `v` drags along, `second` times the lag of the wake's own `rates` later."""
+    return relaxed(v, rates / second, v[0]) if second > 0 and len(v) else v
+
+
+def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the wake v (laws, n, links, s) m/s and k dt of every row, for all `lengths` (laws, links, 1) m and `fading` (laws,) 1/s."""
     steps, goal = torch.diff(t, prepend=t[:1]).numpy(), w.numpy()
     reach, fade = lengths.numpy(), fading.numpy()[:, None, None]
-    result = np.empty((len(reach), *goal.shape))
+    result, rates = np.empty((len(reach), *goal.shape)), np.zeros((len(reach), *goal.shape))
     if len(goal):
         v = np.broadcast_to(goal[0], (len(reach), *goal.shape[1:])).copy()
         result[:, 0] = v
     for k in range(1, len(goal)):
-        decay = np.exp(-(np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fade) * steps[k])
-        v = goal[k] + (v - goal[k]) * decay
-        result[:, k] = v
-    return torch.from_numpy(result)
+        rate = rates[:, k] = (np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fade) * steps[k]
+        v = result[:, k] = goal[k] + (v - goal[k]) * np.exp(-rate)
+    return torch.from_numpy(result), torch.from_numpy(rates)

@@ -23,24 +23,34 @@ MIN_NEAR = 6  # rows at least through which the parabola at an end is drawn
 
 def _extension(x: Array, pad: int, near: int) -> Array:
     """Return `pad` rows that go on after the last of `x` (n, ...): a parabola through its last `near` rows less the reflected rest."""
-    row = np.arange(-len(x) + 1, pad + 1) / near
-    powers = row[:, None] ** np.arange(3)
     flat = x.reshape(len(x), -1)
-    coefficients = np.linalg.lstsq(powers[len(x) - near:len(x)], flat[-near:], rcond=None)[0]
-    trend = powers @ coefficients
-    rest = flat[-1] - trend[len(x) - 1]  # the extension starts at the last row itself
-    tail = trend[len(x):] + 2 * rest - (flat - trend[:len(x)])[-2:-pad - 2:-1]
+    trend = _powers(np.arange(-pad, pad + 1), near) @ (_parabola(near) @ flat[-near:])
+    rest = flat[-1] - trend[pad]  # the extension starts at the last row itself
+    tail = trend[pad + 1:] + 2 * rest - (flat[-pad - 1:-1] - trend[:pad])[::-1]
     result: Array = tail.reshape(pad, *x.shape[1:])
     return result
 
 
-@lru_cache(maxsize=64)  # recordings of one campaign mostly share a rate, and the design takes as long as the filtering
-def _sections(order: int, share: float) -> Array:
-    """Second-order sections of a Butterworth filter with its cut-off at `share` of the Nyquist frequency."""
-    from scipy.signal import butter
+def _powers(row: NDArray[np.int64], near: int) -> Array:
+    """1, r and r^2 (n, 3) of rows counted from the last, in `near` rows."""
+    made: Array = (row[:, None] / near) ** np.arange(3)
+    return made
+
+
+@lru_cache(maxsize=64)  # recordings of one campaign mostly share a rate, and this takes as long as the filtering
+def _parabola(near: int) -> Array:
+    """What gives the coefficients (3,) of the parabola through `near` rows, (3, near)."""
+    made: Array = np.asarray(np.linalg.pinv(_powers(np.arange(1 - near, 1), near)), dtype=float)
+    return made
+
+
+@lru_cache(maxsize=64)
+def _sections(order: int, share: float) -> tuple[Array, Array]:
+    """Second-order sections of a Butterworth filter with its cut-off at `share` of the Nyquist frequency, and their state at rest at 1."""
+    from scipy.signal import butter, sosfilt_zi
 
     sections: Array = butter(order, share, output="sos")
-    return sections
+    return sections, sosfilt_zi(sections)[..., None]
 
 
 @final
@@ -67,18 +77,20 @@ class LowPass:
         force the acceleration to zero where a recording begins or ends in motion. A cut-off at or above 0.45 of the sampling rate
         passes everything. Raises RecordingError below four rows.
         """
-        from scipy.signal import sosfiltfilt
+        from scipy.signal import sosfilt
 
         require(len(x) >= 4, f"{len(x)} rows are too few to filter: at least 4 are needed", RecordingError)
         if self.cutoff_hz * dt >= 0.45:
             return x
-        sos = _sections(self.order, 2.0 * self.cutoff_hz * dt)
+        sos, rest = _sections(self.order, 2.0 * self.cutoff_hz * dt)
         # the ring of the filter lasts about one period of the cut-off; padding three of them keeps it off the record
         period = 1.0 / (self.cutoff_hz * dt)
         pad = min(len(x) - 1, int(np.ceil(3.0 * period)))
         near = min(len(x), max(int(np.ceil(period)), MIN_NEAR))
-        padded = np.concatenate([_extension(x[::-1], pad, near)[::-1], x, _extension(x, pad, near)])
-        result: Array = np.ascontiguousarray(sosfiltfilt(sos, padded, axis=0, padtype=None)[pad:pad + len(x)])
+        padded = np.concatenate([_extension(x[::-1], pad, near)[::-1], x, _extension(x, pad, near)]).reshape(len(x) + 2 * pad, -1)
+        for _ in range(2):  # forward, then backward
+            padded = sosfilt(sos, padded, axis=0, zi=rest * padded[0])[0][::-1]
+        result: Array = np.ascontiguousarray(padded[pad:pad + len(x)]).reshape(x.shape)
         return result
 
     def document(self) -> dict[str, float | int | str]:

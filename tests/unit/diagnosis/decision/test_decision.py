@@ -112,7 +112,7 @@ def test_the_largest_gain_of_chance_stays_below_its_threshold_in_99_of_100_campa
     for seed in range(of):
         one = with_planted([], seed + 1000)
         empty = one.score(())
-        largest = max(one.view.gains(None, empty.fit) + np.array([one.view.library.log_prior(k) for k in range(len(LAWS))]))
+        largest = max(one.view.gains((), empty.fit) + np.array([one.view.library.log_prior(k) for k in range(len(LAWS))]))
         above += largest > null_threshold(one, empty, seed)
     assert above <= 5, f"{above} of {of}: one is expected, more than 5 in 1 of 1,500 tests"
 
@@ -126,7 +126,7 @@ def test_draws_of_the_null_have_the_mean_that_gains_have_under_it():
     for seed in range(60):
         other = with_planted([], seed + 2000)
         prior = np.array([other.view.library.log_prior(k) for k in range(len(LAWS))])
-        seen.append((other.view.gains(None, other.score(()).fit) + prior).max())
+        seen.append((other.view.gains((), other.score(()).fit) + prior).max())
     spread = np.sqrt(np.var(drawn) / len(drawn) + np.var(seen) / len(seen))
     assert abs(np.mean(seen) - drawn.mean()) < 4 * spread
 

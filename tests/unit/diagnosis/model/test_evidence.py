@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from problems import dense, design, law, library, search, whitened
 
 from nnhydro.diagnosis.constants import FORM, RHO
-from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities, rows_of
+from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities
 from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fitted, none
 
@@ -16,7 +16,7 @@ LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_rec
 
 def own_columns(view, k):
     """The columns of law k, written out: one set a recording where it has values of its own."""
-    X = view.library.X[..., view.library.at(k)]
+    X = view.library.columns(k)
     group = view.library.design.problem.group_of
     if not view.library.hypotheses[k].per_recording:
         return X
@@ -34,7 +34,7 @@ def test_the_evidence_is_the_density_of_the_rows_under_their_full_covariance(see
     white = whitened(of, seed)
     X = np.random.default_rng(seed + 1).standard_normal((*of.y.shape, k))
     t = Sizes.even(white, tau).vector(white)
-    got = posterior(white, Columns.of(white, X) if k else None, t).log_evidence
+    got = posterior(white, Columns.of(white, white.weighted(X)) if k else None, t).log_evidence
     assert got == pytest.approx(dense(white, X if k else None, t), rel=1e-7, abs=1e-6)
 
 
@@ -42,7 +42,7 @@ def test_the_posterior_is_that_of_ridge_regression_with_the_prior_as_its_penalty
     of = design(5, joints=1)
     white = whitened(of)
     X = np.random.default_rng(6).standard_normal((*of.y.shape, 2))
-    fit = posterior(white, Columns.of(white, X), none(white).vector(white))
+    fit = posterior(white, Columns.of(white, white.weighted(X)), none(white).vector(white))
     D = np.concatenate([of.Y[:, 0], X[:, 0]], axis=1) * white.sw
     precision = np.diag([1.0, 1.0, RHO**-2, RHO**-2])
     inverse = np.linalg.inv(D.T @ D + precision)
@@ -79,7 +79,7 @@ def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences(
     view = search(of, LAWS, even=False).view
     t = Sizes.even(view.whitened, 0.2).vector(view.whitened)
     columns = view.joined(beside)
-    gains = view.gains(columns, posterior(view.whitened, columns, t))
+    gains = view.gains(beside, posterior(view.whitened, columns, t))
     base = dense(view.whitened, by_hand(view, beside), t)
     for k in set(range(len(LAWS))) - set(beside):
         assert gains[k] == pytest.approx(dense(view.whitened, by_hand(view, (*beside, k)), t) - base, rel=1e-5, abs=1e-5)
@@ -142,8 +142,11 @@ def test_columns_on_some_rows_are_those_of_a_problem_of_these_rows_alone():
     X = np.random.default_rng(13).standard_normal((*of.y.shape, 3))
     rows = np.arange(0, len(of.y), 2)
     part = Whitened(of, white.unknown, white.v, rows)
-    got, want = rows_of(part, Columns.of(white, X), rows), Columns.of(part, X)
-    for name in ("Xw", "cross", "gram", "Xy"):
+    np.testing.assert_allclose(part.weighted(X), white.weighted(X)[rows])
+    got, half = Columns.of(part, part.weighted(X)), np.zeros_like(of.y)
+    half[rows] = 1.0
+    want = Columns.of(white, white.weighted(X) * half[..., None])
+    for name in ("cross", "gram", "Xy"):
         np.testing.assert_allclose(getattr(got, name), getattr(want, name), rtol=1e-10, atol=1e-10)
 
 
@@ -180,13 +183,17 @@ def test_the_group_that_holds_the_unknown_gets_the_size_and_the_others_none():
 
 
 def test_columns_of_a_grown_library_are_those_computed_anew():
-    from nnhydro.diagnosis.search.library import View
+    from nnhydro.diagnosis.search.view import View
 
     of = design(15)
     first, more = library(of, LAWS), library(of, (law("e"), law("f", 2)), seed=16)
     white = whitened(of)
     grown = first.with_more(more, first.key_counts)
     step, whole = View(white, grown, before=View(white, first)), View(white, grown)
-    for name in ("Xw", "cross", "gram", "Xy"):
+    for name in ("cross", "Xy"):
         np.testing.assert_allclose(getattr(step, name), getattr(whole, name), rtol=1e-10, atol=1e-10)
+    for k in range(len(grown.hypotheses)):
+        for name in ("Xw", "gram"):
+            np.testing.assert_allclose(getattr(step.columns(k), name), getattr(whole.columns(k), name), rtol=1e-10, atol=1e-10)
+        np.testing.assert_allclose(step.between(k), whole.between(k), rtol=1e-10, atol=1e-10)
     assert grown.log_prior(0) == first.log_prior(0), "finer values are no further laws"

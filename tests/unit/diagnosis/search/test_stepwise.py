@@ -26,7 +26,7 @@ def planted(values=(0.5,), smooth=0.3, seed=0):
 def evidences(one, chosen):
     """The dense evidence of a set with the unknown and without it, less constants."""
     group = one.whitened.design.problem.group_of
-    parts = [one.view.library.X[..., one.view.library.at(k)] for k in chosen]
+    parts = [one.view.library.columns(k) for k in chosen]
     parts = [np.concatenate([X * (group == g)[:, None, None] for g in range(8)], axis=2) if LAWS[k].per_recording else X
              for k, X in zip(chosen, parts, strict=True)]
     X = np.concatenate(parts, axis=2) if parts else None

@@ -5,9 +5,10 @@ import pytest
 from problems import design, law, search
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, RHO
-from nnhydro.diagnosis.search.library import Library, View
+from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
+from nnhydro.diagnosis.search.view import View
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
 
@@ -19,7 +20,7 @@ def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0
     each = np.broadcast_to(np.asarray(beta, float), groups)[of.problem.group_of]
     of.y = of.y + each[:, None] / scale * X[..., 0]
     one = search(of, laws, X, level=noise**2)
-    return Search(View(one.whitened, Library(of, tuple(laws), X, np.full(X.shape[2], scale))), one.start)
+    return Search(View(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)
 
 
 def found(one, chosen=(0,), k=0):
@@ -28,7 +29,7 @@ def found(one, chosen=(0,), k=0):
 
 def by_hand(one, chosen):
     """Mean (k,), H^-1 (p + k, p + k), and the rows D (n, joints, p + k) of the ridge fit of the laws `chosen` without the unknown."""
-    white, X = one.whitened, one.view.library.X[..., list(chosen)]
+    white, X = one.whitened, one.view.library.parts[0][..., list(chosen)]
     D = np.concatenate([white.design.Y, X], axis=2) / np.sqrt(white.v)[..., None]
     flat = D.reshape(-1, D.shape[2])
     H = flat.T @ flat + np.diag([1.0] * white.p + [RHO**-2] * len(chosen))

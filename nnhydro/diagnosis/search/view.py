@@ -1,0 +1,232 @@
+"""A library beside one noise: products of its columns, made when asked for, and what each law gains beside a set, by Schur complement.
+
+    cross = A'W X,   X_k'W X,   X'W y        W: inverse of the noise, A: baseline and unknown
+
+Columns are held once, by the library, as they are: the few that a set holds are whitened, all others enter products alone.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened
+from nnhydro.diagnosis.search.library import Library, log_mass
+
+Array = NDArray[np.float64]
+OWN_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
+
+
+class Alike(NamedTuple):
+    """The laws of one number of values: their numbers among the shared, places, Gram matrices, bounds, and the prior's mass in these."""
+
+    which: NDArray[np.int64]
+    at: NDArray[np.int64]  # (laws, width)
+    gram: Array  # (laws, width, width)
+    low: Array
+    high: Array
+    free: NDArray[np.bool_]
+    before: Array  # log mass of the prior within the bounds
+
+
+class Own(NamedTuple):
+    """Products of the columns (K) whose values are each recording's own, a recording at a time."""
+
+    cross: Array  # (P, groups, K)
+    Xy: Array  # (groups, K)
+    blocks: Array  # (groups, K, widest): the Gram matrix of each law, row by row
+    places: dict[int, slice]
+
+
+@final
+@dataclass(eq=False)
+class View:
+    """A library beside one noise; `cross` (P, K), `Xy` (K,) and `grams` (width, width) are of the laws `shared` by all recordings."""
+
+    whitened: Whitened
+    library: Library
+    before: "View | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
+    _columns: dict[int, Columns] = field(default_factory=dict)
+    _between: dict[int, Array] = field(default_factory=dict)
+    _own_between: dict[int, Array] = field(default_factory=dict)
+    _drawn: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+    _own_best: dict[int, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        hypotheses = self.library.hypotheses
+        own = np.array([h.per_recording for h in hypotheses], dtype=bool)
+        self.shared, self.own = np.flatnonzero(~own), np.flatnonzero(own)
+        self.widths = np.array([hypotheses[k].width for k in self.shared], dtype=int)
+        self.starts = np.concatenate([[0], np.cumsum(self.widths)]).astype(int)
+        self._multiply()
+        self.before = None
+
+    def _multiply(self) -> None:
+        old = self.before
+        self.grams: list[Array] = [] if old is None else list(old.grams)
+        cross = [np.zeros((len(self.whitened.b), 0)) if old is None else old.cross]
+        Xy = [np.zeros(0) if old is None else old.Xy]
+        for numbers, X in self.library.runs(self.shared[len(self.grams):]):
+            some = Columns.of(self.whitened, self.whitened.weighted(X))
+            ends = np.cumsum([0, *(self.library.hypotheses[k].width for k in numbers)])
+            self.grams += [some.gram[a:b, a:b].copy() for a, b in pairwise(ends.tolist())]
+            cross.append(some.cross)
+            Xy.append(some.Xy)
+        self.cross: Array = np.concatenate(cross, axis=1)
+        self.Xy: Array = np.concatenate(Xy)
+
+    def products(self, rows: Array) -> Array:
+        """Return the products (k, K) of whitened rows (n, joints, k) with the columns of all shared laws."""
+        weighted = self.whitened.weighted(rows).reshape(-1, rows.shape[2]).T
+        made = [weighted @ X.reshape(weighted.shape[1], X.shape[2]) for _, X in self.library.runs(self.shared)]
+        return np.concatenate(made, axis=1) if made else np.zeros((rows.shape[2], 0))
+
+    def columns(self, k: int) -> Columns:
+        """Return the columns of hypothesis `k`, one set a recording where its values are each recording's own."""
+        if k not in self._columns:
+            X = self.library.columns(k)
+            if self.library.hypotheses[k].per_recording:
+                group = self.library.design.problem.group_of
+                used = [g for g in range(self.library.design.problem.groups) if np.any(X[group == g])]
+                X = np.concatenate([X * (group == g)[:, None, None] for g in used], axis=2) if used else X
+                self._columns[k] = Columns.of(self.whitened, self.whitened.weighted(X))
+            else:
+                i = int(np.searchsorted(self.shared, k))
+                at = slice(self.starts[i], self.starts[i + 1])
+                self._columns[k] = Columns(self.whitened.weighted(X), self.cross[:, at], self.grams[i], self.Xy[at])
+        return self._columns[k]
+
+    def joined(self, chosen: Iterable[int]) -> Columns | None:
+        """Return the columns of the hypotheses `chosen`, side by side; None where there are none."""
+        made: Columns | None = None
+        for k in chosen:
+            made = self.columns(k) if made is None else made.joined(self.columns(k))
+        return made
+
+    def between(self, k: int) -> Array:
+        """Return the products (k, K) of the columns of hypothesis `k` with those of all shared laws."""
+        if k not in self._between:
+            self._between[k] = self.products(self.columns(k).Xw)
+        return self._between[k]
+
+    def projected(self, chosen: Sequence[int], fit: Posterior) -> Array:
+        """Return C (P + k, K): what `fit` of the hypotheses `chosen` takes of the shared columns is C'C."""
+        from scipy.linalg import solve_triangular
+
+        cross = np.concatenate([self.cross, *map(self.between, chosen)])
+        made: Array = solve_triangular(fit.chol, cross * fit.scale[:, None], lower=True, check_finite=False)
+        return made
+
+    @staticmethod
+    def remainders(laws: Alike, C: Array) -> Array:
+        """Return the Gram matrices (laws, width, width) of what a fit with the projection C (P + k, K) leaves of each law."""
+        Ck = C[:, laws.at.ravel()].reshape(len(C), *laws.at.shape)
+        made: Array = laws.gram - np.einsum("nka,nkb->kab", Ck, Ck)
+        return made
+
+    def drawn(self, seed: int, draws: int) -> tuple[Array, Array]:
+        """Return rows (n, joints, draws) of noise of unit size and their products (draws, K) with the shared columns."""
+        if seed not in self._drawn:
+            e = np.random.default_rng(seed).standard_normal((*self.whitened.y.shape, draws))
+            self._drawn[seed] = e, self.products(e)
+        return self._drawn[seed]
+
+    def gains(self, chosen: Sequence[int], fit: Posterior) -> Array:
+        """Return the log evidence (hypotheses,) that each adds to `fit` of `chosen` at its sizes, the cut at bounds included."""
+        gained = np.full(len(self.library.hypotheses), -np.inf)
+        if len(self.shared):
+            self._shared_gains(chosen, fit, gained)
+        if len(self.own):
+            self._own_gains(chosen, fit, gained)
+        return gained
+
+    def _shared_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
+        C = self.projected(chosen, fit)
+        c = self.Xy - C.T @ fit.half
+        for width, laws in self.alike.items():
+            M = RHO**2 * self.remainders(laws, C) + np.eye(width)
+            ck = c[laws.at]
+            half = np.asarray(np.linalg.solve(M, ck[..., None])[..., 0], dtype=float)
+            logdet = np.linalg.slogdet(M)[1]
+            mean, spread = RHO**2 * half, RHO**2 * np.linalg.inv(M)
+            sd: Array = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
+            within = np.where(laws.free, 0.0, np.maximum(log_mass(laws.low, laws.high, mean, sd) - laws.before, -1e6))
+            gained[self.shared[laws.which]] = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - logdet) + within.sum(axis=1)
+
+    @cached_property
+    def alike(self) -> dict[int, Alike]:
+        """The shared laws by their number of values."""
+        made = {}
+        for width in np.unique(self.widths).tolist():
+            which = np.flatnonzero(self.widths == width)
+            pairs = [self.library.bounds(int(k)) for k in self.shared[which]]
+            low, high = np.array([a for a, _ in pairs]), np.array([b for _, b in pairs])
+            before = log_mass(low, high, np.zeros_like(low), np.full_like(low, RHO))
+            made[width] = Alike(which, self.starts[which][:, None] + np.arange(width), np.stack([self.grams[i] for i in which]),
+                                low, high, np.isinf(low) & np.isinf(high), before)
+        return made
+
+    @cached_property
+    def _rows_of(self) -> list[NDArray[np.int64]]:
+        """The rows of every recording."""
+        return [np.flatnonzero(self.whitened.group == g) for g in range(self.library.design.problem.groups)]
+
+    @cached_property
+    def _own_parts(self) -> Own:
+        """Products of the columns with values of each recording's own."""
+        hypotheses, groups = self.library.hypotheses, len(self._rows_of)
+        ends = np.cumsum([0, *(hypotheses[k].width for k in self.own)]).tolist()
+        places = {int(k): slice(a, b) for k, (a, b) in zip(self.own, pairwise(ends), strict=True)}
+        cross, Xy = np.zeros((len(self.whitened.b), groups, ends[-1])), np.zeros((groups, ends[-1]))
+        blocks = np.zeros((groups, ends[-1], max(hypotheses[k].width for k in self.own)))
+        for numbers, X in self.library.runs(self.own):
+            Xw, at = self.whitened.weighted(X), slice(places[numbers[0]].start, places[numbers[-1]].stop)
+            for g, rows in enumerate(self._rows_of):
+                part = Xw[rows]
+                flat = part.reshape(part.shape[0] * part.shape[1], part.shape[2])
+                cross[:, g, at], Xy[g, at] = self.whitened.cross(part, rows), flat.T @ self.whitened.y[rows].ravel()
+                for s in (places[k] for k in numbers):
+                    own = flat[:, s.start - at.start: s.stop - at.start]
+                    blocks[g, s, : own.shape[1]] = own.T @ own
+        return Own(cross, Xy, blocks, places)
+
+    def _own_products(self, k: int) -> Array:
+        """Return the products (k, groups, K) of the columns of hypothesis `k` with those of each recording's own."""
+        if k not in self._own_between:
+            weighted = self.whitened.weighted(self.columns(k).Xw)
+            parts = [weighted[rows].reshape(-1, weighted.shape[2]).T for rows in self._rows_of]
+            runs = [np.stack([part @ X[rows].reshape(part.shape[1], X.shape[2]) for part, rows in zip(parts, self._rows_of, strict=True)],
+                             axis=1) for _, X in self.library.runs(self.own)]
+            self._own_between[k] = np.concatenate(runs, axis=2)
+        return self._own_between[k]
+
+    def _own_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
+        from scipy.linalg import solve_triangular
+
+        cross, Xy, blocks, places = self._own_parts
+        groups, numbers = cross.shape[1], list(places)
+        if len(self._own_best) == len(places) and len(places) > OWN_SCREENED:  # those that never gained much are not asked again
+            numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
+        kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
+        stacked = np.concatenate([one[..., kept] for one in (cross, *map(self._own_products, chosen))]) * fit.scale[:, None, None]
+        C = solve_triangular(fit.chol, stacked.reshape(len(stacked), -1), lower=True, check_finite=False).reshape(stacked.shape)
+        c = Xy[:, kept] - np.einsum("pgk,p->gk", C, fit.half)
+        start = 0
+        for number in numbers:
+            s, w = places[number], places[number].stop - places[number].start
+            live = [g for g in range(groups) if blocks[g, s, :w].any()]
+            if live:
+                Ck = C[:, live, start:start + w].reshape(len(C), -1)
+                M = -RHO**2 * (Ck.T @ Ck)
+                for i, g in enumerate(live):
+                    M[i * w:(i + 1) * w, i * w:(i + 1) * w] += RHO**2 * blocks[g, s, :w]
+                M[np.diag_indices_from(M)] += 1.0
+                ck = c[live, start:start + w].ravel()
+                gained[number] = 0.5 * (RHO**2 * ck @ np.linalg.solve(M, ck) - np.linalg.slogdet(M)[1])
+            self._own_best[number] = max(self._own_best.get(number, -np.inf), float(gained[number]))
+            start += w
