@@ -68,18 +68,18 @@ class Backlash(InstrumentEffect):
             sides.append(s)
         return -0.5 * torch.tensor(sides, dtype=torch.float64)
 
-    def _carried(self, seen: SensorView) -> Tensor:
+    def _carried_torque(self, seen: SensorView) -> Tensor:
         """The torque (n,) N m that carries the link: as measured where it was, else what the model says."""
         known = seen.tau if seen.measured is None else torch.where(torch.isfinite(seen.measured), seen.measured, seen.tau)
         return seen.joint_torque(known)[:, self.joint - 1]
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return d reading / d gap, (n, joints, 1)."""
-        return seen.along(self._side(seen, self._carried(seen)), self.joint)[..., None]
+        return seen.along(self._side(seen, self._carried_torque(seen)), self.joint)[..., None]
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the gap."""
-        side = None if seen.measured is None else self._side(seen, self._carried(seen))
+        side = None if seen.measured is None else self._side(seen, self._carried_torque(seen))
         return turned_reading(seen, self.joint, lambda tau: self.gap[0] * (self._side(seen, tau) if side is None else side))
 
     def sentence(self, said: Mapping[str, str]) -> str:

@@ -45,7 +45,8 @@ def main() -> None:
         print(table(results[protocol]), flush=True)
     seconds = time.perf_counter() - start
     write_text(HERE / "README.md", PAGE.format(
-        version=versions()["nnhydro"].partition("+")[0], minutes=max(1, round(seconds / 60)), tables="\n".join(map(table, results.values()))))
+        version=versions()["nnhydro"].partition("+")[0], minutes=max(1, round(seconds / 60)),
+        tables="\n".join(map(table, results.values()))))
     write_json(HERE / "results.json", {protocol: result.document() for protocol, result in results.items()} | {"seconds": round(seconds)})
 
 
