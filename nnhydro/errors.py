@@ -40,7 +40,7 @@ class MissingExtraError(NnhydroError):
     """An optional library is not installed."""
 
 
-def counted(number: int, noun: str) -> str:
+def count_text(number: int, noun: str) -> str:
     """Return "1 row", "2 rows": `number` and `noun` in the plural where it has one."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 

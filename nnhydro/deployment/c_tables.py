@@ -19,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.deployment.c_kernels import DOTTED, OPTIONS, dense
-from nnhydro.models.export.expressions import Program, Scalar, Value
+from nnhydro.models.export.expressions import Program, Row, Value, row_of
 from nnhydro.models.export.schedule import rounds
 
-Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients; None: the constant 1
 LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 RUN: Final = 5  # places that follow each other: shorter runs go one by one
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
@@ -32,13 +31,6 @@ SIDE: Final = 4  # equal matrices from which on they are one product
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
-def row_of(x: Value) -> Row:
-    """Return the terms of a linear combination, its constant included."""
-    if not isinstance(x, Scalar):
-        return ((None, float(x)),)
-    return (*(((None, x.bias),) if x.bias else ()), *sorted(x.terms.items()))
-
-
 def _mirror_pairs(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.float64]] | None:
     """Pairs of rows of W (m, k) that differ by one pattern of signs s (k,) only, and s; None where they do not all pair up."""
     by_size: dict[bytes, list[int]] = defaultdict(list)

@@ -62,7 +62,7 @@ class Backlash(InstrumentEffect):
 
     def _carried_side(self, seen: SensorView) -> Tensor:
         """The same under the torque that is known to carry the link."""
-        return self._place(seen, seen.memo.of((type(self), self.joint), lambda: _past_knocks(seen, self._carried(seen))))
+        return self._place(seen, seen.memo.of((type(self), self.joint), lambda: _past_knocks(seen, self._carried_torque(seen))))
 
     def _place(self, seen: SensorView, tau: Tensor) -> Tensor:
         """Half the place (n,) of the link in the gap under the torque `tau` (n,) past knocks."""
@@ -78,7 +78,7 @@ class Backlash(InstrumentEffect):
             sides.append(s)
         return -0.5 * torch.tensor(sides, dtype=torch.float64)
 
-    def _carried(self, seen: SensorView) -> Tensor:
+    def _carried_torque(self, seen: SensorView) -> Tensor:
         """The torque (n,) N m that carries the link: as measured where it was, else what the model says."""
         known = seen.tau if seen.measured is None else torch.where(torch.isfinite(seen.measured), seen.measured, seen.tau)
         return seen.joint_torque(known)[:, self.joint - 1]

@@ -33,7 +33,7 @@ class Signature:
     zero_at_rest: bool = True
 
 
-def _filled(text: Any) -> bool:
+def _has_text(text: Any) -> bool:
     return isinstance(text, str) and bool(text.strip())
 
 
@@ -41,11 +41,11 @@ def _require_signature(where: str, signature: Any) -> None:
     """Raise ModelError where the signature of a card is missing or incomplete."""
     require(isinstance(signature, Signature), f"{where}: signature is missing: signature = Signature(depends_on=..., ...)", ModelError)
     for name in ("region", "excited_by"):
-        require(_filled(getattr(signature, name)), f"{where}: signature.{name} is empty", ModelError)
+        require(_has_text(getattr(signature, name)), f"{where}: signature.{name} is empty", ModelError)
     require(signature.parity in PARITIES, f"{where}: parity {signature.parity!r} is not one of {', '.join(PARITIES)}", ModelError)
     for name in ("depends_on", "mistaken_for"):
         words: Sequence[Any] = getattr(signature, name)
-        require(isinstance(words, tuple) and all(map(_filled, words)), f"{where}: signature.{name} must be a tuple of words", ModelError)
+        require(isinstance(words, tuple) and all(map(_has_text, words)), f"{where}: signature.{name} must be a tuple of words", ModelError)
     require(bool(signature.depends_on), f"{where}: signature.depends_on names nothing", ModelError)
 
 
@@ -53,7 +53,7 @@ def require_card(cls: "type[Effect]") -> None:
     """Raise ModelError naming what is missing unless the class carries a whole card."""
     where = f"effect {cls.__name__}"
     for name in TEXTS:
-        require(_filled(getattr(cls, name, None)), f"{where}: {name} is missing or empty: every card has one", ModelError)
+        require(_has_text(getattr(cls, name, None)), f"{where}: {name} is missing or empty: every card has one", ModelError)
     require(cls.id.isidentifier() and cls.id == cls.id.lower(), f"{where}: id {cls.id!r} must be a lower-case name", ModelError)
     require(cls.family in FAMILIES, f"{where}: family {cls.family!r} is not one of {', '.join(FAMILIES)}", ModelError)
     require(cls.acts in ACTS, f"{where}: acts {cls.acts!r} is not one of {', '.join(ACTS)}", ModelError)
@@ -65,5 +65,5 @@ def require_card(cls: "type[Effect]") -> None:
         require(inside, f"{where}: {f.name}: start or grid lies outside the bounds {low:g} to {high:g}", ModelError)
         require(f.metadata["linear"] or bool(f.metadata["grid"]), f"{where}: {f.name} is not linear and has no grid", ModelError)
         for word in ("unit", "meaning"):
-            require(_filled(f.metadata[word]), f"{where}: {f.name} has no {word}", ModelError)
+            require(_has_text(f.metadata[word]), f"{where}: {f.name} has no {word}", ModelError)
     assert all(f.name for f in fields(cls))

@@ -25,24 +25,24 @@ def direction(seen: SensorView, twist: Tensor, joint: int) -> Tensor:
 
 def turned_reading(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor]) -> Tensor:
     """Return the reading (n, joints) N m of an arm whose `joint` (from 1) twists by `twist(tau_j)` (n,) rad, tau_j at the joint."""
-    def moved(turn: Tensor) -> Tensor:
+    def torque_at(turn: Tensor) -> Tensor:
         dq = direction(seen, turn, joint)
         dqd = seen.in_time(dq)
-        return seen.torque_of(seen.moved(dq, dqd, seen.in_time(dqd)))
+        return seen.torque_of(seen.flow_moved_by(dq, dqd, seen.in_time(dqd)))
 
-    return _settled(seen, joint, twist, moved)
+    return _fixed_point(seen, joint, twist, torque_at)
 
 
 def nearly_turned_reading(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor]) -> Tensor:
     """Return the reading to first order in the twist, from the derivatives of the torque alone: a third of the time."""
-    return _settled(seen, joint, twist, lambda turn: seen.tau + seen.along(turn, joint))
+    return _fixed_point(seen, joint, twist, lambda turn: seen.tau + seen.along(turn, joint))
 
 
-def _settled(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor], moved: Callable[[Tensor], Tensor]) -> Tensor:
-    """The reading at which the twist is that of its own torque; `moved(turn)` is the torque where the joint turns by so much."""
+def _fixed_point(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor], torque_at: Callable[[Tensor], Tensor]) -> Tensor:
+    """The reading at which the twist is that of its own torque; `torque_at(turn)` is the torque where the joint turns by so much."""
     tau, size = seen.tau, float("inf")
     for _ in range(ROUNDS):
-        after = moved(twist(seen.joint_torque(tau)[:, joint - 1]))
+        after = torque_at(twist(seen.joint_torque(tau)[:, joint - 1]))
         change = float((after - tau).abs().max()) if len(tau) else 0.0
         if change > size:
             return tau

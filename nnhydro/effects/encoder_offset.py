@@ -40,7 +40,7 @@ class EncoderOffset(InstrumentEffect):
         """Return the reading at the true angles."""
         dq = torch.zeros_like(seen.motion.q)
         dq[:, self.joint - 1] = -self.offset[0]
-        return seen.torque_of(seen.moved(dq))
+        return seen.torque_of(seen.flow_moved_by(dq))
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -11,7 +11,7 @@ from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parame
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import unit_drag
-from nnhydro.physics.travel.wake_memory import relaxed
+from nnhydro.physics.travel.wake_memory import relax
 
 STRIPS = 10  # a link
 TINY = 1e-12  # m: water at rest has no travel
@@ -55,7 +55,7 @@ class FlowMemory(LoadEffect):
         if flow.motion.steady or len(w) < 2:
             return strips.to_joints(torch.zeros_like(drag))
         steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None]
-        return strips.to_joints(relaxed(drag, steps * w / (memory + TINY), drag[0]) - drag)
+        return strips.to_joints(relax(drag, steps * w / (memory + TINY), drag[0]) - drag)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -18,7 +18,7 @@ TINY = 1e-12  # m/s
 ALIGNED = 0.2  # sine of the bend over which the side changes
 
 
-def shadowed(flow: Flow, strips: Strips, link: int, reach: float) -> Tensor:
+def shadow(flow: Flow, strips: Strips, link: int, reach: float) -> Tensor:
     """Return l/(l + r/D) (n, s) of the strips of `link` (from 0) whose way through the water leads to the neighbour in r, else 0.
 
     In the frame of the link a strip at (x, 0) moves along (u, w); the neighbour is the stretch from the joint between them along d.
@@ -76,7 +76,7 @@ class LinkInterference(LoadEffect):
         side = torch.sign(strips.w[:, link]) * torch.tanh(ahead / ALIGNED)[:, None]
         shares = torch.zeros(*strips.w.shape, 3, dtype=torch.float64)
         shares[:, link, :, 0], shares[:, link, :, 1] = folded[:, None], folded[:, None] * side
-        shares[:, link, :, 2] = shadowed(flow, strips, link, self.reach[0])
+        shares[:, link, :, 2] = shadow(flow, strips, link, self.reach[0])
         return strip_columns(strips, unit_drag(strips), shares).sum(2)
 
     def sentence(self, said: Mapping[str, str]) -> str:

@@ -22,7 +22,7 @@ class Quantity:
     unit: str
 
 
-def _rounded(value: float, step: float) -> str:
+def _round_to(value: float, step: float) -> str:
     """`value` to the first figure of `step`, to the second where the first is 1 or 2, without an exponent where that is readable."""
     if step <= 0 or not isfinite(step):
         return f"{value:.3g}"
@@ -39,8 +39,8 @@ def format_quantity(quantity: Quantity, interval: Interval | None = None) -> str
     low, high = interval
     half = (high - low) / 2
     if abs(quantity.value - (low + high) / 2) > half / 4:
-        return f"{_rounded(quantity.value, half)}{unit} (95 %: {_rounded(low, half)} to {_rounded(high, half)})"
-    return f"{_rounded(quantity.value, half)} +- {_rounded(half, half)}{unit}"
+        return f"{_round_to(quantity.value, half)}{unit} (95 %: {_round_to(low, half)} to {_round_to(high, half)})"
+    return f"{_round_to(quantity.value, half)} +- {_round_to(half, half)}{unit}"
 
 
 def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Tensor, covariance: Tensor) -> dict[str, Interval]:

@@ -9,7 +9,7 @@ from torch import Tensor
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.effects.time_shift import delayed, lagged
+from nnhydro.effects.time_shift import first_order_lag, time_delay
 
 
 @effect
@@ -50,7 +50,7 @@ class SensorTiming(InstrumentEffect):
         if seen.motion.steady:
             return seen.tau
         delay, T = self.split()
-        return delayed(seen.motion.t, lagged(seen.motion.t, seen.tau, T), delay)
+        return time_delay(seen.motion.t, first_order_lag(seen.motion.t, seen.tau, T), delay)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return lag, delay and time constant."""

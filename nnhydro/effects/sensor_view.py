@@ -100,7 +100,7 @@ class SensorView:
         """Return dx/dt (n, k) of `x` (n, k) along this stretch; 0 in steady rows."""
         return torch.zeros_like(x) if self.motion.steady else time_derivative(self.motion.t, x)
 
-    def moved(self, dq: Tensor, dqd: Tensor | None = None, dqdd: Tensor | None = None) -> Flow:
+    def flow_moved_by(self, dq: Tensor, dqd: Tensor | None = None, dqdd: Tensor | None = None) -> Flow:
         """Return the flow of the arm with its angles, rates and accelerations (n, joints) changed by these."""
         m = self.motion
         qd = m.qd if dqd is None else m.qd + dqd
@@ -120,7 +120,7 @@ class SensorView:
             def flow_at(joint: int, step: float) -> Flow:
                 changes = [zero, zero, zero]
                 changes[channel] = zero + step * unit[joint]
-                return self.moved(*changes)
+                return self.flow_moved_by(*changes)
 
             return torch.stack([self._slope(lambda step, j=j: flow_at(j, step))  # type: ignore[misc]
                                 for j in range(self.arm.n_links)], dim=-1)

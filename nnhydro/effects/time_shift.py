@@ -1,7 +1,7 @@
 """A channel that comes late: pure delay and first-order lag of a sampled signal, exact for its cubic spline.
 
-    delayed   y(t) = x(t - delay), held at the ends
-    lagged    T dy/dt = x - y, in balance at the first row:  y = x - T x' + T^2 x'' - T^3 x''' + decaying part, piece by piece
+    time_delay        y(t) = x(t - delay), held at the ends
+    first_order_lag   T dy/dt = x - y, in balance at the first row:  y = x - T x' + T^2 x'' - T^3 x''' + decaying part, piece by piece
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from torch import Tensor
 from nnhydro.physics.motion import tensor
 
 
-def delayed(t: Tensor, x: Tensor, delay: float) -> Tensor:
+def time_delay(t: Tensor, x: Tensor, delay: float) -> Tensor:
     """Return `x` (n, k) `delay` s later (earlier where negative)."""
     from scipy.interpolate import CubicSpline
 
@@ -20,7 +20,7 @@ def delayed(t: Tensor, x: Tensor, delay: float) -> Tensor:
     return tensor(CubicSpline(times, x.numpy())(np.clip(times - delay, times[0], times[-1])))
 
 
-def lagged(t: Tensor, x: Tensor, lag: float) -> Tensor:
+def first_order_lag(t: Tensor, x: Tensor, lag: float) -> Tensor:
     """Return `x` (n, k) through a first-order low-pass with the time constant `lag` s."""
     from scipy.interpolate import CubicSpline
 

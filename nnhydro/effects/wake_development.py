@@ -9,7 +9,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
-from nnhydro.physics.coefficients.travel_bspline import basis, fixed
+from nnhydro.physics.coefficients.travel_bspline import basis, rest_curve
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import strip_columns, travel_of, unit_drag, unit_inertia
@@ -51,7 +51,7 @@ class WakeDevelopment(LoadEffect):
     def shapes(self, s_over_D: Tensor) -> Tensor:
         """Return b_k (..., 3) at the travel `s_over_D` (...)."""
         end = self.reach[0]
-        first, others = fixed(s_over_D, end, CURVES), basis(s_over_D, end, CURVES)
+        first, others = rest_curve(s_over_D, end, CURVES), basis(s_over_D, end, CURVES)
         return torch.cat([first[..., None], others[..., :-1]], dim=-1)
 
     def columns(self, flow: Flow) -> Tensor:

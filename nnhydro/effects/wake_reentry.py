@@ -56,7 +56,7 @@ class WakeReentry(LoadEffect):
         w, carried = strips.w, flow.motion.carried
         if flow.motion.steady and carried is None:
             return torch.zeros(len(w), flow.arm.n_links, 3, dtype=torch.float64)
-        m = self._behind(flow, w) if carried is None else self._met(flow, w, carried)
+        m = self._behind(flow, w) if carried is None else self._carried_wake(flow, w, carried)
         o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
         first = -2 * w.abs() * o
         rest = (w - o).abs() * (w - o) - w.abs() * w - first
@@ -64,7 +64,7 @@ class WakeReentry(LoadEffect):
         parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest)
         return torch.stack([strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f).sum(-1) for f in parts], dim=-1)
 
-    def _met(self, flow: Flow, w: Tensor, carried: Carried) -> Tensor:
+    def _carried_wake(self, flow: Flow, w: Tensor, carried: Carried) -> Tensor:
         """The water behind the strips of arms that are stepped through time: the wake v and what it drags along, from step to step."""
         reach, second = self.length[0] * flow.D[:, None], self.second[0] if self.second else 0.0
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import SCHEMA_BENCHMARK
-from nnhydro.errors import CampaignError, counted, require
+from nnhydro.errors import CampaignError, count_text, require
 from nnhydro.evaluation.entries import ModelEntry, default_names, entries
 from nnhydro.evaluation.interval_coverage import Coverage, coverage_document
 from nnhydro.evaluation.metrics import Misfit, error_interval
@@ -158,7 +158,7 @@ class Benchmark:
         text += f"; a perfect model would leave {100 * self.noise_floor:.1f} %" if self.noise_floor is not None else ""
         left = sorted({name for units in self.seen.values() for name in units})
         if left:
-            text += (f". Not compared on {counted(len(left), 'recording')} that {' and '.join(self.seen)} had seen before: "
+            text += (f". Not compared on {count_text(len(left), 'recording')} that {' and '.join(self.seen)} had seen before: "
                      f"{', '.join(left[:4])}{', ...' if len(left) > 4 else ''}")
         return text + "."
 

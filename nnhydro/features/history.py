@@ -19,7 +19,7 @@ from nnhydro.features.wake import STILL, each_under_way, under_way
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.travel.step import FOREVER
-from nnhydro.physics.travel.wake_memory import relaxed
+from nnhydro.physics.travel.wake_memory import relax
 
 SPANS = (1.0, 5.0)  # diameters
 WHILE = 1.0  # s
@@ -115,7 +115,7 @@ def low_pass(view: View) -> Features:
             m = _carried_low_pass(flow, flow.motion.carried, w, lag)
         elif not flow.motion.steady and len(w) > 1:
             step = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None].expand_as(w)
-            m = relaxed(w, step / lag, w[0] if under_way(flow) else torch.zeros_like(w[0]))
+            m = relax(w, step / lag, w[0] if under_way(flow) else torch.zeros_like(w[0]))
         odd.append((m / torch.sqrt(m**2 + V**2 + STILL**2)).flatten(1))
     joined = torch.cat(odd, dim=1)
     return Features(joined, joined[:, :0])

@@ -15,7 +15,7 @@ from nnhydro.fitting.absurdities import absurdities
 from nnhydro.fitting.linear.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.fitting.linear.statistics import Statistics, columns_and_offset, of_segment, total
-from nnhydro.fitting.travel.travel_scale import has_travel_scale, with_best_travel_scale
+from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
 from nnhydro.models.baselines import Baseline, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.seen import SEEN, seen_record
@@ -23,6 +23,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.water_pressure import WaterPressure
 from nnhydro.physics.threads import one_thread
+from nnhydro.physics.travel.state_model import has_travel_scale
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation

@@ -18,7 +18,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.carried import Carried
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.travel.wake_memory import relaxed
+from nnhydro.physics.travel.wake_memory import relax
 
 SIGN_WIDTH = 0.02  # rad/s: far below the rates of a tow-tank test (0.1 to 3), above what is left of encoder noise after filtering
 DRY_WIDTH = 0.005  # rad/s: of the step of dry friction where its level is sought; a wider one is made up for by a larger breakaway
@@ -40,7 +40,7 @@ def bent_sign(motion: Motion, joint: int, bending: float) -> Tensor:
         return smooth_sign(qd, DRY_WIDTH)
     between = (qd + torch.cat([qd[:1], qd[:-1]])) / 2  # mean rate since the sample before: z is that at the sample
     travel = torch.diff(motion.t, prepend=motion.t[:1]) * between.abs()
-    return relaxed(torch.sign(between), travel / bending, torch.zeros(1, dtype=torch.float64))
+    return relax(torch.sign(between), travel / bending, torch.zeros(1, dtype=torch.float64))
 
 
 def _carried_sign(carried: Carried, qd: Tensor, name: str, bending: float) -> Tensor:

@@ -1,6 +1,7 @@
 """docs/architecture.md says what the code is: its tables and its picture are those made from the imports."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import pytest
@@ -36,3 +37,9 @@ def test_every_dot_of_the_picture_lies_below_the_diagonal():
     level = made.floors(graph)
     assert all(level[other] < level[name] for name, others in graph.items() for other in others)
     assert made.picture().count("<circle") == sum(len([o for o in others if o != "demo"]) for others in graph.values())
+
+
+def test_folders_and_files_that_the_page_names_are_there():
+    named = set(re.findall(r"`([\w*]+(?:/[\w*.]+)+)`", made.PAGE.read_text(encoding="utf-8")))
+    assert len(named) > 8
+    assert [name for name in sorted(named) if not any(list(place.glob(name)) for place in (ROOT, made.PACKAGE))] == []

@@ -66,7 +66,7 @@ def test_ordinates_are_the_curves_own_values_and_it_is_constant_beyond(tau_s, se
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 20])
 def test_b_splines_sum_to_one_start_where_they_must_and_end_level(count):
     s = torch.linspace(0, 12, 500, dtype=torch.float64)
-    total = travel_bspline.basis(s, 10.0, count).sum(-1) + travel_bspline.fixed(s, 10.0, count)
+    total = travel_bspline.basis(s, 10.0, count).sum(-1) + travel_bspline.rest_curve(s, 10.0, count)
     assert_close(total, torch.ones_like(s))
     c = torch.arange(1, count + 1, dtype=torch.float64)
     ends = travel_bspline.curve(tensor([0.0, 10.0, torch.inf]), 10.0, 0.3, c)

@@ -17,7 +17,7 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
-from nnhydro.recordings.filtering.preprocessing import derivatives, resampled, stretches
+from nnhydro.recordings.filtering.preprocessing import derivatives, resample, stretches
 from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
@@ -28,7 +28,7 @@ def filtered_columns(campaign: Campaign, name: str, cutoff_hz: float, order: int
     low_pass, parts = LowPass(cutoff_hz, order), []
     recording = campaign.load(name)
     for start, stop in stretches(recording):
-        part = resampled(recording, start, stop)
+        part = resample(recording, start, stop)
         dt = float(part.t[1] - part.t[0])
         q = low_pass.apply(part.q, dt)
         still = np.zeros(len(q))

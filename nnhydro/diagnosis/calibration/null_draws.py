@@ -5,7 +5,7 @@
 with e, f ~ N(0, 1), rows of noise and coefficients of the fit A = scaled baseline, unknown and laws, LL' = M its precision. Under the null
 the projected products of all columns with the torque are jointly normal with the projected Gram matrix, which is never made itself; every
 law of every key takes part, so that the look-elsewhere effect is paid as it is.
-Source: draws from a normal by its precision, Bhattacharya, Chakraborty & Mallick (2016), Biometrika 103, eq. 3.
+The covariance is right since X'W^1/2 A = C'L': X'WX + C'C - 2 C'C.
 """
 
 import numpy as np
@@ -24,12 +24,12 @@ def null_gains(search: Search, beside: Scored, seed: int) -> Array:
 
     view: View = search.view
     fit, columns = beside.fit, view.joined(beside.chosen)
-    e, Xe = view.drawn(seed, NULL_DRAWS)
+    e, Xe = view.noise_draws(seed, NULL_DRAWS)
     Ae = view.whitened.cross(e)
     if columns is not None:
         Ae = np.concatenate([Ae, columns.Xw.reshape(-1, columns.Xw.shape[2]).T @ e.reshape(-1, NULL_DRAWS)])
     f = np.random.default_rng([seed, 1]).standard_normal(Ae.shape)
-    C = view.projected(beside.chosen, fit)
+    C = view.projection(beside.chosen, fit)
     c = Xe.T - C.T @ solve_triangular(fit.chol, Ae * fit.scale[:, None] - f, lower=True, check_finite=False)  # (K, draws)
     best = np.full(NULL_DRAWS, -np.inf)
     prior = np.array([view.library.log_prior(int(k)) for k in view.shared])

@@ -7,7 +7,7 @@ A member k of the best set S is claimed if
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, also without the one that gains most
     4. one of its values differs from 0 by PRECISE standard deviations, and none lies beyond a physical bound
-    5. it moves the torque by RELEVANT of its rms, and by FORM of the largest other claim
+    5. it moves the torque by RELEVANT of its rms, in a part of the campaign also by FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
 Members that fail leave the set, the one that gains least first, and the others are judged again.
 """
@@ -112,7 +112,7 @@ def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[flo
 def _judged(search: Search, now: Scored, rest: Scored, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
-    others = [share for other, share in shares.items() if other != k]
+    others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
     least = max(RELEVANT, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
     without_best = float(held.sum() - held.max()) if len(held) > 2 else float(held.sum())

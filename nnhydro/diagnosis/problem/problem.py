@@ -20,7 +20,7 @@ from nnhydro.physics.memo import Memo
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band, band_of
-from nnhydro.recordings.filtering.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.trajectory import ROW_RATE, ROWS_PER_PERIOD, band_limited, trajectory
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
@@ -68,7 +68,7 @@ def segments_of(r: Recording, band: Band, sliding: bool = False) -> Iterator[Seg
     edge = band.torque
     r = with_heading(r)
     for start, stop in stretches(r):
-        part = resampled(r, start, stop)
+        part = resample(r, start, stop)
         n, dt = len(part), float(part.t[1] - part.t[0])
         rows = min(n, max(int(np.ceil(n * dt * max(edge * ROWS_PER_PERIOD, ROW_RATE))), 16))
         motion = trajectory(part, band.motion, rows)

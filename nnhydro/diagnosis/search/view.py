@@ -114,7 +114,7 @@ class View:
             self._between[k] = self.products(self.columns(k).Xw)
         return self._between[k]
 
-    def projected(self, chosen: Sequence[int], fit: Posterior) -> Array:
+    def projection(self, chosen: Sequence[int], fit: Posterior) -> Array:
         """Return C (P + k, K): what `fit` of the hypotheses `chosen` takes of the shared columns is C'C."""
         from scipy.linalg import solve_triangular
 
@@ -129,7 +129,7 @@ class View:
         made: Array = laws.gram - np.einsum("nka,nkb->kab", Ck, Ck)
         return made
 
-    def drawn(self, seed: int, draws: int) -> tuple[Array, Array]:
+    def noise_draws(self, seed: int, draws: int) -> tuple[Array, Array]:
         """Return rows (n, joints, draws) of noise of unit size and their products (draws, K) with the shared columns."""
         if seed not in self._drawn:
             e = np.random.default_rng(seed).standard_normal((*self.whitened.y.shape, draws))
@@ -146,7 +146,7 @@ class View:
         return gained
 
     def _shared_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
-        C = self.projected(chosen, fit)
+        C = self.projection(chosen, fit)
         c = self.Xy - C.T @ fit.half
         for width, laws in self.alike.items():
             M = RHO**2 * self.remainders(laws, C) + np.eye(width)

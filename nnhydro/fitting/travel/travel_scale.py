@@ -76,11 +76,6 @@ def _energy(stats: Statistics, before: Prior, weight: Array) -> float:
     return float(weight @ residual_energy(stats, theta) + z @ z)
 
 
-def has_travel_scale(loads: Loads) -> bool:
-    """Return whether a term of `loads` has a travel scale tau_s."""
-    return any(f.name == "tau_s" for term in loads.terms.values() for f in term.parameters())
-
-
 def with_best_travel_scale(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> TravelScale:
     """Return `loads` with tau_s chosen for the units; linear parameters keep their values, `fit_units` is to follow.
 

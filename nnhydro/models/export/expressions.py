@@ -31,6 +31,14 @@ class Scalar:
 
 Value = float | Scalar
 Key = tuple[Any, ...]
+Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients; None: the constant 1
+
+
+def row_of(x: Value) -> Row:
+    """Return the terms of a linear combination, its constant included."""
+    if not isinstance(x, Scalar):
+        return ((None, float(x)),)
+    return (*(((None, x.bias),) if x.bias else ()), *sorted(x.terms.items()))
 
 
 @final

@@ -13,7 +13,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.models.export.expressions import Program, Scalar, Value
+from nnhydro.models.export.expressions import Program, Row, Value, row_of
 from nnhydro.models.export.schedule import rounds
 
 OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "abs": "Abs", "sign": "Sign", "sqrt": "Sqrt", "exp": "Exp",
@@ -26,14 +26,6 @@ LONG = 12  # terms: longer sums go as a matrix, with others over the same atoms
 NODE, ELEMENT, TIMES = 0.3, 0.0008, {8: 2.2e-4, 4: 4e-5}
 Place = tuple[int, int]  # chunk and position in it
 Atoms = tuple[int | None, ...]  # None: the constant 1
-Row = tuple[tuple[int | None, float], ...]  # atoms and their coefficients
-
-
-def _row(x: Value) -> Row:
-    """The terms of a linear combination, its constant included."""
-    if not isinstance(x, Scalar):
-        return ((None, float(x)),)
-    return (*(((None, x.bias),) if x.bias else ()), *sorted(x.terms.items()))
 
 
 def _blocks(rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list[Row]]], list[Row]]:
@@ -56,7 +48,7 @@ def infinite_atoms(program: Program) -> set[int]:
     found: set[int] = set()
 
     def may_be(x: Value, least: float = -np.inf) -> bool:
-        return any(c > least and (k in found or (k is None and np.isinf(c))) for k, c in _row(x))
+        return any(c > least and (k in found or (k is None and np.isinf(c))) for k, c in row_of(x))
 
     for number, atom in enumerate(program.atoms):
         wild = [may_be(x, 0.0 if atom.kind == "exp" else -np.inf) for x in atom.operands]  # exp of minus infinity is 0
@@ -181,7 +173,7 @@ class Graph:
 
     def round(self, program: Program, kinds: dict[str, list[int]]) -> None:
         """Compute the atoms `kinds` {kind: atoms}."""
-        operands = {k: [_row(x) for x in program.atoms[k].operands] for atoms in kinds.values() for k in atoms}
+        operands = {k: [row_of(x) for x in program.atoms[k].operands] for atoms in kinds.values() for k in atoms}
         extreme = [k for kind in ("maxof", "minof") for k in kinds.get(kind, [])]
         self.combine(row for k in extreme for row in operands[k])
         for k in extreme:
@@ -243,9 +235,9 @@ def onnx_model(program: Program, inputs: dict[str, tuple[int, ...]], outputs: di
         number += size
     for kinds in rounds(program, flat):
         graph.round(program, kinds)
-    graph.combine(_row(x) for x in flat)
+    graph.combine(row_of(x) for x in flat)
     for name, values in outputs.items():
-        vector = graph.gather([_row(x) for x in values.ravel()], (values.size,))
+        vector = graph.gather([row_of(x) for x in values.ravel()], (values.size,))
         graph.nodes.append(helper.make_node("Reshape", [vector, graph.constant(values.shape, np.int64)], [name]))
     made = helper.make_graph(graph.nodes, "step", declared, [helper.make_tensor_value_info(name, kind, values.shape)
                                                              for name, values in outputs.items()], list(graph.constants.values()))

@@ -66,7 +66,7 @@ def basis(s_over_D: Tensor, end: float, count: int) -> Tensor:
     return torch.cat([every[..., 1:count], every[..., count:].sum(-1, keepdim=True)], dim=-1)
 
 
-def fixed(s_over_D: Tensor, end: float, count: int) -> Tensor:
+def rest_curve(s_over_D: Tensor, end: float, count: int) -> Tensor:
     """Return b_0 at the travel `s_over_D` (...): 1 at rest."""
     return _all(s_over_D, end, count)[..., 0]
 
@@ -83,4 +83,4 @@ def bends(count: int, start: float) -> tuple[Tensor, Tensor]:
 
 def curve(s_over_D: Tensor, end: float, start: float, c: Tensor) -> Tensor:
     """Return C(s/D) for the value `start` at rest and the coefficients `c` (K,)."""
-    return start * fixed(s_over_D, end, len(c)) + basis(s_over_D, end, len(c)) @ c
+    return start * rest_curve(s_over_D, end, len(c)) + basis(s_over_D, end, len(c)) @ c

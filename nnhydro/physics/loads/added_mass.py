@@ -30,7 +30,7 @@ def require_reading(reading: str) -> None:
     require(reading in READINGS, f"added mass: reading {reading!r} is not one of {', '.join(READINGS)}", ModelError)
 
 
-def displaced(flow: Flow) -> Tensor:
+def displaced_mass(flow: Flow) -> Tensor:
     """Return the displaced mass per metre of each link, rho pi D^2/4, (links,) kg/m."""
     return flow.rho * pi * flow.D**2 / 4
 
@@ -51,7 +51,7 @@ class AddedMass(LinearTerm):
     def loads(self, flow: Flow) -> tuple[Tensor, Tensor]:
         """Return force (n, links) N along n_i and moment (n, links) N m about the link's own joint, for C_M = 1."""
         N = flow.N + flow.A * flow.u_x if self.reading == "inertial" else flow.N
-        m, L = displaced(flow), flow.L
+        m, L = displaced_mass(flow), flow.L
         return m * (flow.M * L**2 / 2 + N * L), m * (flow.M * L**3 / 3 + N * L**2 / 2)
 
     def columns(self, flow: Flow) -> Tensor:
@@ -59,5 +59,5 @@ class AddedMass(LinearTerm):
         columns = flow.normal_columns(*self.loads(flow))
         if self.reading != "energy":
             return columns
-        momentum = displaced(flow) * (flow.A * flow.L**2 / 2 + flow.B * flow.L)
+        momentum = displaced_mass(flow) * (flow.A * flow.L**2 / 2 + flow.B * flow.L)
         return columns + momentum[:, None, :] * (flow.outboard * flow.u_x[:, None, :] - flow.A[:, None, :] * flow.lever_axial)

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
-from nnhydro.physics.loads.added_mass import displaced, require_reading
+from nnhydro.physics.loads.added_mass import displaced_mass, require_reading
 
 
 @final
@@ -33,7 +33,7 @@ class AxialAddedMass(LinearTerm):
 
     def loads(self, flow: Flow) -> Tensor:
         """Return the force (n, links) N along e_i for C_Mx = 1; in the energy reading what the document's acceleration gives."""
-        mL = displaced(flow) * flow.L
+        mL = displaced_mass(flow) * flow.L
         if self.reading == "inertial":
             return mL * (flow.du_x - flow.A * (flow.A * flow.L / 2 + flow.B))
         return mL * flow.du_x
@@ -44,4 +44,4 @@ class AxialAddedMass(LinearTerm):
         if self.reading != "energy":
             return columns
         slip = flow.A[:, None, :] * flow.lever_normal - flow.outboard * flow.B[:, None, :]
-        return columns + (displaced(flow) * flow.L * flow.u_x)[:, None, :] * slip
+        return columns + (displaced_mass(flow) * flow.L * flow.u_x)[:, None, :] * slip

@@ -37,7 +37,7 @@ class StateAtRest(TravelTerm):
     def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
         """Return C_M0 phi_0 at the travels `s_over_D` (...); all links share it."""
         tau_s = self.tau_s[0]
-        phi = travel_bspline.fixed(s_over_D, tau_s, self.count) if self.count else travel_spline.fixed_part(s_over_D, tau_s)
+        phi = travel_bspline.rest_curve(s_over_D, tau_s, self.count) if self.count else travel_spline.fixed_part(s_over_D, tau_s)
         return self.C_M0[0] * phi
 
     def pieces(self) -> tuple[float, int]:

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LoadTerm
-from nnhydro.physics.loads.added_mass import displaced
+from nnhydro.physics.loads.added_mass import displaced_mass
 
 
 @final
@@ -32,6 +32,6 @@ class WaterPressure(LoadTerm):
         if flow.motion.current is None:
             return torch.zeros_like(flow.motion.q)
         *_, ax, ay = flow.motion.current.at_links()
-        mass, cos, sin = displaced(flow) * flow.L, torch.cos(flow.phi), torch.sin(flow.phi)
+        mass, cos, sin = displaced_mass(flow) * flow.L, torch.cos(flow.phi), torch.sin(flow.phi)
         across, along = -mass * (ay * cos - ax * sin), -mass * (ax * cos + ay * sin)
         return (flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along)).sum(dim=-1)

@@ -1,6 +1,6 @@
 """What the water remembers of the motion before: first-order memories in time or in distance travelled.
 
-    relaxed      dm = (target - m) dr                       m follows the target, r the time or the travel in units of the memory
+    relax        dm = (target - m) dr                       m follows the target, r the time or the travel in units of the memory
     overtaking   dv/dt = (w - v) k,  k = max(|w|, |v|)/(lambda D) + r    velocity of the wake: it goes on when the link has stopped
                  s dm/dt = (v - m) k                               and of the water that this wake drags along in turn       [m/s]
 
@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 
-def relaxed(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
+def relax(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
     """Return m (n, ...) of m_k = m_{k-1} exp(-rate_k) + target_k (1 - exp(-rate_k)), m_0 = start; exact for constant rates."""
     decay = np.broadcast_to(torch.exp(-rate).numpy(), target.shape).copy()
     m = (1 - decay) * (target - start).numpy()  # from the start on: what never changes stays exactly what it was
@@ -36,7 +36,7 @@ def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0, second
 
 def dragged_along(v: Tensor, rates: Tensor, second: float) -> Tensor:
     """Return m (n, links, s) m/s of the water that the wake `v` drags along, `second` times the lag of the wake's own `rates` later."""
-    return relaxed(v, rates / second, v[0]) if second > 0 and len(v) else v
+    return relax(v, rates / second, v[0]) if second > 0 and len(v) else v
 
 
 def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> tuple[Tensor, Tensor]:

@@ -115,11 +115,11 @@ def _advance(
     radius = 0.5 * diameter
     U_start, U = (float(motion.speed(np.asarray(t))) for t in (step.t, step.t_middle))
     start = wake_velocities(wake, U_start, radius, wake.cores(step.t, diameter, choices))
-    middle = wake.moved(start * (step.t_middle - step.t) - step.s_first_half)
+    middle = wake.shifted_by(start * (step.t_middle - step.t) - step.s_first_half)
     carried = wake_velocities(middle, U, radius, middle.cores(step.t_middle, diameter, choices))
     row = _loads(middle, carried, birth, flux, step, motion, diameter, density)
     theta = np.angle(birth) if flux > 0.0 else np.nan
-    ended = wake.moved(carried * (step.t_end - step.t) - step.length)
+    ended = wake.shifted_by(carried * (step.t_end - step.t) - step.length)
     return ended, (*row, float(wake.Gamma.sum() / (U * diameter)), float(theta), float(wake.z.size))
 
 

@@ -25,7 +25,7 @@ class Wake:
         """Give the wake with one more vortex."""
         return Wake(np.append(self.z, z), np.append(self.Gamma, Gamma), np.append(self.born, born))
 
-    def moved(self, step: Complex) -> "Wake":
+    def shifted_by(self, step: Complex) -> "Wake":
         """Give the wake displaced by step (k,) m."""
         return replace(self, z=self.z + step)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nnhydro.errors import counted
+from nnhydro.errors import count_text
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading, rows
 
@@ -25,4 +25,4 @@ class TimeOrder(RecordingCheck):
             if len(wrong):
                 row = int(wrong[0]) + 1
                 yield Oddity(reading.name, "error", f"t_s, {rows(row)}", f"time {kind} ({t[row - 1]:.6g} s, then {t[row]:.6g} s; "
-                             f"{counted(len(wrong), 'such row')})", self.remedy)
+                             f"{count_text(len(wrong), 'such row')})", self.remedy)

@@ -16,7 +16,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.recordings.filtering.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, known_edge
 from nnhydro.recordings.recording import Recording
 
@@ -75,7 +75,7 @@ def highest_line(recordings: Iterable[Recording], above: float) -> float:
     for r in recordings:
         found = np.zeros(count, dtype=bool)
         for start, stop in stretches(r):
-            part = resampled(r, start, stop)
+            part = resample(r, start, stop)
             if part.tau is not None and len(part) >= 8:
                 found |= _own_lines(part, np.asarray(edges, np.float64))
         beside = found | np.roll(found, 1) | np.roll(found, -1)

@@ -16,7 +16,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.errors import RecordingError, counted
+from nnhydro.errors import RecordingError, count_text
 from nnhydro.recordings.filtering.cutoff import choose_cutoff
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.recording import MOTION, Recording, SteadyTable
@@ -60,7 +60,7 @@ def time_steps(r: Recording) -> Array:
         row = int(wrong[0])
         kind = "repeats" if steps[row] == 0 else "runs backward"
         raise RecordingError(f"{r.name}: time {kind} at row {row + 2} (t_s = {r.t[row]:g}, then {r.t[row + 1]:g}; "
-                             f"{counted(len(wrong), 'such row')}): two logs in one file, or a clock that was set? Split the file there "
+                             f"{count_text(len(wrong), 'such row')}): two logs in one file, or a clock that was set? Split the file there "
                              "or drop the rows")
     return steps
 
@@ -116,7 +116,7 @@ def derivatives(x: Array, dt: float, order: int) -> Array:
     return result
 
 
-def _interpolated(grid: Array, t: Array, x: Array, k: int) -> Array:
+def _interpolate(grid: Array, t: Array, x: Array, k: int) -> Array:
     from scipy.interpolate import make_interp_spline
 
     result: Array = np.asarray(make_interp_spline(t, x, k=k)(grid))
@@ -124,10 +124,10 @@ def _interpolated(grid: Array, t: Array, x: Array, k: int) -> Array:
 
 
 def _onto(grid: Array, t: Array, x: Array | None, k: int) -> Array | None:
-    return None if x is None else _interpolated(grid, t, x, k)
+    return None if x is None else _interpolate(grid, t, x, k)
 
 
-def resampled(r: Recording, start: int, stop: int) -> Recording:
+def resample(r: Recording, start: int, stop: int) -> Recording:
     """Return rows start..stop-1 of `r` on an even grid: angles and speeds by cubic, torques by linear interpolation."""
     part = r.rows(slice(start, stop), f"rows {start} to {stop}")
     t = np.asarray(part.t)
@@ -135,7 +135,7 @@ def resampled(r: Recording, start: int, stop: int) -> Recording:
         return replace(part, t=np.linspace(t[0], t[-1], len(t)))
     grid = even_grid(t, r.name)
     motion: dict[str, Any] = {name: _onto(grid, t, getattr(part, name), 3) for name in MOTION[1:]}
-    return replace(part, t=grid, q=_interpolated(grid, t, part.q, 3), **motion, tau=_onto(grid, t, part.tau, 1),
+    return replace(part, t=grid, q=_interpolate(grid, t, part.q, 3), **motion, tau=_onto(grid, t, part.tau, 1),
                    tau_sim=_onto(grid, t, part.tau_sim, 1), clock=None,
                    steps=(*part.steps, f"resampled to {1 / (grid[1] - grid[0]):.6g} Hz"))
 
@@ -192,7 +192,7 @@ def prepare(r: Recording, how: Preparation, with_torque: bool = True) -> Iterato
     """Yield the segments of `r`: even, gap-free, with derivatives, torque filtered; raise RecordingError where time is out of order."""
     r = with_heading(r if with_torque else r.without_torque())
     for start, stop in stretches(r, with_torque):
-        part = resampled(r, start, stop)
+        part = resample(r, start, stop)
         dt = float(part.t[1] - part.t[0])
         q, qd, qdd = _rates(part, how)
         around = surroundings(part, how)
@@ -239,7 +239,7 @@ def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Pre
             needed = needed or needs_filter(r)
             motion = r.without_torque()  # its torques may hold empty cells
             for start, stop in stretches(motion, with_torque=False):
-                part = resampled(motion, start, stop)
+                part = resample(motion, start, stop)
                 yield part.q, part.qd, float(part.t[1] - part.t[0])
 
     choice = choose_cutoff(channels())

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.recordings.filtering.low_pass import LowPass
-from nnhydro.recordings.filtering.preprocessing import Preparation, resampled, stretches, surroundings
+from nnhydro.recordings.filtering.preprocessing import Preparation, resample, stretches, surroundings
 from nnhydro.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -148,7 +148,7 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float]:
     nyquist = np.inf
     for r in recordings:
         for start, stop in stretches(r, with_torque=False):
-            part = resampled(r.without_torque(), start, stop)
+            part = resample(r.without_torque(), start, stop)
             dt = float(part.t[1] - part.t[0])
             nyquist = min(nyquist, 0.5 / dt)
             for number, x, power, levels, column in _channels(part):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import CLOCK, TIME, column
-from nnhydro.errors import RecordingError, counted, require
+from nnhydro.errors import RecordingError, count_text, require
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.table import FIRST_ROW, Columns
 from nnhydro.recordings.recording import PAIRS, Origin, Recording, SteadyTable
@@ -78,7 +78,7 @@ def _require_sane(named: NamedColumns, where: str) -> None:
             if len(absurd):
                 row = int(absurd[0])
                 raise RecordingError(f"{where}: column {name!r}, row {row + named.first_row}: {values[row]:.3g} is absurd, "
-                                     f"beyond {ABSURD:g} ({counted(len(absurd), 'such row')} of {len(values)}): empty "
+                                     f"beyond {ABSURD:g} ({count_text(len(absurd), 'such row')} of {len(values)}): empty "
                                      f"{'that cell' if len(absurd) == 1 else 'those cells'}, or map the unit (--map FILE) where all are so")
 
 
@@ -143,7 +143,7 @@ def _refuse_foreign_joints(named: NamedColumns, arm: Arm, where: str, torque: bo
     for name in named.header:
         match = _JOINT_COLUMN.match(name)
         if match and not 1 <= int(match[1]) <= arm.n_links and (torque or not name.startswith("tau")):
-            raise RecordingError(f"{where}: column {name!r} names joint {match[1]}, but arm.yaml has {counted(arm.n_links, 'link')}: "
+            raise RecordingError(f"{where}: column {name!r} names joint {match[1]}, but arm.yaml has {count_text(arm.n_links, 'link')}: "
                                  "add the link to arm.yaml or remove the column")
 
 
@@ -181,7 +181,7 @@ def recording_from_columns(named: NamedColumns, arm: Arm, name: str, origin: Ori
     t = _single(named, TIME, where)
     if missing or t is None:
         raise _missing_message(named, missing, where)
-    require(len(t) >= MIN_ROWS, f"{where}: holds {counted(len(t), 'row')}: a recording needs at least {MIN_ROWS}; remove the file or "
+    require(len(t) >= MIN_ROWS, f"{where}: holds {count_text(len(t), 'row')}: a recording needs at least {MIN_ROWS}; remove the file or "
             "record again", RecordingError)
     _require_sane(named, where)
     q = _joints(named, "q", arm, where, required=True)
@@ -190,7 +190,7 @@ def recording_from_columns(named: NamedColumns, arm: Arm, name: str, origin: Ori
             "base that turns is not understood: remove the column where the base stands still", RecordingError)
     belt = arm.drive.angle2 == "absolute"
     spread, repeated = spread_stamps(t)
-    told = (f"{counted(repeated, 'time stamp')} that repeat ({repeated / len(t):.1%}) spread until the next",) if repeated else ()
+    told = (f"{count_text(repeated, 'time stamp')} that repeat ({repeated / len(t):.1%}) spread until the next",) if repeated else ()
     steps = (*named.steps, *told, *(("second angle: motor's to joint's",) if belt else ()))
     return Recording(name, spread, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
                      qd=_relative(_joints(named, "qd", arm, where), arm), qdd=_relative(_joints(named, "qdd", arm, where), arm),

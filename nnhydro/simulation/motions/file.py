@@ -12,7 +12,7 @@ from pydantic import Field
 
 from nnhydro.errors import require
 from nnhydro.recordings.filtering.low_pass import LowPass
-from nnhydro.recordings.filtering.preprocessing import resampled, stretches
+from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 from nnhydro.simulation.motions.motion_kind import Array, CarriagePath, Setting, TimedMotion, Way
@@ -38,7 +38,7 @@ class FileMotion(TimedMotion):
         require(whole == ((0, len(read)),), f"{self.key('file')} {self.file}: has gaps or empty values: cut out one whole stretch")
         require(read.u0 is None or self.carriage.u0_m_s == 0, f"{self.key('carriage')}: {self.file} has a column u0_m_s of its own: "
                 "remove one of the two")
-        return resampled(read, 0, len(read))
+        return resample(read, 0, len(read))
 
     def path(self, setting: Setting) -> Way:
         """Return the length of the file, s, and the splines through its angles and carriage speed."""

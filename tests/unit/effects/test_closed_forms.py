@@ -11,7 +11,7 @@ from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 
 from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER
-from nnhydro.effects.link_interference import shadowed
+from nnhydro.effects.link_interference import shadow
 from nnhydro.effects.quantity import Quantity, format_quantity, intervals
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
@@ -399,7 +399,7 @@ def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():
     strips = Strips.of(flow, 20)
     shaded, free = [0, 0], [0, 0]
     for link in (0, 1):
-        share = shadowed(flow, strips, link, 10.0).numpy()
+        share = shadow(flow, strips, link, 10.0).numpy()
         phi = np.cumsum(q, axis=1)
         e = np.stack([np.cos(phi), np.sin(phi)], axis=2)  # (n, links, 2)
         start = np.stack([np.zeros((n, 2)), L[0] * e[:, 0]], axis=1)

@@ -14,7 +14,7 @@ from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER
 from nnhydro.effects.reading import with_effects
 from nnhydro.effects.sensor_view import SensorView, time_derivative
-from nnhydro.effects.time_shift import delayed, lagged
+from nnhydro.effects.time_shift import first_order_lag, time_delay
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
@@ -31,11 +31,11 @@ def test_a_delay_of_a_sine_is_exact():
 
 def test_a_low_pass_of_a_sine_has_its_gain_and_phase():
     t = np.linspace(0, 6, 1201)
-    out = lagged(tensor(t), tensor(np.sin(9 * t))[:, None], 0.05)[:, 0]
+    out = first_order_lag(tensor(t), tensor(np.sin(9 * t))[:, None], 0.05)[:, 0]
     late = t > 1
     gain, phase = 1 / np.hypot(1, 0.45), np.arctan(0.45)
     assert_close(out[late], tensor(gain * np.sin(9 * t - phase))[late], rtol=1e-5, atol=1e-5)
-    assert torch.equal(delayed(tensor(t), out[:, None], 0.0)[:, 0], out)
+    assert torch.equal(time_delay(tensor(t), out[:, None], 0.0)[:, 0], out)
 
 
 def test_delay_and_low_pass_are_told_apart():
@@ -80,8 +80,8 @@ def test_the_link_follows_the_torque_that_was_measured_and_the_model_where_none_
     gap, believed, measured = made("backlash", arm(1), 1, gap=(0.02,), impulse=(0.05,)), np.sin(3 * t), np.sin(3 * t - 0.8)
     seen = of_time(t, believed)
     known = replace(seen, measured=tensor(np.where(t < 3, measured, np.nan))[:, None])
-    np.testing.assert_array_equal(gap._carried(seen).numpy(), believed)
-    np.testing.assert_array_equal(gap._carried(known).numpy(), np.where(t < 3, measured, believed))
+    np.testing.assert_array_equal(gap._carried_torque(seen).numpy(), believed)
+    np.testing.assert_array_equal(gap._carried_torque(known).numpy(), np.where(t < 3, measured, believed))
     a, motion = arm(2), run(2, 400)
     joints = made("backlash", a, 1, gap=(0.02,), impulse=(0.05,))
     view_of = view(a, motion)

@@ -17,7 +17,7 @@ from nnhydro.features.wake import LASTING, STATES, TRAVEL, memories, next_state,
 from nnhydro.models.learned.learned import view_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.travel.wake_memory import relaxed
+from nnhydro.physics.travel.wake_memory import relax
 
 SETS = pytest.mark.parametrize("name", feature_sets())
 DIMENSIONLESS = pytest.mark.parametrize("name", [name for name in feature_sets() if not dimensional(name)])
@@ -215,9 +215,9 @@ def test_no_memory_leaves_the_range_of_the_speed_and_none_obeys_the_planted_equa
     every = torch.stack(found[:-1])[:, :, 0, 0]
     assert float(every.max()) <= 0.5
     assert float(every.min()) >= -0.8
-    planted = relaxed(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / 0.9, tensor([0.0])[0])
+    planted = relax(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / 0.9, tensor([0.0])[0])
     lengths = np.geomspace(0.1, 10.0, 60)
-    first = [relaxed(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / k, tensor([0.0])[0]) for k in lengths]
+    first = [relax(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / k, tensor([0.0])[0]) for k in lengths]
     assert min(float((m - x).abs().max()) for m in every for x in [planted, *first]) > 0.02
 
 
@@ -260,7 +260,7 @@ def test_after_a_reversal_the_wake_still_has_the_old_sign():
 def test_a_link_at_rest_keeps_its_wake():
     _, found = remembered(hub_at_rest(tow(np.zeros(20))))
     assert all(not m.any() for m in found)
-    held = relaxed(tensor(np.zeros(30)), tensor(np.zeros(30)), tensor([0.7])[0])
+    held = relax(tensor(np.zeros(30)), tensor(np.zeros(30)), tensor([0.7])[0])
     assert bool((held == 0.7).all())
 
 

@@ -12,7 +12,7 @@ from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel.wake_memory import overtaking, relaxed
+from nnhydro.physics.travel.wake_memory import overtaking, relax
 
 
 def test_drag_that_lags_follows_a_step_of_the_tow_exponentially():
@@ -116,7 +116,7 @@ def test_shedding_hums_at_twice_the_Strouhal_frequency():
 def test_a_memory_joined_by_doubling_is_the_step_by_step_recursion():
     rng = np.random.default_rng(3)
     target, rate = tensor(rng.standard_normal((77, 2, 3))), tensor(rng.uniform(0, 2, (77, 1, 1)))
-    said, m = relaxed(target, rate, target[0]), target[0].clone()
+    said, m = relax(target, rate, target[0]), target[0].clone()
     for k in range(1, 77):
         m = target[k] + (m - target[k]) * torch.exp(-rate[k])
         assert_close(said[k], m)
