@@ -7,7 +7,6 @@ stopped goes on where it was. README.md shows what the version at hand made and 
 import json
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -53,7 +52,7 @@ def row(name: str, entry: dict, models: dict, asked: str) -> str:
         ratios = [error / constant["by_recording"][unit] for unit, error in entry["by_recording"].items()]
         cells = (f"{max(ratios):.2f}", f"{sum(ratio > 1.1 for ratio in ratios)} of {len(ratios)}")
     asked = asked if name in LEARNED else ""
-    return (f"| {name} | {100 * entry['error']:.1f} | {asked} | {entry['fit_s']:.0f} | {cells[0]} | {cells[1]} | "
+    return (f"| {name} | {100 * entry['error']:.1f} | {asked} | {cells[0]} | {cells[1]} | "
             f"{'' if covered is None else f'{100 * covered:.0f}'} |")
 
 
@@ -63,7 +62,7 @@ def table(results: dict, now: str, sets: dict) -> str:
     for key, every in results.items():
         models = {name: entry for name, entry in every.items() if entry["version"] == now}
         if models:
-            lines += [f"## {key.replace(':', ', ')}", "", "| model | error | bar | fit s | worst | > 1.1 | 95 % |", f"|{' --- |' * 7}"]
+            lines += [f"## {key.replace(':', ', ')}", "", "| model | error | bar | worst | > 1.1 | 95 % |", f"|{' --- |' * 6}"]
             asked = bar(models, key.endswith("leave-kind-out"), sets[key.split(":")[0]].get("bar"))
             lines += [row(name, entry, models, asked) for name, entry in sorted(models.items(), key=lambda item: item[1]["error"])]
             lines += ["", *([f"Which feature shares its equation: {SHARES_AN_EQUATION[key.split(':')[0]]}.", ""]
@@ -86,9 +85,8 @@ def main() -> None:
         for model in given[0] if given else chosen.get("models", config["models"]):
             if found.get(model, {}).get("version") == now:
                 continue
-            start = time.perf_counter()
             result = benchmark(open_campaign(Path(chosen["campaign"])), [model], config["folds"], config["seed"], protocol=protocol)
-            found[model] = result.document()["models"][model] | {"version": now, "seconds": round(time.perf_counter() - start)}
+            found[model] = result.document()["models"][model] | {"version": now}
             write_json(path, results)
             write_text(HERE / "README.md", table(results, now, config["sets"]))
             print(key, model, f"{100 * found[model]['error']:.2f} %", flush=True)
