@@ -86,7 +86,7 @@ def test_a_link_meets_a_wave_where_it_is(direction):
 
 def test_waves_are_sought_from_everywhere():
     angles = np.sort([effect.direction[0] for effect in candidates(catalogue()["wave_orbital"], arm(2)) if effect.frequency == (0.5,)])
-    np.testing.assert_allclose(np.diff([*angles, angles[0] + 2 * pi]), pi / 4)
+    np.testing.assert_allclose(np.diff([*angles, angles[0] + 2 * pi]), pi / 2)
 
 
 def test_a_wave_is_met_besides_the_water_that_moves_already():
