@@ -1,5 +1,6 @@
 """Arms of training/independent_arms, a program of its own: what is hidden is named alone; without its card no other name is told."""
 
+import importlib
 import sys
 from pathlib import Path
 
@@ -17,8 +18,12 @@ HERE = Path(__file__).parents[2] / "training" / "independent_arms"
 @pytest.fixture
 def told(tmp_path, monkeypatch):
     """The names told of the arm `seed`, the family of what it hides left out or not."""
+    for name in ("planted", "truth"):  # tests have modules of these names, too
+        monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.syspath_prepend(HERE)
-    from planted import planted
+    planted = importlib.import_module("planted").planted
+    for name in ("planted", "truth"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
 
     def names(seed, out=False):
         _, arm, recordings, hidden = planted(seed)
@@ -32,9 +37,7 @@ def told(tmp_path, monkeypatch):
         assert found.detected
         return hidden["effect"], [f.effect.id for f in found.findings]
 
-    yield names
-    sys.modules.pop("planted", None)
-    sys.modules.pop("truth", None)
+    return names
 
 
 def test_a_delay_of_a_tenth_of_the_band_s_period_leaves_nothing_for_other_laws_although_its_first_order_does(told):

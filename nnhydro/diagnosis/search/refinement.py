@@ -126,7 +126,11 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
 
 
 def with_finer_singles(search: Search, model: StripTheory, most: int = 1) -> Search:
-    """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for."""
+    """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for.
+
+    What has a phase of its own in every recording is linear in it, and stays as it is.
+    """
     for single in search.singles()[:most]:
-        search = refined(search, single, model).search
+        if not any(search.view.library.hypotheses[k].per_recording for k in single.chosen):
+            search = refined(search, single, model).search
     return search
