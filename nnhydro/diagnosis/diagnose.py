@@ -32,7 +32,7 @@ from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.refinement import at_lines, extra_starts, line_frequencies, refined, with_finer_singles
+from nnhydro.diagnosis.search.refinement import across_held_links, at_lines, extra_starts, line_frequencies, refined, with_finer_singles
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.search.view import View
 from nnhydro.diagnosis.trained_on import trained_on, with_record
@@ -84,7 +84,8 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     progress("noise and baseline")
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     hypotheses = hypotheses_for(design, without)
-    hypotheses += extra_starts(hypotheses, design.problem, model) + at_lines(hypotheses, line_frequencies(design))
+    lines = at_lines(hypotheses, line_frequencies(design), across_held_links(design))
+    hypotheses += extra_starts(hypotheses, design.problem, model) + lines
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
     search = with_finer_singles(Search(View(whitened, library), sizes, progress), model)
@@ -156,15 +157,25 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
 
 
 def _prove(found: SearchedCampaign, seed: int) -> tuple[SearchedCampaign, Proof]:
-    """What was found with its errors on recordings held out; nothing is claimed that makes them no smaller."""
-    claimed = found.decided.claimed
-    proof = prove(found.search, claimed, found.model, seed)
-    if not claimed.chosen or proof.after < (1 - RELEVANT) * proof.before:
-        return found, proof
-    reason = f"errors on {proof.held_out} held out go from {100 * proof.before:.1f} to {100 * proof.after:.1f} %: nobody could act on it"
-    decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed else d for d in found.decided.decisions)
-    nothing = found.search.score(())
-    return replace(found, decided=Decided(nothing, decisions, {})), prove(found.search, nothing, found.model, seed)
+    """What was found with its errors on recordings held out; no claim is made that makes them no smaller, the worst withdrawn first."""
+    decided = found.decided
+    while True:
+        proof = prove(found.search, decided.claimed, found.model, seed)
+        without = {k: proof.without[found.search.key(k)] for k in decided.claimed.chosen}
+        worst = min(without, key=lambda k: without[k], default=None)
+        if worst is None:
+            return replace(found, decided=decided), proof
+        useless = proof.after >= (1 - RELEVANT) * proof.before
+        if not useless and without[worst] > proof.after:
+            return replace(found, decided=decided), proof
+        reason = (f"errors on {proof.held_out} held out go from {100 * (proof.before if useless else without[worst]):.1f} to "
+                  f"{100 * proof.after:.1f} % with it: nobody could act on it")
+        gone = decided.claimed.chosen if useless else (worst,)
+        keys = set(map(found.search.key, gone))
+        decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
+                          for d in decided.decisions)
+        decided = Decided(found.search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
+                          {k: share for k, share in decided.shares.items() if k not in gone})
 
 
 def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:

@@ -138,6 +138,10 @@ class InstrumentEffect(Effect, ABC):
         """Return columns times values, (n, joints) N m: `apply` less seen.tau, for small effects."""
         return self.columns(seen) @ self.linear_values()
 
+    def tangent(self, seen: SensorView) -> Tensor:
+        """Return d reading / d linear parameter (n, joints, p) about the effect's own values; by default the columns about no effect."""
+        return self.columns(seen)
+
     def starts(self, seen: SensorView) -> tuple["InstrumentEffect", ...]:
         """Return the effect at values from which the search may start, too, where the columns about no effect mislead; none by default."""
         return ()
@@ -149,7 +153,7 @@ class InstrumentEffect(Effect, ABC):
     def secant(self, seen: SensorView) -> Tensor:
         """Return columns (n, joints, p) whose product with the values is exactly what `apply` changes, however large the effect.
 
-            X = J + (apply - tau - J v) w',   w_k = |J_k|^2 v_k / sum_l |J_l|^2 v_l^2,   J the columns about no effect, v the values
+            X = J + (apply - tau - J v) w',   w_k = |J_k|^2 v_k / sum_l |J_l|^2 v_l^2,   J the tangent at the values v
 
         Raises nothing; with all values 0 it returns J. Source: the secant condition of Broyden (1965), Math. Comp. 19.
         """
@@ -161,7 +165,7 @@ class InstrumentEffect(Effect, ABC):
 
     def _secant_to(self, seen: SensorView, reading: Tensor) -> Tensor:
         """The columns (n, joints, p) whose product with the values is `reading` less seen.tau."""
-        J, v = self.columns(seen), self.linear_values()
+        J, v = self.tangent(seen), self.linear_values()
         energy = (J**2).sum(dim=(0, 1))
         scale = float((energy * v**2).sum())
         if scale <= 0:

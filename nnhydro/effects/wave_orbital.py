@@ -14,6 +14,7 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.loads.added_mass import displaced_mass
 
 GRAVITY = 9.81  # m/s^2
+SLOPE_STEP = 1e-4  # m/s
 TRAVELS = tuple(k * pi / 4 for k in range(-3, 5))  # a wave that runs the other way meets the outer link at another phase
 
 
@@ -97,6 +98,12 @@ class WaveOrbital(InstrumentEffect):
             return seen.tau
         velocity, acceleration = ((x @ self.linear_values())[..., None] * self._d for x in self._waves(seen))
         return seen.torque_of(seen.flow.in_water(velocity, acceleration)) + seen.as_read(self._pressure(seen, acceleration)).sum(dim=-1)
+
+    def tangent(self, seen: SensorView) -> Tensor:
+        """Return d reading / d (cosine, sine) in the wave as it is, (n, joints, 2): its drag grows with the square of its size."""
+        steps = SLOPE_STEP * torch.eye(2, dtype=torch.float64)
+        there = [[self.with_linear(self.linear_values() + way * step).apply(seen) for way in (1, -1)] for step in steps]
+        return torch.stack([(more - less) / (2 * SLOPE_STEP) for more, less in there], dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude, frequency and direction."""

@@ -32,7 +32,7 @@ def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: 
     y = design.Y @ z + np.sqrt(noise.own) * rng.standard_normal(design.y.shape)
     group = design.problem.group_of
     for hypothesis, values in effects:
-        X = design.columns([hypothesis], model)
+        X = design.columns([replace(hypothesis, own={}, working_model=None) if hypothesis.own else hypothesis], model)
         for g in range(design.problem.groups):
             turned = values
             if hypothesis.per_recording:

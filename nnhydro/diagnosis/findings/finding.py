@@ -16,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import NEAR
+from nnhydro.diagnosis.findings.baseline_spread import spread_by_baseline
 from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
@@ -75,16 +76,20 @@ def _shapes(search: Search, found: Scored, h: Hypothesis, k: int, mean: Array) -
 def _bend(search: Search, found: Scored, h: Hypothesis, k: int, name: str, mean: Array) -> tuple[float, Array]:
     """Variance of `name` and slope (p,) of the linear values from the nearest neighbour that is worse by `WORSE`, else the farthest.
 
-    Neighbours with linear values beyond their physical bounds tell nothing of the bend.
+    Neighbours with linear values beyond their physical bounds, or linearised elsewhere, tell nothing of the bend. What is linearised about
+    each recording's own values is held against its neighbours before that.
     """
     value, (low, high) = getattr(h.effect, name)[0], h.spans[name]
-    near = [(getattr(o.effect, name)[0] - value, i) for i, o in enumerate(search.view.library.hypotheses)
-            if o.key == h.key and o.width == h.width and getattr(o.effect, name) and getattr(o.effect, name)[0] != value
+    laws = [(i, o) for i, o in enumerate(search.view.library.hypotheses) if o.key == h.key and o.width == h.width and not o.own
+            and (o.working_model is None) == (h.working_model is None or bool(h.own))
             and all(getattr(o.effect, shape) == getattr(h.effect, shape) for shape in h.spans if shape != name)]
+    near = [(getattr(o.effect, name)[0] - value, i) for i, o in laws if getattr(o.effect, name)]
+    rest = tuple(x for x in found.chosen if x != k)
+    centre = max((search.score((*rest, i)).score for step, i in near if step == 0), default=found.score) if h.own else found.score
     variance, slope = ((high - low) / 2) ** 2 / 3, np.zeros(len(mean))
-    for step, i in sorted(near, key=lambda pair: abs(pair[0]))[:MOST_NEIGHBOURS]:
-        there = search.score((*(x for x in found.chosen if x != k), i))
-        drop, values = found.score - there.score, values_of(search, there, i)
+    for step, i in sorted((pair for pair in near if pair[0] != 0), key=lambda pair: abs(pair[0]))[:MOST_NEIGHBOURS]:
+        there = search.score((*rest, i))
+        drop, values = centre - there.score, values_of(search, there, i)
         if values.bounded:
             continue
         variance, slope = step**2 / (2 * max(drop, WORSE)), (values.mean[: len(mean)] - mean) / step
@@ -122,6 +127,7 @@ def finding_of(search: Search, found: Scored, k: int) -> Finding:
     """Return the finding of member `k` of the claimed set."""
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k)
+    values = replace(values, covariance=values.covariance + spread_by_baseline(search, found, k))
     effect = h.with_values(torch.from_numpy(values.mean.copy()))
     linear = len(effect.linear_names())
     offset = float(values.mean[linear]) if len(values.mean) > linear else 0.0

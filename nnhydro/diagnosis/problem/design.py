@@ -48,13 +48,14 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
 
     def view_of(working: StripTheory) -> SensorView:
         """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
-        return stretch.memo.of((id(working), predicted), lambda: SensorView(
+        _, view = stretch.memo.of((id(working), predicted), lambda: (working, SensorView(  # kept, so that no other has its id
             Flow(arm, flow.motion), lambda f: sensed(working.loads.torque(f), f.motion.qd, arm), place,
-            None if measured is None else tensor(measured)))
+            None if measured is None else tensor(measured))))
+        return view
 
     def columns(hypothesis: Hypothesis) -> Tensor:
         """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
-        effect = hypothesis.effect
+        effect = hypothesis.effect_in(stretch.group)
         if isinstance(effect, LoadEffect):
             made = to_drives(effect.columns(flow), arm) * factor
         else:

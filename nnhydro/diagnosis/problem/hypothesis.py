@@ -30,7 +30,7 @@ class Hypothesis:
     """An effect with its nonlinear parameters; `spans` are their neighbouring values, `grid` how many were tried at first.
 
     An instrument effect with a `working_model` has its columns about its own values, on the reading of that model, nearly so if `rough`.
-    With an `activity` it acts only there.
+    Values that are each recording's own are `own`, by the number of the recording. With an `activity` it acts only there.
     """
 
     effect: AnyEffect
@@ -39,6 +39,7 @@ class Hypothesis:
     working_model: StripTheory | None = None
     activity: ActivityWindow | None = None
     rough: bool = False
+    own: Mapping[int, Tensor] = field(default_factory=dict)
 
     @property
     def key(self) -> Key:
@@ -74,11 +75,20 @@ class Hypothesis:
         """Return the effect with linear `values` (at least p,) in the order of its columns."""
         return self.effect.with_linear(values[: len(self.effect.linear_names())])
 
-    def linearised_at(self, values: Tensor, model: StripTheory) -> "Hypothesis":
-        """Return an instrument hypothesis with its columns about `values` on the reading of `model`; loads are linear as they are."""
-        if not isinstance(self.effect, InstrumentEffect) or self.per_recording:
+    def effect_in(self, group: int) -> AnyEffect:
+        """Return the effect in the recording of number `group`: with its own values where it has such."""
+        return self.with_values(self.own[group]) if group in self.own else self.effect
+
+    def linearised_at(self, values: Mapping[int, Tensor], model: StripTheory) -> "Hypothesis":
+        """Return an instrument hypothesis with its columns about `values` on the reading of `model`; loads are linear as they are.
+
+        `values` are those of each recording by its number where they are its own, else the one set of all, of number 0.
+        """
+        if not isinstance(self.effect, InstrumentEffect):
             return self
-        return replace(self, effect=self.with_values(values.to(torch.float64)), working_model=model, rough=False)
+        if self.per_recording:
+            return replace(self, own=dict(values), working_model=model, rough=False)
+        return replace(self, effect=self.with_values(values[0].to(torch.float64)), working_model=model, rough=False)
 
 
 def grid_neighbours(values: Sequence[float], value: float) -> Span:

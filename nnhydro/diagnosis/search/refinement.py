@@ -1,26 +1,32 @@
 """Finer values of what was found: half-way grid values of nonlinear parameters, instruments linearised about their values."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 import torch
 
+from nnhydro.diagnosis.model.evidence import posterior
+from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
-from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span, refine_grid
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.search.view import View
-from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.transmission import sensed
 
-ROUNDS = 3
+ROUNDS, OWN_ROUNDS = 3, 5  # of finer values; of values that are each recording's own
+STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
+ALIKE = 0.5  # nats: one standard deviation
+HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
+WORTH_A_ROUND = 0.1  # nats that a round gains at least where another follows
 LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
 
 
@@ -33,14 +39,13 @@ class Refined:
     best: Scored
 
 
-def scaled_values(view: View, found: Scored, k: int) -> torch.Tensor:
-    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds; the rms of recordings' own."""
+def scaled_values(view: View, found: Scored, k: int) -> dict[int, torch.Tensor]:
+    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds: of all (0), or each recording's own."""
     library = view.library
     at, h = found.places(view)[k], library.hypotheses[k]
-    beta = found.fit.mean[at].reshape(-1, h.width)
-    value = beta[0] if len(beta) == 1 else np.sqrt((beta**2).mean(axis=0))
     low, high = library.bounds(k)
-    return torch.from_numpy(np.clip(value, low, high) * library.scale[library.at(k)])
+    beta = np.clip(found.fit.mean[at].reshape(-1, h.width), low, high) * library.scale[library.at(k)]
+    return dict(zip(view.acting_groups(k) if h.per_recording else [0], torch.from_numpy(beta), strict=True))
 
 
 def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: StripTheory) -> tuple[Hypothesis, ...]:
@@ -76,61 +81,222 @@ def line_frequencies(design: Design) -> tuple[float, ...]:
     return tuple(float(grid[k]) for k in sorted(peaks, key=lambda k: -total[k])[:LINES])
 
 
-def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float]) -> tuple[Hypothesis, ...]:
-    """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape."""
+def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
+    """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape.
+
+    What has a direction is tried in the directions `headings`, rad, too.
+    """
     made: dict[tuple[Any, ...], Hypothesis] = {}
     for h in hypotheses:
         if "frequency" not in h.spans:
             continue
         for f in frequencies:
-            shape = (h.key, f, *(getattr(h.effect, name) for name in h.spans if name != "frequency"))
-            spans = {**h.spans, "frequency": (0.99 * f, 1.01 * f)}
-            changes: dict[str, Any] = {"frequency": (f,)}
-            made.setdefault(shape, replace(h, effect=replace(h.effect, **changes), spans=spans))
+            line = _changed(h, {"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
+            turned = [_changed(line, {"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
+                      if "direction" in h.spans]
+            for new in (line, *turned):
+                made.setdefault((h.key, *(getattr(new.effect, name) for name in h.spans)), new)
     return tuple(made.values())
 
 
-def _finer(view: View, found: Scored, k: int, model: StripTheory) -> list[Hypothesis]:
-    h = view.library.hypotheses[k]
-    made = [] if h.rough else list(refine_grid(h)[1:])
-    if isinstance(h.effect, InstrumentEffect) and not h.per_recording:
-        made.append(h.linearised_at(scaled_values(view, found, k), model))
-    return made
+def across_held_links(design: Design) -> tuple[float, ...]:
+    """Return the direction, rad from +X, across each link that is held at one angle in all recordings."""
+    phi = np.cumsum(np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches if not s.segment.steady] or
+                                   [np.zeros((0, design.problem.arm.n_links))]), axis=1)
+    mean = np.exp(1j * phi).mean(axis=0) if len(phi) else np.zeros(0)
+    return tuple(float(np.angle(1j * direction)) for direction in mean if abs(direction) > HELD)
 
 
-def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUNDS) -> Refined:
-    """Return the best set with finer values of its members, each round half-way between the values around the best."""
-    for _ in range(rounds):
-        view = search.view
-        finer = {k: _finer(view, best, k, model) for k in best.chosen}
-        if not any(finer.values()):
-            break
-        first = len(view.library.hypotheses)
-        more = Library.of(view.library.design, [h for hs in finer.values() for h in hs], model)
-        counts = view.library.key_counts
-        grown = view.library.with_more(more, counts)
-        following = Search(View(view.whitened, grown, before=view), best.sizes, search.report)
-        now = following.score(best.chosen)
-        start = first
-        for k, hs in finer.items():
-            options = [tuple(sorted((set(now.chosen) - {k}) | {start + i})) for i in range(len(hs))]
-            stays = [] if view.library.hypotheses[k].rough else [now]  # rough columns are for the screening alone
-            now = max([*stays, *map(following.score, options)], key=lambda s: s.score)
-            start += len(hs)
-        improved = now.chosen != best.chosen
-        search, best = following, now
-        if not improved:
-            break
+def with_smallest_waves(search: Search, best: Scored, model: StripTheory) -> Refined:
+    """Return `best` with what has a direction in the one, of those that fit alike, in which the water moves least.
+
+    Where a held link meets the part of a wave across it alone, a = a_n / |cos x| for all angles x alike has its mode at a_n.
+    """
+    for k in best.chosen:
+        hypotheses = search.view.library.hypotheses
+        h = hypotheses[k]
+        if not h.per_recording or h.own or "direction" not in h.spans:
+            continue
+        others, start = [x for x in best.chosen if x != k], len(hypotheses)
+        directions = {getattr(o.effect, "direction"): o.spans["direction"] for o in hypotheses if o.key == h.key and not o.own}  # noqa: B009
+        turned = [_changed(h, {"direction": direction}, {"direction": span}) for direction, span in directions.items()]
+        search = _grown(search, best, turned, model)
+        sets = {i: search.score((*others, i)) for i in (k, *range(start, start + len(turned)))}
+        top = max(s.score for s in sets.values())
+        near = {i: s for i, s in sets.items() if s.score > top - ALIKE}
+        best = near[min(near, key=lambda i: float(sum((x**2).sum() for x in scaled_values(search.view, near[i], i).values())))]
     return Refined(search, best)
 
 
+def _changed(h: Hypothesis, changes: Mapping[str, Any], spans: Mapping[str, Span]) -> Hypothesis:
+    """Return `h` with other nonlinear values and their neighbours."""
+    return replace(h, effect=replace(h.effect, **changes), spans={**h.spans, **spans})
+
+
+def _finer(search: Search, found: Scored, k: int, model: StripTheory, first: bool) -> list[Hypothesis]:
+    """Return neighbours of hypothesis `k`; instruments, itself among them, about the values that fit each best."""
+    h = search.view.library.hypotheses[k]
+    if h.own or (h.rough and not isinstance(h.effect, InstrumentEffect)):
+        return []
+    made = [] if h.rough else list(refine_grid(h)[1:])
+    if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
+        return made
+    ends = [_at_end(h, name, end) for name, span in h.spans.items() for end in span] if first and not h.rough else []
+    return _about_fitted(search, found, k, [h, *made, *filter(_within_bounds, ends)], model)
+
+
+def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
+    """Return `h` with the value `end` of `name`, and as far beyond it as `h` lies before it."""
+    value = getattr(h.effect, name)[0]
+    beyond = end**2 / value if min(value, end) > 0 else 2 * end - value
+    return _changed(h, {name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
+
+
+def _within_bounds(h: Hypothesis) -> bool:
+    """Return whether the nonlinear values of `h` lie within their physical bounds."""
+    limits = {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
+    return all(limits[name][0] <= getattr(h.effect, name)[0] <= limits[name][1] for name in h.spans)
+
+
+def _about_fitted(search: Search, found: Scored, k: int, laws: Sequence[Hypothesis], model: StripTheory) -> list[Hypothesis]:
+    """Return instrument `laws` in place of member `k`, each with its columns about the values that fit best: so they can be compared."""
+    others, start = [x for x in found.chosen if x != k], len(search.view.library.hypotheses)
+    about = [h.linearised_at(scaled_values(search.view, found, k), model) for h in laws]
+    there = _grown(search, found, about, model)
+    return [h.linearised_at(scaled_values(there.view, there.score((*others, start + i)), start + i), model) for i, h in enumerate(about)]
+
+
+def _peak(low: tuple[float, float], middle: tuple[float, float], high: tuple[float, float]) -> float:
+    """Return where the parabola through three points (value, score) is highest between them; in the logarithm of positive values."""
+    points = (low, middle, high)
+    x = np.array([np.log(value) if low[0] > 0 else value for value, _ in points])
+    scores = np.array([score for _, score in points])
+    bend, slope, _ = np.polyfit(x - x[1], scores, 2)
+    at = float(np.clip(x[1] - slope / (2 * bend), x[0], x[2])) if bend < 0 else float(x[np.argmax(scores)])
+    return float(np.exp(at)) if low[0] > 0 else at
+
+
+def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, float]]) -> Hypothesis | None:
+    """Return `h` where parabolas through its score and those of its `neighbours` are highest; None where that is no new place."""
+    changes: dict[str, Any] = {}
+    spans = dict(h.spans)
+    for name in h.spans:
+        value = getattr(h.effect, name)[0]
+        beside = [(getattr(o.effect, name)[0], s, o) for o, s in neighbours if getattr(o.effect, name)[0] != value]
+        low, high = ([o for o in beside if (o[0] < value) == lower] for lower in (True, False))
+        there = [*sorted(low, key=lambda o: o[0])[-1:], *sorted(high, key=lambda o: o[0])[:1]]
+        if len(there) == 2 and there[0][0] < value < there[1][0]:
+            peak = _peak(there[0][:2], (value, score), there[1][:2])
+            at_end = [o for place, _, o in there if np.isclose(place, peak, rtol=1e-9)]
+            spans[name] = at_end[0].spans[name] if at_end else (there[0][0], there[1][0])
+            changes[name] = (peak,) * len(getattr(h.effect, name))
+    made = replace(h, effect=replace(h.effect, **changes), spans=spans)
+    return None if any(made.effect == o.effect for o in (h, *(o for o, _ in neighbours))) else made
+
+
+def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUNDS) -> Refined:
+    """Return the best set with finer values of its members: half-way between the values around the best, then where all have their peak.
+
+    What has values of each recording's own is at last taken about these.
+    """
+    for number in range(rounds):
+        before, model = best.score, calibrated_beside(search, best, model)
+        finer = {k: _finer(search, best, k, model, number == 0) for k in best.chosen}
+        if not any(finer.values()):
+            break
+        search, best, peaks = _exchanged(search, best, finer, model)
+        search, best, _ = _exchanged(search, best, peaks, model)
+        if best.score - before < WORTH_A_ROUND:
+            break
+    model = calibrated_beside(search, best, model)
+    smallest = with_smallest_waves(search, best, model)
+    return _about_own_values(smallest.search, smallest.best, model)
+
+
+def calibrated_beside(search: Search, found: Scored, model: StripTheory) -> StripTheory:
+    """Return the baseline calibrated beside `found` with the loads found: at its reading instruments are taken; `model` without any."""
+    view = search.view
+    laws = {k: view.library.hypotheses[k] for k in found.chosen}
+    if not any(isinstance(h.effect, InstrumentEffect) for h in laws.values()):
+        return model
+    fit = posterior(view.whitened, view.joined(found.chosen), none(view.whitened).vector(view.whitened))
+    base, alone = view.library.design.baseline, replace(found, fit=fit)
+    made = base.at(base.within(fit.mean[: view.whitened.p]))
+    for k, h in laws.items():
+        if isinstance(h.effect, LoadEffect) and not h.per_recording and h.activity is None:
+            effect = h.with_values(scaled_values(view, alone, k)[0])
+            assert isinstance(effect, LoadEffect)
+            made = replace(made, loads=made.loads.plus(f"found {k}", effect))
+    return made
+
+
+def _stale(view: View, found: Scored, k: int) -> bool:
+    """Return whether the columns of instrument `k` were taken about no values or others than those fitted: they are not its reading."""
+    h = view.library.hypotheses[k]
+    if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
+        return False
+    if h.working_model is None:
+        return True
+    fitted, about = scaled_values(view, found, k)[0][: len(h.effect.linear_names())], h.effect.linear_values()
+    return float((fitted - about).norm()) > STALE * float(fitted.norm())
+
+
+def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:
+    """Return whether both have the same nonlinear values."""
+    return all(getattr(one.effect, name) == getattr(other.effect, name) for name in other.spans)
+
+
+def _grown(search: Search, best: Scored, more: Sequence[Hypothesis], model: StripTheory) -> Search:
+    """Return the search in the library with `more` hypotheses, which are no further laws."""
+    view = search.view
+    grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)
+    return Search(View(view.whitened, grown, before=view), best.sizes, search.report)
+
+
+def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refined:
+    """Return the best set with the columns of members that have values of each recording's own about these, by Newton's method."""
+    found, now = Refined(search, best), best
+    for _ in range(OWN_ROUNDS):
+        own = {k: h.linearised_at(scaled_values(search.view, now, k), model) for k in now.chosen
+               if (h := search.view.library.hypotheses[k]).per_recording and isinstance(h.effect, InstrumentEffect)}
+        if not own:
+            break
+        start = len(search.view.library.hypotheses)
+        search = _grown(search, now, list(own.values()), model)
+        now = search.score((*(k for k in now.chosen if k not in own), *range(start, start + len(own))))
+        if now.score > found.best.score:
+            found = Refined(search, now)
+    return found
+
+
+def _exchanged(search: Search, best: Scored, finer: Mapping[int, Sequence[Hypothesis]],
+               model: StripTheory) -> tuple[Search, Scored, dict[int, list[Hypothesis]]]:
+    """Return the grown search, the best set with members exchanged for their `finer` hypotheses, and what of its members is at the peak."""
+    if not any(finer.values()):
+        return search, best, {}
+    view = search.view
+    start = len(view.library.hypotheses)
+    following = _grown(search, best, [h for hs in finer.values() for h in hs], model)
+    now, peaks = following.score(best.chosen), dict[int, list[Hypothesis]]()
+    for k, hs in finer.items():
+        h, rest = view.library.hypotheses[k], [x for x in now.chosen if x != k]
+        sets = {start + i: following.score((*rest, start + i)) for i in range(len(hs))}
+        start += len(hs)
+        scored = [(o, s.score) for o, s in zip(hs, sets.values(), strict=True)]
+        centre, score = next(((o, s) for o, s in scored if _same_shape(o, h)), (h, now.score))
+        peak = at_peak(centre, score, [(o, s) for o, s in scored if o.working_model is centre.working_model])
+        number = max(sets, key=lambda i: sets[i].score, default=k)
+        if number != k and (sets[number].score > now.score or h.rough or _stale(following.view, now, k)):
+            now = sets[number]
+        else:
+            number = k
+        if peak is not None:
+            peaks[number] = [peak]
+    return following, now, peaks
+
 
 def with_finer_singles(search: Search, model: StripTheory, most: int = 1) -> Search:
-    """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for.
-
-    What has a phase of its own in every recording is linear in it, and stays as it is.
-    """
+    """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for."""
     for single in search.singles()[:most]:
-        if not any(search.view.library.hypotheses[k].per_recording for k in single.chosen):
-            search = refined(search, single, model).search
+        search = refined(search, single, model).search
     return search

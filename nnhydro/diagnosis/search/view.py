@@ -91,15 +91,19 @@ class View:
         if k not in self._columns:
             X = self.library.columns(k)
             if self.library.hypotheses[k].per_recording:
-                group = self.library.design.problem.group_of
-                used = [g for g in range(self.library.design.problem.groups) if np.any(X[group == g])]
-                X = np.concatenate([X * (group == g)[:, None, None] for g in used], axis=2) if used else X
+                group, acting = self.library.design.problem.group_of, self.acting_groups(k)
+                X = np.concatenate([X * (group == g)[:, None, None] for g in acting], axis=2) if acting else X
                 self._columns[k] = Columns.of(self.whitened, self.whitened.weighted(X))
             else:
                 i = int(np.searchsorted(self.shared, k))
                 at = slice(self.starts[i], self.starts[i + 1])
                 self._columns[k] = Columns(self.whitened.weighted(X), self.cross[:, at], self.grams[i], self.Xy[at])
         return self._columns[k]
+
+    def acting_groups(self, k: int) -> list[int]:
+        """Return the numbers of the recordings in which hypothesis `k` moves any torque, in the order of their values."""
+        X, group = self.library.columns(k), self.library.design.problem.group_of
+        return [g for g in range(self.library.design.problem.groups) if np.any(X[group == g])]
 
     def joined(self, chosen: Iterable[int]) -> Columns | None:
         """Return the columns of the hypotheses `chosen`, side by side; None where there are none."""

@@ -11,7 +11,11 @@ The band itself ends where the acceleration is no longer known:
     N(f) = 1 / (1/N_q + 1/N_v + 1/N_a),   N_q = 2 dt s_q^2 (2 pi f)^4,  N_v = 2 dt s_v^2 (2 pi f)^2,  N_a = 2 dt s_a^2    [(rad/s^2)^2/Hz]
     edge = the highest f at which some joint's acceleration has more than KNOWN^-2 times N(f)
 
-because regressors that are noise bias every coefficient towards 0 by the ratio of noise to motion.
+because regressors that are noise bias every coefficient towards 0 by the ratio of noise to motion. A joint whose records a constant
+explains as well as a spline does, but for their noise, is at rest:
+
+    sum |x - constant|^2 / s^2 - sum |x - B c|^2 / s^2 <= m + AT_REST sqrt(2 m)        chi-squared of the m coefficients of c
+
 Source: regression splines, de Boor (1978); bias of errors in variables, Fuller (1987), section 1.1.
 """
 
@@ -37,7 +41,8 @@ WIDEST = 50.0  # Hz: the spectrum is looked at up to here
 RISE = 2.0  # of the least level: a spectrum that rises again so much has met its noise; a band's mean hardly doubles by chance
 TINY = 1e-10  # of the largest level: a computed motion without noise holds nothing below
 BANDS_PER_OCTAVE = 4
-PASSED_OVER = 3  # bands: less than an octave without motion may lie between two lines of a periodic one
+PASSED_OVER = 7  # bands: between two lines of a periodic motion, whose odd harmonics are a factor of 3 apart, lie 1.6 octaves
+AT_REST = 4.0  # standard deviations above the mean of chi-squared up to which all that a spline explains is noise
 DEGREE = 5
 THIRD = np.sqrt(20.0)  # white noise of unit variance has third differences of variance 20
 
@@ -221,6 +226,10 @@ def _fitted(t: Array, edge: float, channels: list[tuple[int, Array, Array]]) -> 
             bands[DEGREE - offset, offset:] = H.diagonal(offset)
         bands[-1] += 1e-9 * np.median(bands[-1])
         c[:, column] = solveh_banded(bands, g)
+        constant = np.full(m, channels[0][1][:, column].mean())
+        explained = c[:, column] @ (2 * g - H @ c[:, column]) - constant @ (2 * g - H @ constant)
+        if explained <= m + AT_REST * np.sqrt(2 * m):
+            c[:, column] = constant
     return BSpline(knots, c, DEGREE)
 
 

@@ -105,12 +105,19 @@ def test_refined_values_of_every_effect_stay_within_its_bounds_and_can_be_made(i
 def test_loads_are_linear_as_they_are_and_instruments_have_their_columns_about_their_values():
     made = {hypothesis.key[0]: hypothesis for hypothesis in enumerate_hypotheses(arm(2), PEAKS)}
     load, bias = made["viscous_friction"], made["torque_bias"]
-    values = torch.full((bias.width,), 0.1)
+    values = {0: torch.full((bias.width,), 0.1)}
     assert load.linearised_at(values, "model") is load
     told = bias.linearised_at(values, "model")
     assert isinstance(told.effect, InstrumentEffect)
     assert told.working_model == "model"
     assert told.effect.linear_values()[0] == pytest.approx(0.1)
+
+
+def test_an_instrument_with_values_of_each_recording_s_own_has_its_columns_about_them_there_alone():
+    wave = next(h for h in enumerate_hypotheses(arm(2), PEAKS) if h.key[0] == "wave_orbital")
+    told = wave.linearised_at({1: torch.tensor([0.1, -0.2])}, "model")
+    assert told.effect_in(1).linear_values().tolist() == pytest.approx([0.1, -0.2])
+    assert told.effect_in(0) is wave.effect
 
 
 def _resemblance(one, other, flow):

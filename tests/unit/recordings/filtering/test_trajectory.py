@@ -119,3 +119,34 @@ def test_accelerations_that_were_measured_raise_the_edge_that_noisy_angles_leave
 def test_the_edge_always_lies_where_it_may(rate, noise, seed):
     edge = trusted_edge([moved(rate, 5.0, 1, seed, "q", (noise, 0.0, 0.0))[0]])
     assert LOWEST_EDGE <= edge <= min(HIGHEST_EDGE, 0.45 * rate)
+
+
+@given(seed=st.integers(0, 10**6), channels=st.sampled_from(["q", "qv", "qva"]))
+@settings(max_examples=20)
+def test_a_joint_that_rests_beside_one_that_moves_is_at_rest_whatever_its_noise(seed, channels):
+    r, _ = moved(channels=channels, noise=NOISE, given=seed)
+    noise = [s * np.random.default_rng([seed, k]).standard_normal(len(r)) for k, s in enumerate(NOISE)]
+    still = [None if x is None else np.column_stack([x[:, 0], (0.7, 0.0, 0.0)[k] + noise[k]]) for k, x in enumerate((r.q, r.qd, r.qdd))]
+    made = trajectory(replace(r, q=still[0], qd=still[1], qdd=still[2]), EDGE, len(r))
+    assert not made.qd[:, 1].any()
+    assert not made.qdd[:, 1].any()
+    assert made.q[:, 1] == pytest.approx(0.7, abs=4 * NOISE[0] / np.sqrt(len(r)))
+    assert rms(made.qd[:, 0]) > 0.1
+
+
+@pytest.mark.parametrize("size", [3.0, 10.0])
+def test_a_motion_as_small_as_a_few_times_the_noise_is_a_motion(size):
+    r, exact = moved(channels="q", links=1)
+    scale = size * NOISE[0] / exact[0].std()
+    noisy = replace(r, q=scale * exact[0] + NOISE[0] * np.random.default_rng(1).standard_normal(r.q.shape))
+    made = trajectory(noisy, EDGE, len(r))
+    assert rms(made.q - scale * exact[0]) < NOISE[0]
+    assert rms(made.qd) > 0.8 * scale * rms(exact[1])
+
+
+def test_a_carriage_of_constant_speed_does_not_accelerate():
+    r, _ = moved()
+    speed = 0.4 + 1e-3 * np.random.default_rng(2).standard_normal(len(r))
+    made = trajectory(replace(r, u0=speed), EDGE, len(r))
+    assert not made.du0.any()
+    assert made.u0 == pytest.approx(speed.mean())

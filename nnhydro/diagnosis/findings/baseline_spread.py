@@ -1,0 +1,60 @@
+"""How far the values of an instrument's effect hang on what the baseline's parameters are not known to.
+
+    C -> C + sum_i d_i d_i',   d_i = argmin_b |X(z + v_i) b - X(z) beta| - beta,   sum_i v_i v_i' the posterior covariance of z
+
+The columns of loads do not hang on the baseline; those of instruments are taken at its reading. A wave on an arm that is held loads it by
+(1 + C_M) times its size, and no motion tells C_M.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.model.evidence import posterior
+from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.effects.effect import InstrumentEffect
+from nnhydro.models.strip_theory import StripTheory
+
+Array = NDArray[np.float64]
+KNOWN = 0.03  # standard deviations of the prior: parameters known to less move no value that matters
+
+
+def spread_by_baseline(search: Search, found: Scored, k: int) -> Array:
+    """Return the covariance (p, p) of the values of member `k`, in its units, that comes from the baseline's parameters."""
+    view, h = search.view, search.view.library.hypotheses[k]
+    nothing = np.zeros((h.width, h.width))
+    whitened, base = view.whitened, view.library.design.baseline
+    if not isinstance(h.effect, InstrumentEffect) or not whitened.p:
+        return nothing
+    fit = posterior(whitened, view.joined(found.chosen), none(whitened).vector(whitened))
+    z = fit.mean[: whitened.p]
+    variances, directions = np.linalg.eigh(fit.covariance(slice(0, whitened.p)))
+    open_ = variances > KNOWN**2
+    if not open_.any():
+        return nothing
+    group = view.library.design.problem.group_of[:, None] * 0 if not h.per_recording else view.library.design.problem.group_of[:, None]
+    unit = np.unique(group)
+    scale = view.library.scale[view.library.at(k)]
+    beta = (fit.mean[found.places(view)[k]].reshape(-1, h.width) * scale)[: len(unit)]
+
+    def columns(model: StripTheory) -> Array:
+        """Return the whitened columns (n, joints, p) of the effect at the reading of `model`."""
+        there: Hypothesis = replace(h, own={}, working_model=None if h.working_model is None or h.own else model)
+        made: Array = whitened.weighted(view.library.design.columns([there], model))
+        return made
+
+    at_mean = columns(base.at(base.within(z)))
+    total = nothing
+    for variance, direction in zip(variances[open_], directions.T[open_], strict=True):
+        there = columns(base.at(base.within(z + np.sqrt(variance) * direction)))
+        moved = np.zeros((len(unit), h.width))
+        for i, g in enumerate(unit):
+            rows = group[:, 0] == g
+            X, target = there[rows].reshape(-1, h.width), at_mean[rows].reshape(-1, h.width) @ beta[min(i, len(beta) - 1)]
+            moved[i] = np.linalg.lstsq(X, target)[0]
+        d = np.sqrt((moved**2).mean(axis=0)) - np.sqrt((beta**2).mean(axis=0)) if h.per_recording else moved[0] - beta[0]
+        total = total + np.outer(d, d)
+    return total

@@ -1,0 +1,55 @@
+"""Values between those of the grid: the peak of the score, and a wave that is taken about each recording's own values."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosed import diagnosed
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rigs import arm
+
+from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses, refine_grid
+from nnhydro.diagnosis.search.refinement import at_peak
+
+WAKE = next(h for h in enumerate_hypotheses(arm(1), (3.0,)) if h.key[0] == "wake_development")
+(NAME,) = WAKE.spans
+
+
+def scored(h, truth, width):
+    """The neighbours of `h` with scores that fall with the square of the distance to `truth` in the logarithm."""
+    def score(o):
+        return -((np.log(getattr(o.effect, NAME)[0] / truth) / width) ** 2)
+
+    return score(h), [(o, score(o)) for o in refine_grid(h)[1:]]
+
+
+@given(share=st.floats(-0.95, 0.95), width=st.floats(0.01, 10.0))
+@settings(max_examples=40)
+def test_where_scores_are_a_parabola_its_vertex_is_found_at_once(share, width):
+    value = getattr(WAKE.effect, NAME)[0]
+    low, high = (getattr(o.effect, NAME)[0] for o in refine_grid(WAKE)[1:])
+    truth = value * ((high if share > 0 else low) / value) ** abs(share)
+    made = at_peak(WAKE, *scored(WAKE, truth, width))
+    got = value if made is None else getattr(made.effect, NAME)[0]
+    assert got == pytest.approx(truth, rel=1e-6)
+    if made is not None:
+        assert made.spans[NAME] == pytest.approx((low, high))
+
+
+def test_beyond_the_neighbours_nothing_is_guessed():
+    end = getattr(refine_grid(WAKE)[-1].effect, NAME)[0]
+    made = at_peak(WAKE, *scored(WAKE, 100 * getattr(WAKE.effect, NAME)[0], 1.0))
+    assert made is None or getattr(made.effect, NAME)[0] <= end
+    alone = replace(WAKE, spans={NAME: (getattr(WAKE.effect, NAME)[0],) * 2})
+    assert at_peak(alone, 0.0, []) is None
+
+
+@pytest.mark.slow
+def test_a_wave_on_a_held_arm_is_as_large_as_its_drag_and_frequency_say():
+    told = diagnosed("held in a wave")
+    (finding,) = told.findings
+    amplitude, frequency = (finding.parameters[name]["value"] for name in ("amplitude", "frequency"))
+    assert frequency == pytest.approx(0.965, abs=5e-4), "a twentieth of the resolution of 20 s"
+    assert amplitude * (1 + told.recalibrated["cm"][0]) == pytest.approx(0.12 * 2, rel=0.03), "what a wave at rest shows is this product"
+    assert told.proof.after < 1.4 * told.noise_floor, "its drag, which is not linear, is in the model"
