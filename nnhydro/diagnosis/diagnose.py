@@ -21,8 +21,8 @@ from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
 from nnhydro.diagnosis.findings.finding import finding_of
-from nnhydro.diagnosis.model.evidence import Whitened, posterior
-from nnhydro.diagnosis.model.sizes import fitted, none
+from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.sizes import fitted
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import NOISE_ROUNDS, calibrated_noise
 from nnhydro.diagnosis.noise.spectrum import Noise, reestimated
@@ -31,6 +31,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypothese
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search.activity_windows import in_parts
+from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.refinement import across_held_links, at_lines, extra_starts, line_frequencies, refined, with_finer_singles
 from nnhydro.diagnosis.search.stepwise import Scored, Search
@@ -142,10 +143,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     following, why = _plan_next(found, campaign, seed, limits)
     floor = noise_error(search, proof, found.noise.own)
     rest = unexplained_of(search, claimed, proof, found.decided.decisions)
-    off = none(search.whitened).vector(search.whitened)
     base = found.design.baseline
-    z_before = base.within(posterior(search.whitened, None, off).mean[: search.whitened.p])
-    z_after = base.within(posterior(search.whitened, search.view.joined(claimed.chosen), off).mean[: search.whitened.p])
+    z_before, z_after = (base.within(best_fit(search, one).z) for one in (search.score(()), claimed))
     noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)

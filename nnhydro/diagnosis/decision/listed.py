@@ -1,6 +1,6 @@
 """How probable it is that a name which fits is the cause, and not one that is on no card and merely resembles it.
 
-    P = LISTED / (1 + o (left / TRUSTED_RATIO)^4),   left = u(S) / u(S less k)
+    P = LISTED / (1 + o (left / TRUSTED_RATIO)^4),   left as in search.stepwise
 
 u: nats that the unknown gains at the joints that the law loads; o: 1 for a standard term of a joint, else the number of all causes.
 A law that is the cause leaves the unknown next to nothing, one that resembles it leaves a share. How large a share speaks against a name
@@ -8,15 +8,13 @@ hangs on how probable the cause was before: against the friction of a joint less
 `FEW_NATS` nothing is left.
 """
 
-from nnhydro.diagnosis.constants import FEW_NATS, LISTED, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import LISTED, TRUSTED_RATIO
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 
 
 def listed_probability(search: Search, found: Scored, k: int) -> float:
     """Return the probability that member `k` of `found` is the cause itself, given that some cause like it is there."""
     library = search.view.library
-    before = search.unknown_beside(search.score(tuple(x for x in found.chosen if x != k)), [k])
-    after = search.unknown_beside(found, [k])
-    left = after / before if before > FEW_NATS and after > FEW_NATS else 0.0
+    left = search.left(search.score(tuple(x for x in found.chosen if x != k)), found)
     odds = 1.0 if library.hypotheses[k].effect.standard else float(len(library.key_counts))
-    return LISTED / (1.0 + odds * (left / TRUSTED_RATIO) ** 4)
+    return LISTED / (1.0 + odds * (max(left, 0.0) / TRUSTED_RATIO) ** 4)

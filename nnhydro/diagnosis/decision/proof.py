@@ -17,6 +17,7 @@ from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
+from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.models.strip_theory import StripTheory
@@ -54,10 +55,9 @@ def states(segment: Segment) -> dict[str, Array]:
 
 def _predicted(search: Search, found: Scored, X: Array | None, fold: NDArray[np.int64]) -> Array:
     """Return the rows (n, joints) of the model's part beyond the baseline at z = 0, each fold fitted to the others."""
-    whole = search.view.whitened
+    whole, columns = best_fit(search, found).whitened, best_fit(search, found).columns
     made = np.zeros_like(search.view.library.design.y)
     t = none(whole).vector(whole)
-    columns = search.view.joined(found.chosen)
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
         part = Whitened(whole.design, whole.unknown, whole.v, rows)

@@ -11,9 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.model.evidence import posterior
-from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -29,7 +28,7 @@ def spread_by_baseline(search: Search, found: Scored, k: int) -> Array:
     whitened, base = view.whitened, view.library.design.baseline
     if not isinstance(h.effect, InstrumentEffect) or not whitened.p:
         return nothing
-    fit = posterior(whitened, view.joined(found.chosen), none(whitened).vector(whitened))
+    fit = best_fit(search, found).posterior
     z = fit.mean[: whitened.p]
     variances, directions = np.linalg.eigh(fit.covariance(slice(0, whitened.p)))
     open_ = variances > KNOWN**2

@@ -20,6 +20,7 @@ from nnhydro.diagnosis.findings.baseline_spread import spread_by_baseline
 from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
+from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.search.values import Values, values_of
 from nnhydro.effects.quantity import intervals
@@ -89,7 +90,7 @@ def _bend(search: Search, found: Scored, h: Hypothesis, k: int, name: str, mean:
     variance, slope = ((high - low) / 2) ** 2 / 3, np.zeros(len(mean))
     for step, i in sorted((pair for pair in near if pair[0] != 0), key=lambda pair: abs(pair[0]))[:MOST_NEIGHBOURS]:
         there = search.score((*rest, i))
-        drop, values = centre - there.score, values_of(search, there, i)
+        drop, values = centre - there.score, values_of(search, there, i, best_fit(search, found))
         if values.bounded:
             continue
         variance, slope = step**2 / (2 * max(drop, WORSE)), (values.mean[: len(mean)] - mean) / step

@@ -88,6 +88,15 @@ def _cells(design: Design, bands: Bands, x: Array) -> Array:
     return spread
 
 
+def white_noise(design: Design) -> Noise:
+    """Return white noise as large as what the baseline alone leaves, a joint, and the variance of the baseline's own form."""
+    bands = Bands.of_design(design)
+    level = np.maximum((design.excess**2).mean(axis=0), LEAST * np.maximum(design.scale, 1e-150) ** 2)
+    form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - design.excess) ** 2)
+    groups = np.ones((design.problem.groups, len(level)))
+    return Noise(bands, design.problem.group_of, np.tile(level[:, None], (1, bands.count)), groups, form)
+
+
 def first_noise(design: Design) -> Noise:
     """Return flat noise at the level of the quiet upper end of the band, and the variance of form from what the baseline alone leaves."""
     bands = Bands.of_design(design)

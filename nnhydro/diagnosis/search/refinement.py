@@ -26,7 +26,7 @@ ROUNDS, OWN_ROUNDS = 3, 5  # of finer values; of values that are each recording'
 STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
 ALIKE = 0.5  # nats: one standard deviation
 HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
-WORTH_A_ROUND = 0.1  # nats that a round gains at least where another follows
+WORTH_A_ROUND = 0.1  # nats that a round changes at least where another follows
 LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
 
 
@@ -206,7 +206,7 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
             break
         search, best, peaks = _exchanged(search, best, finer, model)
         search, best, _ = _exchanged(search, best, peaks, model)
-        if best.score - before < WORTH_A_ROUND:
+        if abs(best.score - before) < WORTH_A_ROUND:
             break
     model = calibrated_beside(search, best, model)
     smallest = with_smallest_waves(search, best, model)

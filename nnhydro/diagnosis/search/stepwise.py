@@ -12,7 +12,7 @@ Screening scores every law beside the current set at three scales of the unknown
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +60,7 @@ class Search:
     view: View
     start: Sizes
     report: Callable[[str], None] = lambda line: None
+    best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # those whose values are told (search.best_fit)
     _scored: dict[tuple[int, ...], Scored] = field(default_factory=dict)
     _beside: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
 
@@ -158,9 +159,23 @@ class Search:
         if gain <= 1e-6:
             return False
         more = set(then.chosen) - set(now.chosen)
-        before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
         phased = any(self.view.library.hypotheses[k].per_recording for k in more)
-        return after <= max(LEAVES * before, FEW_NATS) or (phased and gain > before)
+        return self.left(now, then) <= LEAVES or (phased and gain > self.unknown_beside(now, more))
+
+    def left(self, now: Scored, then: Scored) -> float:
+        """Return the share that `then` leaves of what the unknown beside `now` makes of the laws added: 0 of a cause, near 1 of others.
+
+            1 - (u(now) - u(then)) / min(u(now), (u'u - |u less what the unknown makes of it|^2) / 2)
+
+        u(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. A small law beside a large unknown is
+        asked for no more than its own.
+        """
+        more = sorted(set(then.chosen) - set(now.chosen))
+        before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
+        if min(before, after) <= FEW_NATS:
+            return 0.0
+        own = sum(self.imitated_nats(then, k) for k in more)
+        return 1.0 - (before - after) / max(min(before, own), FEW_NATS)
 
     def unknown_beside(self, found: Scored, laws: Iterable[int]) -> float:
         """Return the nats that the unknown gains beside `found` at the joints that `laws` load: what other joints hold is not theirs."""
@@ -173,6 +188,20 @@ class Search:
             fit = posterior(self.whitened, self.view.joined(found.chosen), elsewhere.vector(self.whitened))
             self._beside[at] = max(found.fit.log_evidence - fit.log_evidence, 0.0)
         return self._beside[at]
+
+    def imitated_nats(self, found: Scored, k: int) -> float:
+        """Return the nats of the torque u of member `k` that the unknown can make of what the baseline cannot.
+
+            (c'(G + 1/L)^-1 c - c_Y'(G_Y + 1)^-1 c_Y) / 2,    c = A'W u,  L: an unknown of LARGE_START of the torque
+        """
+        from scipy.linalg import solve
+
+        whitened, columns = self.whitened, self.view.columns(k)
+        cross, p = columns.cross @ found.fit.mean[found.places(self.view)[k]], whitened.p
+        t = Sizes.even(whitened, LARGE_START).vector(whitened)
+        M = whitened.G * t[:, None] * t + np.eye(len(t))
+        beside = float((t * cross) @ solve(M, t * cross, assume_a="pos"))
+        return (beside - float(cross[:p] @ np.linalg.solve(whitened.G[:p, :p] + np.eye(p), cross[:p]))) / 2
 
     def _better(self, now: Scored, sets: Sequence[Sequence[int]], base: Scored | None = None) -> Scored:
         base = now if base is None else base

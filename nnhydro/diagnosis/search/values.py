@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, posterior
-from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.search.best_fit import BestFit, best_fit, fit_at
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 
 Array = NDArray[np.float64]
@@ -39,55 +38,53 @@ class Values:
     bounded: bool = False  # whether a value was cut at a physical bound other than 0
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Fit:
-    """The fit of a set without the unknown: its own coefficients `own`, those of baseline and laws, and their covariance (k, k)."""
-
-    search: Search
-    columns: Columns
-    posterior: Posterior
-    own: Index
-    covariance: Array
-
-    @staticmethod
-    def of(search: Search, found: Scored) -> "_Fit":
-        """Return the fit of `found`."""
-        whitened, columns = search.view.whitened, search.view.joined(found.chosen)
-        assert columns is not None
-        fit = posterior(whitened, columns, none(whitened).vector(whitened))
-        own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
-        return _Fit(search, columns, fit, own, fit.covariance(own))
-
-    def scatter(self, at: Index) -> Array:
-        """Return the variance (m,) of the coefficients `at` among `own` that the scatter of the recordings' scores gives."""
-        view = self.search.view
-        problem = view.library.design.problem
-        D = np.concatenate([view.whitened.Y, self.columns.Xw], axis=2)
-        r = view.whitened.y - D @ self.posterior.mean[self.own]
-        unit = problem.group_of if problem.groups >= FEWEST_UNITS else problem.block_of
-        scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in np.unique(unit)])
-        variances: Array = ((scores @ self.covariance[:, at]) ** 2).sum(axis=0) * len(scores) / max(len(scores) - 1, 1)
-        return variances
-
-    def form(self, at: Index) -> Array:
-        """Return the covariance (m, m) of the coefficients `at` among `own` that a smooth error of the baseline's form gives."""
-        whitened = self.search.view.whitened
-        between = np.concatenate([whitened.G[: whitened.p, whitened.p:], self.columns.cross[whitened.p:].T])
-        moved = self.covariance[at] @ between * (BASELINE_FORM * whitened.unknown_of_unit_share)
-        covariance: Array = moved @ moved.T
-        return covariance
+def _scatter(search: Search, fit: BestFit, covariance: Array, at: Index) -> Array:
+    """Return the variance (m,) of the coefficients `at` among the fit's own that the scatter of the recordings' scores gives."""
+    problem, D = search.view.library.design.problem, _rows(fit)
+    r = fit.whitened.y - D @ fit.posterior.mean[fit.own]
+    unit = problem.group_of if problem.groups >= FEWEST_UNITS else problem.block_of
+    scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in np.unique(unit)])
+    variances: Array = ((scores @ covariance[:, at]) ** 2).sum(axis=0) * len(scores) / max(len(scores) - 1, 1)
+    return variances
 
 
-def values_of(search: Search, found: Scored, k: int) -> Values:
-    """Return the values of member `k`: without the unknown, the spread widened to that of the recordings and by the baseline's form."""
+def _rows(fit: BestFit) -> Array:
+    """The whitened columns (n, joints, k) of baseline and laws."""
+    return fit.whitened.Y if fit.columns is None else np.concatenate([fit.whitened.Y, fit.columns.Xw], axis=2)
+
+
+def _granted(search: Search, fit: BestFit, covariance: Array, at: Index) -> Array:
+    """Return the covariance (m, m) of the coefficients `at` where every row errs by the noise that the evidence grants it."""
+    D, ratio = _rows(fit), search.view.whitened.v / fit.whitened.v
+    weighted = (D * np.sqrt(ratio)[..., None]).reshape(-1, D.shape[2]) @ covariance[:, at]
+    prior = covariance[at] / fit.posterior.scale[fit.own]
+    made: Array = weighted.T @ weighted + prior @ prior.T
+    return made
+
+
+def _form(fit: BestFit, covariance: Array, at: Index) -> Array:
+    """Return the covariance (m, m) of the coefficients `at` that a smooth error of the baseline's form gives."""
+    whitened = fit.whitened
+    assert fit.columns is not None
+    between = np.concatenate([whitened.G[: whitened.p, whitened.p:], fit.columns.cross[whitened.p:].T])
+    moved = covariance[at] @ between * (BASELINE_FORM * whitened.unknown_of_unit_share)
+    made: Array = moved @ moved.T
+    return made
+
+
+def values_of(search: Search, found: Scored, k: int, beside: BestFit | None = None) -> Values:
+    """Return the values of member `k`: without the unknown, the spread widened to that of the recordings and by the baseline's form.
+
+    The noise is that of `beside` where it is given: a neighbour's is not found again.
+    """
     view, library = search.view, search.view.library
-    fit = _Fit.of(search, found)
+    fit = best_fit(search, found) if beside is None else fit_at(search, found, beside.whitened.v)
     place, h = found.places(view)[k], library.hypotheses[k]
     at = np.searchsorted(fit.own, np.arange(place.start, place.stop))
-    covariance = fit.covariance[np.ix_(at, at)]
-    widening = np.sqrt(np.maximum(fit.scatter(at) / np.maximum(np.diag(covariance), 1e-300), 1.0))
-    covariance = covariance * widening[:, None] * widening + fit.form(at)
+    whole = fit.posterior.covariance(fit.own)
+    covariance = _granted(search, fit, whole, at)
+    widening = np.sqrt(np.maximum(_scatter(search, fit, whole, at) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    covariance = covariance * widening[:, None] * widening + _form(fit, whole, at)
     mean = fit.posterior.mean[place]
     if h.per_recording:
         mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)

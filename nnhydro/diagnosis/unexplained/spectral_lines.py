@@ -3,7 +3,8 @@
     S_k = sum_r I_rk / background_rk,     p = K Q(R, S_max),     Q the upper regularised gamma function
 
 I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
-recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out. A state of the arm cannot
+recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, along the rise of
+the noise. A state of the arm cannot
 make such a line: recordings move at frequencies of their own. Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
 """
 
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
+UPPER, STEEPEST = 3.0, 4.0  # part of the band, from its edge down, whose slope is found; steepest law of a noise
 P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
 TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
@@ -57,11 +59,19 @@ def _ratios(x: Array, dt: float, highest: float) -> tuple[Array, Array, Array]:
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
     offsets = [k for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH]
-    padded = np.pad(power, AROUND, mode="reflect")
+    padded = np.pad(power / _rise(f, power), AROUND, mode="reflect")
     around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in offsets])
-    background = np.median(around, axis=0) / np.log(2)
+    background = np.median(around, axis=0) / np.log(2) * _rise(f, power)
     ratios: Array = power / np.maximum(background, 1e-300)
     return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
+
+
+def _rise(f: Array, power: Array) -> Array:
+    """The law f^b, b from 0 to 4, by which the spectrum (k,) rises in the upper part of the band: angle noise, twice differentiated."""
+    upper = (f > f[-1] / UPPER) & (power > 0)
+    b = np.polyfit(np.log(f[upper]), np.log(power[upper]), 1)[0] if upper.sum() > AROUND else 0.0
+    rise: Array = np.maximum(f / f[-1], 1e-3) ** float(np.clip(b, 0.0, STEEPEST))
+    return rise
 
 
 def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf) -> Line | None:

@@ -1,0 +1,63 @@
+"""The fit whose values are told: a set without the unknown, each row weighted by the noise that is left beside that very set.
+
+    v_gj(f) = sigma_gj^2 S_j(f) + BASELINE_FORM^2 B_gj(f)         S, sigma by REML, from white noise on
+
+Evidence is weighted by what any explanation may err by, FORM of what there is to explain. Values are not: what a set explains to a
+hundredth must not hang on what little of it has another form. From white noise on the fit is first that of least squares; a spectrum that
+was found beside a poorer fit would make noise of a misfit of low frequency for good.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.noise.spectrum import reestimated, white_noise
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+ROUNDS = 4
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class BestFit:
+    """The fit of a set without the unknown: rows and columns whitened by its noise, and the numbers `own` of baseline and laws in it."""
+
+    whitened: Whitened
+    columns: Columns | None
+    posterior: Posterior
+    own: Index
+
+    @property
+    def z(self) -> Array:
+        """The baseline's parameters (p,)."""
+        return self.posterior.mean[: self.whitened.p]
+
+
+def fit_at(search: Search, found: Scored, v: Array) -> BestFit:
+    """Return the fit of `found` without the unknown where the noise of every row is `v` (n, joints)."""
+    old = search.view.whitened
+    whitened = Whitened(old.design, old.unknown, v)
+    X = search.view.joined(found.chosen)
+    columns = None if X is None else Columns.of(whitened, whitened.weighted(X.Xw / old.sw[..., None]))
+    fit = posterior(whitened, columns, none(whitened).vector(whitened))
+    own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
+    return BestFit(whitened, columns, fit, own)
+
+
+def best_fit(search: Search, found: Scored) -> BestFit:
+    """Return the fit of `found` whose values are told, found once a set."""
+    if found.chosen not in search.best_fits:
+        design = search.view.library.design
+        noise = white_noise(design)
+        for _ in range(ROUNDS):
+            fit = fit_at(search, found, noise.v)
+            noise = reestimated(design, noise, fit.whitened, fit.columns, none(fit.whitened).vector(fit.whitened))
+        search.best_fits[found.chosen] = fit_at(search, found, noise.v)
+    made: BestFit = search.best_fits[found.chosen]
+    return made
