@@ -14,6 +14,7 @@ from nnhydro.models.torque_model import TorqueModel
 
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
+SHOWN = 4  # names of recordings in a sentence
 TOO_NOISY = 1 / 3  # of the torque: above such a noise floor nothing is said to be complete
 
 
@@ -58,33 +59,43 @@ class Diagnosis:
                 "other_bands": [band.document() for band in self.other_bands],
                 "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
-                "unexplained": self.remainder.document(), "proof": self.checks, "recalibrated": self.recalibrated,
+                "unexplained": self.remainder.document(self.baseline.arm.text), "proof": self.checks, "recalibrated": self.recalibrated,
                 "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions} | rehearsal
 
     def _remains(self) -> str:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""
         if not self.remainder.detected:
             return ""
-        on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
-        depends = f" It depends on {'; '.join(on)}." if on else ""
         return (f" Noise alone would leave {100 * self.noise_floor:.1f} %: something systematic remains that no known effect explains."
-                f"{depends}")
+                f"{self._depends('It')}")
+
+    def _depends(self, subject: str) -> str:
+        """On what the unknown depends, or in which recordings it lies; empty where neither is known."""
+        on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
+        if on:
+            return f" {subject} depends on {'; '.join(on)}."
+        few = [name for place in self.location[:1] for name in place.recordings] if not self.remainder.lines else []
+        return f" {subject} lies in {', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}." if few else ""
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
-        if self.findings:
-            following = "" if self.following is None else f" {self.following.statement()}"
-            bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
-            with_them = "With it" if len(self.findings) == 1 else "With them"
-            gained = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {100 * self.proof.before:.1f} % to "
-                      f"{100 * self.proof.after:.1f} %.{bands}{self._remains()}{following}")
-            return " ".join([*(f.statement for f in self.findings), gained])
+        return self.baseline.arm.text(self._found() if self.findings else self._nothing_found())
+
+    def _found(self) -> str:
+        following = "" if self.following is None else f" {self.following.statement()}"
+        bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
+        with_them = "With it" if len(self.findings) == 1 else "With them"
+        noisy = (f" Noise alone is {100 * self.noise_floor:.0f} %: what else is missing these recordings cannot tell."
+                 if self.noise_floor > TOO_NOISY and not self.remainder.detected else "")
+        gained = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {100 * self.proof.before:.1f} % to "
+                  f"{100 * self.proof.after:.1f} %.{bands}{self._remains()}{noisy}{following}")
+        return " ".join([*(f"{f.statement}{f.equivalents()}" for f in self.findings), gained])
+
+    def _nothing_found(self) -> str:
         if self.detected:
             hum = "".join(f" There is {line.sentence()}." for line in self.remainder.lines)
-            on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
-            depends = f" What remains depends on {'; '.join(on)}." if on else ""
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
-                    f"{hum}{depends}")
+                    f"{hum}{self._depends('What remains')}")
         if self.noise_floor > TOO_NOISY:
             return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect stands out of "
                     "it; record stronger motions or repeat them.")

@@ -23,6 +23,7 @@ from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.search.values import Values, values_of
+from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
@@ -55,6 +56,14 @@ class Finding:
     def level(self) -> str:
         """Whether the leaf is certain, or the family alone."""
         return "leaf" if len(self.members) == 1 else "family"
+
+    def equivalents(self) -> str:
+        """Return the other effects that may be the cause, as a sentence; empty where there are none."""
+        names = [catalogue()[id_].name for id_ in self.members[1:]]
+        if not names:
+            return ""
+        listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+        return f" These recordings cannot tell it from {listed}."
 
     def document(self, before: float, after: float) -> dict[str, Any]:
         """Return the finding for diagnosis.json."""

@@ -75,7 +75,11 @@ def _travel(t: Array, qd: Array) -> Array:
 
 
 def variables(stretch: Stretch, model: StripTheory, driven: bool = True) -> dict[str, Array]:
-    """Return the variables (n,) of the unknown on a stretch by name; `model` gives the torques, none where the arm is not `driven`."""
+    """Return the variables (n,) of the unknown on a stretch by name; `model` gives the torques.
+
+    Where the arm is not `driven` there are neither torques nor accelerations: what is compared with 0 is then the inertia times the very
+    noise of these, and a function of them would be found in every record of an angle.
+    """
     s = stretch.segment
     tau = model.torque(Motion.of(s)).numpy()
     steady = s.steady or len(s) < 8
@@ -83,9 +87,8 @@ def variables(stretch: Stretch, model: StripTheory, driven: bool = True) -> dict
     slow = s.qd if steady else _low_pass(s.t, s.qd, SLOWED)
     travel = np.zeros_like(s.qd) if steady else _travel(s.t, s.qd)
     named: dict[str, Array] = {}
-    torques = (("tau{}_Nm", tau), ("dtau{}_Nm_s", rate)) if driven else ()
-    for label, x in (("q{}_rad", s.q), ("dq{}_rad_s", s.qd), ("ddq{}_rad_s2", s.qdd), ("recent dq{}_rad_s", slow),
-                     ("travel{}_rad", travel), *torques):
+    forced = (("ddq{}_rad_s2", s.qdd), ("tau{}_Nm", tau), ("dtau{}_Nm_s", rate)) if driven else ()
+    for label, x in (("q{}_rad", s.q), ("dq{}_rad_s", s.qd), ("recent dq{}_rad_s", slow), ("travel{}_rad", travel), *forced):
         named |= {label.format(j + 1): x[:, j] for j in range(x.shape[1])}
     named["u0_m_s"] = s.u0
     named["du0_m_s2"] = s.du0

@@ -32,10 +32,22 @@ LEAST = 1e-12  # of the torque's mean square: a computed torque without noise
 @final
 @dataclass(frozen=True, eq=False)
 class Bands:
-    """The band `of` (n,) each row: the mean of a block is a band of its own, then edges in ratio `RATIO`; steady rows are the first."""
+    """The band `of` (n,) each row: the mean of a block is a band of its own, then edges in ratio `RATIO`; steady rows are the first.
+
+    Between the centres of bands the spectrum runs straight in the logarithms: row n lies `share` (n,) of the way from band `low` to `high`.
+    """
 
     of: Index
     centre: Array  # (bands,) Hz
+    low: Index
+    high: Index
+    share: Array
+
+    def spread(self, S: Array) -> Array:
+        """Return the spectrum S (joints, bands) on the rows, (n, joints)."""
+        log = np.log(S)
+        made: Array = np.exp((1 - self.share) * log[:, self.low] + self.share * log[:, self.high]).T
+        return made
 
     @staticmethod
     def of_design(design: Design) -> "Bands":
@@ -46,8 +58,15 @@ class Bands:
         above = 2 + np.floor(np.log(np.maximum(f, lowest) / lowest) / np.log(RATIO) + 1e-9).astype(int)
         number = np.where(moving, above, np.where(f < 0, 0, 1))
         used, index = np.unique(number, return_inverse=True)
-        centre = np.array([f[index == k].mean() for k in range(len(used))])
-        return Bands(index.astype(np.int64), np.maximum(centre, 0.0))
+        centre = np.maximum([f[index == k].mean() for k in range(len(used))], 0.0)
+        of, first = index.astype(np.int64), int((used <= 1).sum())
+        low, high, share = of, of, np.zeros(len(f))
+        if len(used) - first > 1:
+            above = np.clip(np.searchsorted(centre[first:], f) + first, first + 1, len(used) - 1)
+            low, high = np.where(moving, above - 1, of), np.where(moving, above, of)
+            below, beyond, at = (np.log(np.where(moving, x, 1.0)) for x in (centre[low], centre[high], f))
+            share = (at - below) / np.where(moving, beyond - below, 1.0)
+        return Bands(of, centre, low, high, np.asarray(share, np.float64))
 
     @cached_property
     def count(self) -> int:
@@ -69,7 +88,7 @@ class Noise:
     @property
     def own(self) -> Array:
         """The variance of the noise itself, (n, joints)."""
-        made: Array = self.sigma2[self.group] * self.S[:, self.bands.of].T
+        made: Array = self.sigma2[self.group] * self.bands.spread(self.S)
         return made
 
     @property

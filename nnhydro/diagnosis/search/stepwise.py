@@ -167,15 +167,18 @@ class Search:
 
             1 - (u(now) - u(then)) / min(u(now), (u'u - |u less what the unknown makes of it|^2) / 2)
 
-        u(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. A small law beside a large unknown is
-        asked for no more than its own.
+        u(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. A standard term of a joint is asked for
+        no more than its own, however large the unknown: that it is there, and small, was probable before.
         """
         more = sorted(set(then.chosen) - set(now.chosen))
         before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
         if min(before, after) <= FEW_NATS:
             return 0.0
-        own = sum(self.imitated_nats(then, k) for k in more)
-        return 1.0 - (before - after) / max(min(before, own), FEW_NATS)
+        if all(self.view.library.hypotheses[k].effect.standard for k in more):
+            theirs = min(before, sum(self.imitated_nats(then, k) for k in more))
+        else:
+            theirs = before
+        return 1.0 - (before - after) / max(theirs, FEW_NATS)
 
     def unknown_beside(self, found: Scored, laws: Iterable[int]) -> float:
         """Return the nats that the unknown gains beside `found` at the joints that `laws` load: what other joints hold is not theirs."""

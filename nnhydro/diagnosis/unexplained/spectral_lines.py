@@ -19,7 +19,7 @@ from nnhydro.diagnosis.unexplained.residual_location import Residual
 
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
-AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
+AROUND, NEAR, WIDTH = 12, 6, 2  # ordinates on either side that make the background, far and near; those next to the line do not
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
 UPPER, STEEPEST = 3.0, 4.0  # part of the band, from its edge down, whose slope is found; steepest law of a noise
 P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
@@ -55,13 +55,14 @@ def _ratios(x: Array, dt: float, highest: float) -> tuple[Array, Array, Array]:
     """Frequencies (k,) Hz up to `highest`, ordinates over their background, and amplitudes N m of lines that would make them."""
     window = np.hanning(len(x) + 2)[1:-1]
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
-    f = np.fft.rfftfreq(len(x), dt)
+    f: Array = np.asarray(np.fft.rfftfreq(len(x), dt), np.float64)
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
-    offsets = [k for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH]
-    padded = np.pad(power / _rise(f, power), AROUND, mode="reflect")
-    around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in offsets])
-    background = np.median(around, axis=0) / np.log(2) * _rise(f, power)
+    rise = _rise(f, np.asarray(power, np.float64))
+    padded = np.pad(power / rise, AROUND, mode="reflect")
+    far, near = (np.median([padded[AROUND + k:AROUND + k + len(power)] for k in range(-reach, reach + 1) if abs(k) > WIDTH], axis=0)
+                 for reach in (AROUND, NEAR))
+    background = np.maximum(far, near) / np.log(2) * rise  # a broad rise is no line
     ratios: Array = power / np.maximum(background, 1e-300)
     return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
 

@@ -1,13 +1,13 @@
 """What no finding explains: how much of it there is, on what it depends, a hum, and the candidates that came near."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import DETECTED, MATERIAL
+from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import Proof
 from nnhydro.diagnosis.search.stepwise import Scored, Search
@@ -16,6 +16,8 @@ from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 Array = NDArray[np.float64]
 LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
 SHOWN = 4  # near misses
+UNLIKE_NOISE = 3.0  # times the error of noise alone: what differs from recording to recording is no noise of theirs
+P_UNLIKE_NOISE = 1e-3  # p that is told of it: with some hundred rows it is far less
 
 
 @final
@@ -46,12 +48,12 @@ class Unexplained:
     lines: tuple[Line, ...] = ()
     nearest: tuple[Decision, ...] = ()
 
-    def document(self) -> dict[str, Any]:
-        """Return what diagnosis.json holds as unexplained."""
-        on = {x for law in self.learned if law.real for x in law.depends_on} | {"frequency" for _ in self.lines}
+    def document(self, text: Callable[[str], str] = str) -> dict[str, Any]:
+        """Return what diagnosis.json holds as unexplained; `text` puts columns and units into those of the arm."""
+        on = {text(x) for law in self.learned if law.real for x in law.depends_on} | {"frequency" for _ in self.lines}
         near = [{"effect": d.effect, "joint": d.joint or None, "gain": round(d.statistic, 2), "why": d.reason} for d in self.nearest]
         return {"detected": self.detected, "share": self.share, "weight": self.weight, "depends_on": sorted(on) if self.detected else [],
-                "lines": [line.sentence() for line in self.lines], "predictable": [round(law.share, 4) for law in self.learned],
+                "lines": [text(line.sentence()) for line in self.lines], "predictable": [round(law.share, 4) for law in self.learned],
                 "nearest": near, "suggestions": []}
 
 
@@ -67,7 +69,8 @@ def unknown_parts(search: Search, found: Scored) -> tuple[Dependence, ...]:
             energy[g] = _energy(whitened.unknown.Phi @ np.where(whitened.unknown.group == g, eta, 0.0), design.Y[:, j], design.time)
         total = _energy(whitened.unknown.Phi @ eta, design.Y[:, j], design.time)
         order = [g for g in np.argsort(-energy).tolist() if energy[g] > LEAST_SHARE * energy.sum()] if energy.sum() > 0 else []
-        made.append(Dependence(j + 1, float(np.sqrt(total)) / max(float(design.scale[j]), 1e-300), tuple(names[g] for g in order[:3])))
+        scale = max(float(design.scale[j]), FORM * float(design.part_scale[j]) if design.undriven else 0.0, 1e-300)
+        made.append(Dependence(j + 1, float(np.sqrt(total)) / scale, tuple(names[g] for g in order[:3])))
     return tuple(made)
 
 
@@ -83,15 +86,17 @@ def p_of(search: Search, found: Scored) -> float:
     return float(np.clip(sizes * np.exp(-found.unknown_nats / 2), 1e-12, 1.0))
 
 
-def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision]) -> Unexplained:
-    """Return what the claimed set `found` leaves."""
+def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision], floor: float) -> Unexplained:
+    """Return what the claimed set `found` leaves; `floor` is the error of noise alone."""
     parts = unknown_parts(search, found)
     design = search.view.library.design
     found_lines = [strongest(proof.remains, joint, design.problem.edge) for joint in range(search.view.whitened.joints)]
     lines = tuple(line for line, scale in zip(found_lines, design.scale.tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
     real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
-    p = max(min([p_of(search, found) if real else 1.0, *(TESTS * line.p_value for line in lines)]), 1e-12)
+    unlike = proof.after > UNLIKE_NOISE * floor and proof.after - floor > MATERIAL
+    ps = [p_of(search, found) if real else 1.0, P_UNLIKE_NOISE if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
+    p = max(min(ps), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
-    return Unexplained(real or bool(lines), proof.after, weight, p, parts if real else (), lines, near if real else ())
+    return Unexplained(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else ())
