@@ -143,7 +143,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     progress("next experiment")
     following, why = _plan_next(found, campaign, seed, limits)
     steady = (found.design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
-    floor = noise_error(search, proof, np.where(steady, best_fit(search, claimed).whitened.v, found.noise.own))
+    own = np.where(steady, best_fit(search, claimed).whitened.v, found.noise.own + found.design.input_variance)
+    floor = noise_error(search, proof, own)
     rest = unexplained_of(search, claimed, proof, found.decided.decisions, floor)
     base = found.design.baseline
     z_before, z_after = (base.within(best_fit(search, one).z) for one in (search.score(()), claimed))

@@ -38,6 +38,7 @@ class Segment:
     current: Array | None = None  # (n, 2) m/s of the water along +X, +Y
     dcurrent: Array | None = None  # (n, 2) m/s^2
     other_qdd: Array | None = None  # (2, n, links) rad/s^2: where `qdd` is fused of all channels, as recorded and of the others alone
+    motion_noise: Array | None = None  # (draws, 3, n, links): what is left of noise in q, qd, qdd, drawn anew
     sliding: bool = False  # of a linear axis: m and N where others have rad and N m
 
     def __post_init__(self) -> None:

@@ -1,6 +1,6 @@
 """Noise: a common spectrum a joint, a scale a recording, and the model error of what is explained.
 
-    v_nj = sigma_gj^2 S_j(band) + (FORM^2 + (2 pi f LATE)^2) E_gj(band) + BASELINE_FORM^2 B_gj(band)            [(N m)^2 s]
+    v_nj = sigma_gj^2 S_j(f) + (FORM^2 + (2 pi f LATE)^2) E_gj(band) + BASELINE_FORM^2 B_gj(band) + I_gj(f)       [(N m)^2 s]
 
 S, sigma by restricted maximum likelihood with the unknown and the selected effects in the model: with leverage h = w d'H^-1 d,
 
@@ -8,6 +8,7 @@ S, sigma by restricted maximum likelihood with the unknown and the selected effe
 
 E is the mean square of the torque that the baseline alone leaves: no explanation is taken to be better than FORM of what there is to
 explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with little noise are not judged on details.
+I is what is left of the motion's noise in the model's torque: angles that are differentiated twice make it rise towards the band's edge.
 Source: REML, Patterson & Thompson (1971), Biometrika 58; discrepancy, Kennedy & O'Hagan (2001).
 """
 
@@ -111,7 +112,7 @@ def white_noise(design: Design) -> Noise:
     """Return white noise as large as what the baseline alone leaves, a joint, and the variance of the baseline's own form."""
     bands = Bands.of_design(design)
     level = np.maximum((design.excess**2).mean(axis=0), LEAST * np.maximum(design.scale, 1e-150) ** 2)
-    form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - design.excess) ** 2)
+    form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - design.excess) ** 2) + design.input_variance
     groups = np.ones((design.problem.groups, len(level)))
     return Noise(bands, design.problem.group_of, np.tile(level[:, None], (1, bands.count)), groups, form)
 
@@ -123,7 +124,7 @@ def first_noise(design: Design) -> Noise:
     floor = LEAST * np.maximum(design.scale, 1e-300) ** 2
     excess = design.excess
     rho2 = FORM**2 + (2 * np.pi * np.maximum(design.problem.frequency, 0) * LATE) ** 2
-    own = BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2)
+    own = BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2) + design.input_variance
     form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2) + own
     level = []
     for j in range(joints):

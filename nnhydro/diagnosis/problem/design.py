@@ -16,6 +16,7 @@ from typing import final
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
@@ -30,9 +31,11 @@ from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import gear_factor, sensed, to_drives
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
+SMOOTHED = 7  # frequencies over which a variance is averaged
 
 
 def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: Stretch, predicted: bool = False) -> Array:
@@ -138,6 +141,27 @@ class Design:
             return np.stack([weight, whole - weight], axis=2)
 
         made: Array = np.sqrt((self.rows(parts) ** 2).sum(axis=0) / self.time)
+        return made
+
+    @cached_property
+    def input_variance(self) -> Array:
+        """The variance (n, joints) of what is left of the motion's noise in the model's torque, averaged over frequencies."""
+        loads, arm = self.baseline.physics.loads, self.problem.arm
+
+        def squares(stretch: Stretch) -> Array:
+            """Return the changes (n, joints, draws) N m of the torque by the noise of a stretch."""
+            s = stretch.segment
+            torque = loads.torque(Flow(arm, Motion.of(s))).numpy()
+            if s.motion_noise is None:
+                return np.zeros((*torque.shape, NOISE_DRAWS))
+            noisy = [replace(s, q=s.q + q, qd=s.qd + qd, qdd=s.qdd + qdd) for q, qd, qdd in s.motion_noise]
+            return np.stack([loads.torque(Flow(arm, Motion.of(one))).numpy() - torque for one in noisy], axis=2)
+
+        power = (self.rows(squares) ** 2).mean(axis=2)
+        made: Array = np.empty_like(power)
+        for i in range(len(self.problem.blocks)):
+            at = self.problem.block_of == i
+            made[at] = uniform_filter1d(power[at], min(SMOOTHED, int(at.sum())), axis=0, mode="nearest")
         return made
 
     @property

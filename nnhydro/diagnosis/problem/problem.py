@@ -77,7 +77,7 @@ def segments_of(r: Recording, band: Band, sliding: bool = False) -> Iterator[Seg
         keep[:trim] = keep[rows - trim:] = False
         tau, tau_sim = (None if x is None else band_limited(x, rows) for x in (part.tau, part.tau_sim))
         yield Segment(r.name, motion.t, motion.q, motion.qd, motion.qdd, motion.u0, motion.du0, tau, keep, None, tau_sim, tau, False,
-                      start, stop, **motion.around, other_qdd=motion.others, sliding=sliding)
+                      start, stop, **motion.around, other_qdd=motion.others, motion_noise=motion.noise, sliding=sliding)
 
 
 def _clock_origin(campaign: Campaign, names: tuple[str, ...]) -> tuple[float, float] | None:

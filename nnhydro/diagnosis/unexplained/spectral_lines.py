@@ -3,8 +3,7 @@
     S_k = sum_r I_rk / background_rk,     p = K Q(R, S_max),     Q the upper regularised gamma function
 
 I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
-recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, along the rise of
-the noise. A state of the arm cannot
+recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out. A state of the arm cannot
 make such a line: recordings move at frequencies of their own. Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
 """
 
@@ -21,7 +20,6 @@ Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, NEAR, WIDTH = 12, 6, 2  # ordinates on either side that make the background, far and near; those next to the line do not
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
-UPPER, STEEPEST = 3.0, 4.0  # part of the band, from its edge down, whose slope is found; steepest law of a noise
 P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
 TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
@@ -58,27 +56,19 @@ def _ratios(x: Array, dt: float, highest: float) -> tuple[Array, Array, Array]:
     f: Array = np.asarray(np.fft.rfftfreq(len(x), dt), np.float64)
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
-    rise = _rise(f, np.asarray(power, np.float64))
-    padded = np.pad(power / rise, AROUND, mode="reflect")
+    padded = np.pad(power, AROUND, mode="reflect")
     far, near = (np.median([padded[AROUND + k:AROUND + k + len(power)] for k in range(-reach, reach + 1) if abs(k) > WIDTH], axis=0)
                  for reach in (AROUND, NEAR))
-    background = np.maximum(far, near) / np.log(2) * rise  # a broad rise is no line
+    background = np.maximum(far, near) / np.log(2)  # a broad rise is no line
     ratios: Array = power / np.maximum(background, 1e-300)
     return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
 
 
-def _rise(f: Array, power: Array) -> Array:
-    """The law f^b, b from 0 to 4, by which the spectrum (k,) rises in the upper part of the band: angle noise, twice differentiated."""
-    upper = (f > f[-1] / UPPER) & (power > 0)
-    b = np.polyfit(np.log(f[upper]), np.log(power[upper]), 1)[0] if upper.sum() > AROUND else 0.0
-    rise: Array = np.maximum(f / f[-1], 1e-3) ** float(np.clip(b, 0.0, STEEPEST))
-    return rise
-
-
-def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf) -> Line | None:
+def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat: Sequence[Residual] | None = None) -> Line | None:
     """Return the strongest line in the residual of `joint` (from 0), which holds what lies below `edge` Hz.
 
-    None where recordings are too few or too short.
+    It is looked for in `flat`, the residuals with all frequencies divided by their noise, where these are given. None where recordings are
+    too few or too short.
     """
     from scipy.special import gammaincc
 
@@ -89,9 +79,10 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf) -> Li
     if highest <= LOWEST:
         return None
     spectra = [_ratios(p.r[:, joint], p.dt, highest) for p in used]
+    whitened = spectra if flat is None else [_ratios(p.r[:, joint], p.dt, highest) for p in flat if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
     longest = max(len(p.r) * p.dt for p in used)
     grid = np.arange(LOWEST, highest, 1 / longest)
-    at = [np.interp(grid, f, ratio) for f, ratio, _ in spectra]
+    at = [np.interp(grid, f, ratio) for f, ratio, _ in whitened]
     S, K = np.sum(at, axis=0), len(grid)
     shared = np.max(at, axis=0) <= MOST * S
     if not shared.any():

@@ -1,7 +1,7 @@
 """What no finding explains: how much of it there is, on what it depends, a hum, and the candidates that came near."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import Proof
+from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 
 Array = NDArray[np.float64]
@@ -57,6 +60,12 @@ class Unexplained:
                 "nearest": near, "suggestions": []}
 
 
+def _scale(design: Design) -> Array:
+    """What a remainder is a share of, (joints,) N m: the torque; where nothing is driven, FORM of the weight or inertia at least."""
+    made: Array = np.maximum(design.scale, FORM * design.part_scale if design.undriven else 1e-300)
+    return made
+
+
 def unknown_parts(search: Search, found: Scored) -> tuple[Dependence, ...]:
     """Return on what the unknown of a set depends at every joint, what the baseline can take left out."""
     whitened, design = search.view.whitened, search.view.library.design
@@ -69,8 +78,7 @@ def unknown_parts(search: Search, found: Scored) -> tuple[Dependence, ...]:
             energy[g] = _energy(whitened.unknown.Phi @ np.where(whitened.unknown.group == g, eta, 0.0), design.Y[:, j], design.time)
         total = _energy(whitened.unknown.Phi @ eta, design.Y[:, j], design.time)
         order = [g for g in np.argsort(-energy).tolist() if energy[g] > LEAST_SHARE * energy.sum()] if energy.sum() > 0 else []
-        scale = max(float(design.scale[j]), FORM * float(design.part_scale[j]) if design.undriven else 0.0, 1e-300)
-        made.append(Dependence(j + 1, float(np.sqrt(total)) / scale, tuple(names[g] for g in order[:3])))
+        made.append(Dependence(j + 1, float(np.sqrt(total)) / float(_scale(design)[j]), tuple(names[g] for g in order[:3])))
     return tuple(made)
 
 
@@ -86,12 +94,22 @@ def p_of(search: Search, found: Scored) -> float:
     return float(np.clip(sizes * np.exp(-found.unknown_nats / 2), 1e-12, 1.0))
 
 
+def _whitened(remains: Sequence[Residual], whitened: Whitened) -> list[Residual]:
+    """Return the residuals of every block with all frequencies divided by their noise."""
+    problem, made = whitened.design.problem, []
+    for i, (block, part) in enumerate(zip(problem.blocks, remains, strict=True)):
+        c = problem.transform(replace(block, start=0, stop=len(part.r)), part.r)
+        made.append(replace(part, r=part.r if block.steady else problem.inverse(block, c * whitened.sw[problem.block_of == i])))
+    return made
+
+
 def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision], floor: float) -> Unexplained:
     """Return what the claimed set `found` leaves; `floor` is the error of noise alone."""
     parts = unknown_parts(search, found)
     design = search.view.library.design
-    found_lines = [strongest(proof.remains, joint, design.problem.edge) for joint in range(search.view.whitened.joints)]
-    lines = tuple(line for line, scale in zip(found_lines, design.scale.tolist(), strict=True)
+    flat = _whitened(proof.remains, search.view.whitened)
+    found_lines = [strongest(proof.remains, joint, design.problem.edge, flat) for joint in range(search.view.whitened.joints)]
+    lines = tuple(line for line, scale in zip(found_lines, _scale(design).tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
     real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
     unlike = proof.after > UNLIKE_NOISE * floor and proof.after - floor > MATERIAL

@@ -44,6 +44,7 @@ BANDS_PER_OCTAVE = 4
 PASSED_OVER = 7  # bands: between two lines of a periodic motion, whose odd harmonics are a factor of 3 apart, lie 1.6 octaves
 AT_REST = 4.0  # standard deviations above the mean of chi-squared up to which all that a spline explains is noise
 DEGREE = 5
+NOISE_DRAWS = 4  # of what is left of the records' noise: its variance is averaged over neighbouring frequencies, too
 THIRD = np.sqrt(20.0)  # white noise of unit variance has third differences of variance 20
 
 
@@ -63,6 +64,7 @@ class Trajectory:
     du0: Array
     around: dict[str, Array]
     others: Array | None = None
+    noise: Array | None = None  # (draws, 3, n, links): what is left in q, qd, qdd of the records' white noise, drawn anew
 
 
 def white_level(x: Array | None) -> Array | None:
@@ -201,8 +203,8 @@ def _basis(t: Array, knots: Array, order: int) -> Any:
     return B if change is None else B @ change
 
 
-def _fitted(t: Array, edge: float, channels: list[tuple[int, Array, Array]]) -> Any:
-    """The spline on the times `t` through `channels`: (derivative, values (n, c), weights (c,))."""
+def _fitted(t: Array, edge: float, channels: list[tuple[int, Array, Array]], may_rest: bool = True) -> Any:
+    """The spline on the times `t` through `channels`: (derivative, values (n, c), weights (c,)); a constant where all is noise."""
     from scipy.interpolate import BSpline
     from scipy.linalg import solveh_banded
 
@@ -228,7 +230,7 @@ def _fitted(t: Array, edge: float, channels: list[tuple[int, Array, Array]]) -> 
         c[:, column] = solveh_banded(bands, g)
         constant = np.full(m, channels[0][1][:, column].mean())
         explained = c[:, column] @ (2 * g - H @ c[:, column]) - constant @ (2 * g - H @ constant)
-        if explained <= m + AT_REST * np.sqrt(2 * m):
+        if may_rest and explained <= m + AT_REST * np.sqrt(2 * m):
             c[:, column] = constant
     return BSpline(knots, c, DEGREE)
 
@@ -263,6 +265,17 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
         return band_limited(spline.derivative(2)(t), rows)
 
     q = _fitted(t, edge, channels)
+    moving = q.derivative(1)(at).any(axis=0)
+    levels = [white_level(x) for x in (r.q, r.qd, r.qdd) if x is not None]
+
+    def left_of_noise(seed: int) -> Array:
+        """What is left of white noise of the records' levels in q, qd, qdd on the rows, (3, rows, links); of a joint at rest nothing."""
+        rng = np.random.default_rng(seed)
+        drawn = [(order, (0.0 if level is None else level) * rng.standard_normal(x.shape), weights)
+                 for (order, x, weights), level in zip(channels, levels, strict=True)]
+        made = _fitted(t, edge, drawn, may_rest=False)
+        return np.where(moving, np.stack([made(at), made.derivative(1)(at), slope(made)]), 0.0)
+
     u0 = du0 = np.zeros(rows)
     if r.u0 is not None:
         carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
@@ -270,4 +283,5 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
         u = _fitted(t, edge, carriage)
         u0, du0 = u(at)[:, 0], band_limited(u.derivative(1)(t), rows)[:, 0]
     return Trajectory(at, q(at), q.derivative(1)(at), slope(q), u0, du0, _around(r, edge, at),
-                      None if r.qdd is None else np.stack([band_limited(r.qdd, rows), slope(_fitted(t, edge, channels[:-1]))]))
+                      None if r.qdd is None else np.stack([band_limited(r.qdd, rows), slope(_fitted(t, edge, channels[:-1]))]),
+                      np.stack([left_of_noise(seed) for seed in range(NOISE_DRAWS)]))
