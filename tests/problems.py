@@ -56,7 +56,10 @@ def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):
     group = np.repeat(np.arange(groups), rows)
     problem = SimpleNamespace(group_of=group, block_of=2 * group + np.tile(np.arange(rows) >= rows // 2, groups), groups=groups,
                               frequency=np.tile(np.arange(rows) / rows, groups))
-    return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], time=float(n))
+    flat = Y.reshape(n * joints, p)
+    excess = y - (flat @ np.linalg.lstsq(flat, y.ravel())[0]).reshape(y.shape)
+    return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], time=float(n), excess=excess,
+                           input_variance=np.zeros_like(y))
 
 
 def unknown(of, seed=1, m=3):

@@ -145,7 +145,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     steady = (found.design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
     own = np.where(steady, best_fit(search, claimed).whitened.v, found.noise.own + found.design.input_variance)
     floor = noise_error(search, proof, own)
-    rest = unexplained_of(search, claimed, proof, found.decided.decisions, floor)
+    rest = unexplained_of(search, claimed, proof, found.decided.decisions, floor, found.noise)
     base = found.design.baseline
     z_before, z_after = (base.within(best_fit(search, one).z) for one in (search.score(()), claimed))
     noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)

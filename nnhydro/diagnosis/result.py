@@ -74,7 +74,8 @@ class Diagnosis:
         on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
         if on:
             return f" {subject} depends on {'; '.join(on)}."
-        few = [name for place in self.location[:1] for name in place.recordings] if not self.remainder.lines else []
+        few = list(self.remainder.recordings) or [name for place in self.location[:1] for name in place.recordings]
+        few = [] if self.remainder.lines else few
         return f" {subject} lies in {', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}." if few else ""
 
     def verdict(self) -> str:

@@ -78,6 +78,42 @@ def section_in_waves(seed):
     return {"t_s": t, "q1_rad": noise(seed, t, 1e-5) - np.pi / 2, "tau1_Nm": torque + noise(seed + 1, t, 0.02)}
 
 
+def screw_in_trapezoids(seed):
+    """The same axis to and fro at constant speeds with short accelerations and pauses."""
+    t, speed, slope = np.arange(0, 25, 0.002), 0.10 + 0.03 * seed, 0.5 + 0.2 * seed
+    once = np.arange(0, 1.5, 0.002)
+    way = np.concatenate([np.minimum(1.0, np.minimum(once, 1.5 - once) * slope / speed), np.zeros(200)])
+    v = speed * np.resize(np.concatenate([way, -way]), len(t))
+    x, a = np.cumsum(v) * 0.002, np.gradient(v, t)
+    force = 95.0 * a + 203.0 * v + 20.0 * np.tanh(v / 1e-3) - 4.0
+    return {"t_s": t, "q1_m": np.round(x / 2e-7) * 2e-7, "tau1_N": force + noise(seed, t, 1.5)}
+
+
+def rubbing_pendulum(seed):
+    """A free pendulum in air whose bearing rubs dry, seen by a camera: its friction shows in the third harmonic of its swing."""
+    from scipy.integrate import solve_ivp
+
+    t = np.arange(0, 20, 0.01)
+    def slope(_, y):
+        return [y[1], -(0.8 * 9.81 * 0.3 * np.sin(y[0]) + 0.03 * np.tanh(y[1] / 0.005)) / (0.0195 + 0.8 * 0.3**2)]
+
+    swing = solve_ivp(slope, (0, 20), [0.8 + 0.2 * seed, 0.0], t_eval=t, rtol=1e-8)
+    return {"t_s": t, "q1_rad": swing.y[0] - np.pi / 2 + noise(seed, t, 1e-3), "tau1_Nm": 0 * t}
+
+
+def rolling_in_view_of_a_camera(seed):
+    """A roll decay with nothing but quadratic drag, its angle as noisy as a camera's."""
+    from scipy.integrate import solve_ivp
+
+    t = np.arange(0, 30, 0.05)
+    drag = 1000.0 * 1.1 * 0.12 * 0.35**4 / 8
+    def slope(_, y):
+        return [y[1], -(70.0 * 9.81 * 0.04 * np.sin(y[0]) + drag * abs(y[1]) * y[1]) / 3.0]
+
+    roll = solve_ivp(slope, (0, 30), [0.3 + 0.05 * seed, 0.0], t_eval=t, rtol=1e-9)
+    return {"t_s": t, "q1_rad": roll.y[0] - np.pi / 2 + noise(seed, t, 1.5e-3), "tau1_Nm": 0 * t}
+
+
 def link(**keys):
     """A link's document."""
     return {"length_m": 0.5, "diameter_m": 0.1, **keys}
@@ -86,12 +122,17 @@ def link(**keys):
 MACHINES = {
     ball_screw: (AIR, {"joints": [{"type": "prismatic"}]}, link(mass_kg=95.0, known_to=0.1),
                  {"viscous_friction": 203.5, "coulomb_friction": 20.4, "torque_bias": -3.2}),
+    screw_in_trapezoids: (AIR, {"joints": [{"type": "prismatic"}]}, link(mass_kg=96.5, known_to=0.05),
+                          {"viscous_friction": 203.0, "coulomb_friction": 20.0, "torque_bias": -4.0}),
+    rubbing_pendulum: (AIR, {}, link(mass_kg=0.8, com_m=0.3, inertia_kg_m2=0.0195, known_to=0.02), {"coulomb_friction": 0.03}),
     robot_joint: (AIR, {"gravity_m_s2": 0.0}, link(mass_kg=30.0, com_m=0.5, inertia_kg_m2=3.0, known_to=0.1),
                   {"viscous_friction": 22.0, "coulomb_friction": 14.0}),
     cogging_motor: (AIR, {}, link(mass_kg=0.5, com_m=0.5, inertia_kg_m2=5e-4, known_to=0.1),
                     {"coulomb_friction": 0.06, "torque_ripple": 0.05}),
     rolling_hull: (WATER, {}, {"length_m": 0.4265, "diameter_m": 0.306, "mass_kg": 994.34, "com_m": 0.0842647, "inertia_kg_m2": 108.68,
                                "known_to": 0.02}, {"viscous_friction": 9.0}),
+    rolling_in_view_of_a_camera: (WATER, {}, {"length_m": 0.35, "diameter_m": 0.12, "mass_kg": 70.0, "com_m": 0.04, "inertia_kg_m2": 2.77,
+                                              "known_to": 0.02}, {}),
     section_in_waves: (WATER, {}, {"length_m": 0.6, "diameter_m": 0.1, "mass_kg": 5.0, "com_m": 0.3, "inertia_kg_m2": 0.15},
                        {"wave_orbital": 0.12}),
 }

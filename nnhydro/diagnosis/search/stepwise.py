@@ -172,7 +172,7 @@ class Search:
         """
         more = sorted(set(then.chosen) - set(now.chosen))
         before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
-        if min(before, after) <= FEW_NATS:
+        if after <= FEW_NATS:
             return 0.0
         if all(self.view.library.hypotheses[k].effect.standard for k in more):
             theirs = min(before, sum(self.imitated_nats(then, k) for k in more))

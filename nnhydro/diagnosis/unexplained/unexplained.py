@@ -11,15 +11,18 @@ from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import Proof
 from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
+from nnhydro.recordings.filtering.trajectory import white_level
 
 Array = NDArray[np.float64]
 LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
 SHOWN = 4  # near misses
 UNLIKE_NOISE = 3.0  # times the error of noise alone: what differs from recording to recording is no noise of theirs
+UNLIKE_OTHERS, QUIET, FEWEST_ALIKE = 10.0, 20, 4  # times what remains in others, their percentile, and how many these are
 P_UNLIKE_NOISE = 1e-3  # p that is told of it: with some hundred rows it is far less
 
 
@@ -50,6 +53,7 @@ class Unexplained:
     learned: tuple[Dependence, ...] = ()
     lines: tuple[Line, ...] = ()
     nearest: tuple[Decision, ...] = ()
+    recordings: tuple[str, ...] = ()  # whose remainder is no noise of theirs
 
     def document(self, text: Callable[[str], str] = str) -> dict[str, Any]:
         """Return what diagnosis.json holds as unexplained; `text` puts columns and units into those of the arm."""
@@ -94,6 +98,28 @@ def p_of(search: Search, found: Scored) -> float:
     return float(np.clip(sizes * np.exp(-found.unknown_nats / 2), 1e-12, 1.0))
 
 
+def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
+    """Return the recordings in which more remains, beside the white noise of their torque, than in others by a factor of `UNLIKE_OTHERS`.
+
+    Recordings may be as noisy as they like; but what moves in one alone (a stop that is hit, a zero that was lost) shows in the band and
+    not in what the sensor adds from sample to sample.
+    """
+    problem = design.problem
+    own, shares = np.sqrt(noise.sigma2 * noise.S.mean(axis=1)), np.full((problem.groups, design.y.shape[1]), np.nan)
+    for stretch in problem.stretches:
+        if not stretch.segment.steady and stretch.segment.tau is not None:
+            level = white_level(stretch.segment.tau)
+            assert level is not None
+            shares[stretch.group] = own[stretch.group] / np.maximum(level, 1e-9 * design.scale)
+    counted = np.isfinite(shares).all(axis=1)
+    if counted.sum() < FEWEST_ALIKE:
+        return ()
+    usual = np.percentile(shares[counted], QUIET, axis=0)
+    large = np.sqrt(noise.sigma2 * noise.S.sum(axis=1)) * np.sqrt(problem.edge / noise.S.shape[1]) > MATERIAL * design.scale
+    groups = np.flatnonzero(((shares > UNLIKE_OTHERS * usual) & large).any(axis=1) & counted)
+    return tuple(dict.fromkeys(s.name for g in groups.tolist() for s in problem.stretches if s.group == g))
+
+
 def _whitened(remains: Sequence[Residual], whitened: Whitened) -> list[Residual]:
     """Return the residuals of every block with all frequencies divided by their noise."""
     problem, made = whitened.design.problem, []
@@ -103,8 +129,9 @@ def _whitened(remains: Sequence[Residual], whitened: Whitened) -> list[Residual]
     return made
 
 
-def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision], floor: float) -> Unexplained:
-    """Return what the claimed set `found` leaves; `floor` is the error of noise alone."""
+def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision], floor: float,
+                   noise: Noise) -> Unexplained:
+    """Return what the claimed set `found` leaves; `floor` is the error of `noise` alone."""
     parts = unknown_parts(search, found)
     design = search.view.library.design
     flat = _whitened(proof.remains, search.view.whitened)
@@ -112,9 +139,11 @@ def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Seque
     lines = tuple(line for line, scale in zip(found_lines, _scale(design).tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
     real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
-    unlike = proof.after > UNLIKE_NOISE * floor and proof.after - floor > MATERIAL
+    recordings = unlike_recordings(noise, design)
+    unlike = bool(recordings) or (proof.after > UNLIKE_NOISE * floor and proof.after - floor > MATERIAL)
     ps = [p_of(search, found) if real else 1.0, P_UNLIKE_NOISE if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
     p = max(min(ps), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
-    return Unexplained(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else ())
+    return Unexplained(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
+                       recordings)

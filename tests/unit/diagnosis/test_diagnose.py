@@ -135,7 +135,6 @@ def test_a_law_of_the_state_is_no_hum():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="without its family a step is built of viscous friction and a bent drag, said with 0.99", strict=True)
 def test_without_its_card_dry_friction_is_not_called_something_quite_different():
     told = diagnosed("rubbing", without=("coulomb_friction", "stribeck_friction", "load_friction"))
     assert told.detected
@@ -169,6 +168,38 @@ def test_friction_that_begins_in_mid_campaign_is_told_with_the_recording_it_begi
     level, low, high = value("rubbing since the fourth", "coulomb_friction", "level")
     assert level == pytest.approx(FRICTION, rel=0.05)
     assert low <= FRICTION <= high
+
+
+@pytest.mark.slow
+def test_a_delay_is_told_as_a_delay_and_not_as_half_a_low_pass():
+    assert named(diagnosed("late")) == {("sensor_timing", 0)}
+    for parameter, true in (("lag", 0.02), ("delay", 0.02), ("low_pass", 0.0)):
+        got, low, high = value("late", "sensor_timing", parameter)
+        assert got == pytest.approx(true, abs=0.001)
+        assert low <= true <= high, parameter
+
+
+@pytest.mark.slow
+def test_a_sensor_that_clips_beside_a_joint_that_rubs_is_told_with_its_level_and_leaves_the_friction_its_size():
+    level = max(float(np.abs(r.tau).max()) for r in campaign("clipped").recordings())
+    assert named(diagnosed("clipped")) == RUBS | {("torque_saturation", 1)}
+    assert value("clipped", "torque_saturation", "level")[0] == pytest.approx(level, rel=0.02)
+    assert value("clipped", "torque_saturation", "share")[0] == pytest.approx(1.0, abs=0.1)
+    assert value("clipped", "coulomb_friction", "level")[0] == pytest.approx(FRICTION, rel=0.05)
+
+
+def test_what_lies_in_one_recording_alone_is_no_noise_and_the_verdict_names_the_recording():
+    told = diagnosed("not zeroed once")
+    assert told.detected
+    assert told.proof.after > 3 * told.noise_floor
+    assert "run03" in told.verdict()
+
+
+def test_the_verdict_says_what_else_the_cause_may_be():
+    told = diagnosed("shaft, 12 speeds", "rigid")
+    (finding,) = told.findings
+    assert len(finding.members) > 1
+    assert "These recordings cannot tell it from" in told.verdict()
 
 
 @pytest.mark.slow

@@ -24,8 +24,8 @@ def hidden(rest, standard):
 
 
 def left(one):
-    """The share of the unknown that the first law leaves."""
-    return one.unknown_beside(one.score((0,)), [0]) / one.unknown_beside(one.score(()), [0])
+    """The share that the first law leaves of what the unknown makes of it."""
+    return one.left(one.score(()), one.score((0,)))
 
 
 @pytest.mark.parametrize("standard", [True, False])
@@ -33,7 +33,7 @@ def left(one):
 def test_the_probability_falls_with_what_is_left_by_the_odds_of_the_cause(rest, standard):
     one = hidden(rest, standard)
     odds = 1 if standard else 1 + len(OTHERS)
-    want = LISTED / (1 + odds * (left(one) / TRUSTED_RATIO) ** 4)
+    want = LISTED / (1 + odds * (max(left(one), 0.0) / TRUSTED_RATIO) ** 4)
     assert one.unknown_beside(one.score((0,)), [0]) > FEW_NATS
     assert listed_probability(one, one.score((0,)), 0) == pytest.approx(want)
 

@@ -94,7 +94,7 @@ def test_travel_is_the_angle_since_the_last_reversal():
     np.testing.assert_allclose(got[:, 1], 0.5 * t, atol=1e-9)
 
 
-def test_a_table_has_no_memory_and_torques_count_only_where_something_is_driven():
+def test_a_table_has_no_memory_and_torques_and_accelerations_count_only_where_something_is_driven():
     of, _ = made(1)
     model = of.baseline.at(np.zeros(of.Y.shape[2]))
     table = next(x for x in of.problem.stretches if x.segment.steady)
@@ -102,4 +102,5 @@ def test_a_table_has_no_memory_and_torques_count_only_where_something_is_driven(
     assert not named["travel1_rad"].any()
     assert not named["dtau1_Nm_s"].any()
     np.testing.assert_array_equal(named["recent dq1_rad_s"], named["dq1_rad_s"])
-    assert set(named) - set(variables(table, model, driven=False)) == {"tau1_Nm", "tau2_Nm", "dtau1_Nm_s", "dtau2_Nm_s"}
+    forced = {name.format(j) for name in ("tau{}_Nm", "dtau{}_Nm_s", "ddq{}_rad_s2") for j in (1, 2)}
+    assert set(named) - set(variables(table, model, driven=False)) == forced

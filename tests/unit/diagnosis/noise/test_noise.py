@@ -1,5 +1,6 @@
 """Noise: a spectrum common to all recordings and a scale of each, told from what the model explains."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -93,3 +94,26 @@ def test_the_scale_of_the_torque_scales_the_noise():
         return first_noise(of).own.sum()
 
     assert level(10.0) > 20 * level(1.0)
+
+
+@pytest.mark.parametrize("power", [-2.0, 0.0, 4.0])
+def test_a_spectrum_that_is_a_power_of_the_frequency_is_one_on_the_rows_too(power):
+    of, *_ = estimated("noise ratio 3")
+    bands, f = Bands.of_design(of), of.problem.frequency
+    moving = f > bands.centre[bands.centre > 0].min()
+    S = np.maximum(bands.centre, 1e-9)[None, :] ** power
+    assert bands.spread(S)[moving, 0] == pytest.approx(f[moving] ** power, rel=1e-6)
+
+
+def test_what_noisy_angles_leave_in_the_torque_is_in_the_variance_and_grows_towards_the_edge():
+    rng = np.random.default_rng(3)
+    noisy = [replace(r, q=r.q + 1e-3 * rng.standard_normal(r.q.shape), qd=None, qdd=None) for r in made(noise=lambda k: 0.0)]
+    exact = design(Campaign.of(ARM, made(noise=lambda k: 0.0)))
+    of = design(Campaign.of(ARM, noisy))
+    f = of.problem.frequency
+    left = of.excess[:, 0] ** 2
+    for low, high in ((0.5, 0.8), (0.8, 1.0)):
+        rows = (f > low * of.problem.edge) & (f <= high * of.problem.edge)
+        assert 0.4 < of.input_variance[rows, 0].mean() / left[rows].mean() < 2.5
+    assert of.input_variance[f > 0.7 * of.problem.edge].mean() > 3 * of.input_variance[f < 0.4 * of.problem.edge].mean()
+    assert exact.input_variance.mean() < 0.01 * of.input_variance.mean()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from problems import dense, design, law, search
+from problems import dense, design, law, search, unknown
 
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAVES
 from nnhydro.diagnosis.model.sizes import none
@@ -80,6 +80,35 @@ def test_where_hardly_anything_is_left_to_the_unknown_nothing_need_be_taken_from
     now, then = (replace(one.score(x), unknown_nats=0.9 * FEW_NATS, score=s) for x, s in (((0,), 0.0), ((0, 1), 5.0)))
     assert one.admits(now, then)
     assert not one.admits(now, replace(then, unknown_nats=1.1 * FEW_NATS))
+
+
+@pytest.mark.parametrize("standard", [True, False])
+def test_a_small_standard_term_beside_a_large_unknown_is_asked_for_no_more_than_its_own(standard):
+    laws = (law("small", standard=standard), law("other"))
+    of = design(4, groups=8, rows=60, noise=0.05)
+    smooth = unknown(of).Phi
+    X = np.random.default_rng(2).standard_normal((*of.y.shape, 2))
+    X[..., 0] = smooth[:, :2]
+    of.y = of.y + 0.05 * X[..., 0] + smooth[:, ::-1][:, :2]
+    one = search(of, laws, X, level=0.05**2)
+    now, then = one.score(()), one.score((0,))
+    before, after = (one.unknown_beside(scored, [0]) for scored in (now, then))
+    assert after > 0.5 * before
+    assert one.left(now, then) == pytest.approx(after / before) or standard
+    assert (one.left(now, then) <= LEAVES) == standard
+
+
+def test_what_the_unknown_can_make_of_a_law_is_all_of_a_smooth_one_and_little_of_noise():
+    of = design(4, groups=8, rows=60, noise=0.05)
+    X = np.random.default_rng(2).standard_normal((*of.y.shape, 2))
+    X[..., 0] = unknown(of).Phi[:, :2]
+    of.y = of.y + X.sum(axis=2)
+    one = search(of, (law("smooth"), law("rough")), X, level=0.05**2)
+    both = one.score((0, 1))
+    energy = [float(b @ one.view.columns(k).gram @ b) / 2 for k in (0, 1) for b in [both.fit.mean[both.places(one.view)[k]]]]
+    smooth, rough = (one.imitated_nats(both, k) for k in (0, 1))
+    assert smooth > 0.9 * energy[0]
+    assert rough < 0.1 * energy[1]
 
 
 def test_those_that_gain_most_are_found_whether_the_unknown_is_on_or_off():

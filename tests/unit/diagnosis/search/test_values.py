@@ -5,6 +5,8 @@ import pytest
 from problems import design, law, search
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, RHO
+from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
@@ -24,7 +26,9 @@ def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0
 
 
 def found(one, chosen=(0,), k=0):
-    return values_of(one, one.score(chosen), k)
+    """The values of law `k` among `chosen` over the noise that the search knows."""
+    scored = one.score(chosen)
+    return values_of(one, scored, k, fit_at(one, scored, one.whitened.v))
 
 
 def by_hand(one, chosen):
@@ -131,10 +135,27 @@ def test_values_of_each_recording_s_own_are_told_by_their_rms_with_the_spread_of
     beta = np.array([0.5, -0.5, 0.9, -0.1, 0.3, -0.7, 0.2, -0.4])
     one = with_values(beta, 9, noise=0.05, laws=(law("law_0", per_recording=True), *LAWS[1:]))
     scored = one.score((0,))
-    got = values_of(one, scored, 0)
+    got = found(one)
     rms = np.sqrt((beta**2).mean())
     assert got.mean[0] == pytest.approx(rms, rel=0.05)
     at = scored.places(one.view)[0]
     sds = np.sqrt(np.diag(scored.fit.covariance(np.arange(at.start, at.stop))))
     slopes = beta / (len(beta) * rms)
     assert np.sqrt(got.covariance[0, 0]) == pytest.approx(np.sqrt((slopes**2 * sds**2).sum()), rel=0.5)
+
+
+def test_a_fit_that_explains_nearly_all_does_not_hang_on_the_form_of_the_rest():
+    """Where the evidence is weighted by what it grants to the form of laws, values are those of least squares all the same."""
+    one = with_values(0.8, 5, groups=8, rows=60, noise=0.01)
+    loud = np.where(np.arange(len(one.whitened.v)) % 3 == 0, 1.0, 1e-4)[:, None] * np.ones_like(one.whitened.v)
+    coarse = Search(View(Whitened(one.whitened.design, one.whitened.unknown, loud), one.view.library), one.start)
+    fit = best_fit(coarse, coarse.score((0,)))
+    assert fit.posterior.mean[fit.own][-1] == pytest.approx(0.8, abs=0.002)
+    assert np.median(fit.whitened.v) == pytest.approx(1e-4, rel=0.2), "the noise that is left, not what was granted"
+    told = values_of(coarse, coarse.score((0,)), 0)
+    assert told.covariance[0, 0] > fit.posterior.covariance(fit.own)[-1, -1], "its interval is that of the noise that was granted"
+
+
+def test_the_best_fit_of_a_set_is_found_once():
+    one = with_values(0.5, 3)
+    assert best_fit(one, one.score((0,))) is best_fit(one, one.score((0,)))
