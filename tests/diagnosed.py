@@ -127,16 +127,10 @@ def held_in_a_wave(height=0.12, frequency=0.965):
     return Campaign.of(ARM, found)
 
 
-def late(delay=0.02):
-    """Torques that stand where those of `delay` s before belong."""
-    return Campaign.of(ARM, [replace(r, tau=CubicSpline(r.t, r.tau)(np.maximum(r.t - delay, r.t[0]))) for r in made()])
-
-
-def clipped(share=0.75):
-    """A joint that rubs, behind a sensor that clips at `share` of the largest torque."""
-    runs = made(more=lambda r, k: dry(r))
-    level = share * max(float(np.abs(r.tau).max()) for r in runs)
-    return Campaign.of(ARM, [replace(r, tau=np.clip(r.tau, -level, level)) for r in runs])
+def late(delay=0.02, friction=0.0):
+    """Torques that stand where those of `delay` s before belong, the friction's among them."""
+    runs = made(more=lambda r, k: dry(r, level=friction))
+    return Campaign.of(ARM, [replace(r, tau=CubicSpline(r.t, r.tau)(np.maximum(r.t - delay, r.t[0]))) for r in runs])
 
 
 def simulated(column):
@@ -188,7 +182,7 @@ CAMPAIGNS = {
     "soft drive": springy,
     "drift": drifting,
     "late": late,
-    "clipped": clipped,
+    "late, rubbing": lambda: late(friction=FRICTION),
     "not zeroed once": lambda: Campaign.of(ARM, made(count=6, more=lambda r, k: 0.5 * (k == 3))),
     "column": lambda: simulated(True),
     "steady": table,

@@ -27,6 +27,7 @@ class Law:
     limits: tuple[tuple[float, float], ...] = ()
     spans: dict = field(default_factory=dict)
     activity: None = None
+    working_model: None = None
     sense: Callable[[np.ndarray], bool] = lambda values: True
 
     @property

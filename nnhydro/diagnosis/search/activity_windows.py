@@ -179,7 +179,7 @@ def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
     if not windows:
         return Windowed(search, found)
     grown = _confined(search.view.library, laws, tuple(windows), model)
-    following = Search(View(search.whitened, grown, before=search.view), found.sizes, search.report)
+    following = Search(View(search.whitened, grown, before=search.view), found.sizes, search.report, search.settled)
     best = following.climb(following.score(found.chosen))
     for k in best.chosen:
         if following.view.library.hypotheses[k].activity is not None and k in best.chosen:

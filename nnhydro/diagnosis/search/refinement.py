@@ -22,7 +22,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.transmission import sensed
 
-ROUNDS, OWN_ROUNDS = 3, 5  # of finer values; of values that are each recording's own
+ROUNDS, OWN_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
 STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
 ALIKE = 0.5  # nats: one standard deviation
 HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
@@ -141,8 +141,9 @@ def _finer(search: Search, found: Scored, k: int, model: StripTheory, first: boo
     made = [] if h.rough else list(refine_grid(h)[1:])
     if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
         return made
-    ends = [_at_end(h, name, end) for name, span in h.spans.items() for end in span] if first and not h.rough else []
-    return _about_fitted(search, found, k, [h, *made, *filter(_within_bounds, ends)], model)
+    alone = first and not h.rough and len(h.spans) == 1
+    ends = [_at_end(h, name, end) for name, span in h.spans.items() for end in span if alone]
+    return _about_fitted(search, found, k, [h, *made, *filter(_within_bounds, ends)], model, again=first)
 
 
 def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
@@ -158,10 +159,12 @@ def _within_bounds(h: Hypothesis) -> bool:
     return all(limits[name][0] <= getattr(h.effect, name)[0] <= limits[name][1] for name in h.spans)
 
 
-def _about_fitted(search: Search, found: Scored, k: int, laws: Sequence[Hypothesis], model: StripTheory) -> list[Hypothesis]:
-    """Return instrument `laws` in place of member `k`, each with its columns about the values that fit best: so they can be compared."""
+def _about_fitted(search: Search, found: Scored, k: int, laws: Sequence[Hypothesis], model: StripTheory, again: bool) -> list[Hypothesis]:
+    """Return instrument `laws` in place of member `k`, their columns about its values; `again`: about those that fit each best, too."""
     others, start = [x for x in found.chosen if x != k], len(search.view.library.hypotheses)
     about = [h.linearised_at(scaled_values(search.view, found, k), model) for h in laws]
+    if not again:
+        return about
     there = _grown(search, found, about, model)
     return [h.linearised_at(scaled_values(there.view, there.score((*others, start + i)), start + i), model) for i, h in enumerate(about)]
 
@@ -250,7 +253,8 @@ def _grown(search: Search, best: Scored, more: Sequence[Hypothesis], model: Stri
     """Return the search in the library with `more` hypotheses, which are no further laws."""
     view = search.view
     grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)
-    return Search(View(view.whitened, grown, before=view), best.sizes, search.report)
+    settled = {h.key for h in more if h.working_model is not None and not h.rough}
+    return Search(View(view.whitened, grown, before=view), best.sizes, search.report, search.settled | settled)
 
 
 def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refined:
@@ -299,4 +303,4 @@ def with_finer_singles(search: Search, model: StripTheory, most: int = 1) -> Sea
     """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for."""
     for single in search.singles()[:most]:
         search = refined(search, single, model).search
-    return search
+    return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled

@@ -60,6 +60,7 @@ class Search:
     view: View
     start: Sizes
     report: Callable[[str], None] = lambda line: None
+    settled: frozenset[Key] = frozenset()  # keys of instruments that were found about their values: their laws about none are out
     best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # those whose values are told (search.best_fit)
     _scored: dict[tuple[int, ...], Scored] = field(default_factory=dict)
     _beside: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
@@ -118,14 +119,15 @@ class Search:
         now, columns = self.score(chosen), self.view.joined(sorted(chosen))
         library, taken = self.view.library, self.taken(chosen)
         prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
+        outdated = np.array([h.key in self.settled and h.working_model is None for h in library.hypotheses], dtype=bool)
         best: dict[Key, tuple[float, int]] = {}
         for scale in SCREENED:
             sizes = none(self.whitened) if scale == 0 else now.sizes.scaled(scale)
             fit = posterior(self.whitened, columns, sizes.vector(self.whitened))
-            total = self.view.gains(sorted(chosen), fit) + prior + fit.log_evidence
+            total = np.where(outdated, -np.inf, self.view.gains(sorted(chosen), fit) + prior + fit.log_evidence)
             seen: set[Key] = set()
             for k in np.argsort(-total).tolist():
-                if self.key(k) in seen or self.place(k) in taken:
+                if self.key(k) in seen or self.place(k) in taken or outdated[k]:
                     continue
                 seen.add(self.key(k))
                 bonus = 0.0 if len(seen) > 1 else 1e9  # the best of every scale is fitted

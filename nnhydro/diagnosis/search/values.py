@@ -8,7 +8,7 @@ something left over):
 
 and by what a smooth error of the models' form would move them, the same in every recording and so without scatter:
 
-    C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown that makes BASELINE_FORM of the torque
+    C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of BASELINE_FORM of the torque and of as much as it makes of the rest
 
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112; Liang & Zeger (1986), Biometrika 73.
 """
@@ -19,9 +19,10 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import BASELINE_FORM
+from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
+from nnhydro.diagnosis.model.sizes import Sizes
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit, fit_at
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import LARGE_START, Scored, Search
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -53,23 +54,30 @@ def _rows(fit: BestFit) -> Array:
     return fit.whitened.Y if fit.columns is None else np.concatenate([fit.whitened.Y, fit.columns.Xw], axis=2)
 
 
-def _granted(search: Search, fit: BestFit, covariance: Array, at: Index) -> Array:
-    """Return the covariance (m, m) of the coefficients `at` where every row errs by the noise that the evidence grants it."""
-    D, ratio = _rows(fit), search.view.whitened.v / fit.whitened.v
-    weighted = (D * np.sqrt(ratio)[..., None]).reshape(-1, D.shape[2]) @ covariance[:, at]
-    prior = covariance[at] / fit.posterior.scale[fit.own]
-    made: Array = weighted.T @ weighted + prior @ prior.T
-    return made
-
-
-def _form(fit: BestFit, covariance: Array, at: Index) -> Array:
-    """Return the covariance (m, m) of the coefficients `at` that a smooth error of the baseline's form gives."""
+def _form(fit: BestFit, share: float, covariance: Array, at: Index) -> Array:
+    """Return the covariance (m, m) of the coefficients `at` that a smooth error of `share` of the torque gives."""
     whitened = fit.whitened
     assert fit.columns is not None
     between = np.concatenate([whitened.G[: whitened.p, whitened.p:], fit.columns.cross[whitened.p:].T])
-    moved = covariance[at] @ between * (BASELINE_FORM * whitened.unknown_of_unit_share)
+    moved = covariance[at] @ between * (share * whitened.unknown_of_unit_share)
     made: Array = moved @ moved.T
     return made
+
+
+def _smooth_share(found: Scored, fit: BestFit) -> float:
+    """Return the share of the torque that the unknown makes of what `fit` leaves, 0 where it gains nothing to speak of beside `found`."""
+    if found.unknown_nats <= FEW_NATS:
+        return 0.0
+    whitened, p, share = fit.whitened, fit.whitened.p, 0.0
+    r = whitened.y - _rows(fit) @ fit.posterior.mean[fit.own]
+    t = Sizes.even(whitened, LARGE_START).vector(whitened)[p:]
+    for j in range(whitened.joints):
+        at = slice(j * whitened.m, (j + 1) * whitened.m)
+        Phi = whitened.Phi * t[at]
+        scaled = Phi * whitened.sw[:, j:j + 1]
+        smooth = Phi @ np.linalg.solve(scaled.T @ scaled + np.eye(whitened.m), scaled.T @ r[:, j])
+        share = max(share, float(np.sqrt((smooth**2).sum() / whitened.design.time) / whitened.design.scale[j]))
+    return share
 
 
 def values_of(search: Search, found: Scored, k: int, beside: BestFit | None = None) -> Values:
@@ -82,9 +90,10 @@ def values_of(search: Search, found: Scored, k: int, beside: BestFit | None = No
     place, h = found.places(view)[k], library.hypotheses[k]
     at = np.searchsorted(fit.own, np.arange(place.start, place.stop))
     whole = fit.posterior.covariance(fit.own)
-    covariance = _granted(search, fit, whole, at)
+    covariance = whole[np.ix_(at, at)]
     widening = np.sqrt(np.maximum(_scatter(search, fit, whole, at) / np.maximum(np.diag(covariance), 1e-300), 1.0))
-    covariance = covariance * widening[:, None] * widening + _form(fit, whole, at)
+    share = float(np.hypot(BASELINE_FORM, _smooth_share(found, fit)))
+    covariance = covariance * widening[:, None] * widening + _form(fit, share, whole, at)
     mean = fit.posterior.mean[place]
     if h.per_recording:
         mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)

@@ -18,7 +18,7 @@ from nnhydro.diagnosis.unexplained.residual_location import Residual
 
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
-AROUND, NEAR, WIDTH = 12, 6, 2  # ordinates on either side that make the background, far and near; those next to the line do not
+AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
 P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
@@ -57,9 +57,8 @@ def _ratios(x: Array, dt: float, highest: float) -> tuple[Array, Array, Array]:
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
     padded = np.pad(power, AROUND, mode="reflect")
-    far, near = (np.median([padded[AROUND + k:AROUND + k + len(power)] for k in range(-reach, reach + 1) if abs(k) > WIDTH], axis=0)
-                 for reach in (AROUND, NEAR))
-    background = np.maximum(far, near) / np.log(2)  # a broad rise is no line
+    around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH])
+    background = np.median(around, axis=0) / np.log(2)
     ratios: Array = power / np.maximum(background, 1e-300)
     return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
 

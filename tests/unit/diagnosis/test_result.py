@@ -21,8 +21,8 @@ def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0
     proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque", held_out="recordings")
     place = Location(1, 1.0, "spread", {}, [0.0, 1.0], [])
     decisions = (Decision("backlash", 2, 3.14159, 4.6, False, "gains 3.1 nats beside the others (4.6 needed)"),)
-    return Diagnosis(None, None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions, {"x": 1}, (), following,
-                     {"cd": [1.0]}, {"v": "1"}, [])
+    return Diagnosis(SimpleNamespace(arm=arm(1)), None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions,
+                     {"x": 1}, (), following, {"cd": [1.0]}, {"v": "1"}, [])
 
 
 @pytest.mark.parametrize(("p", "detected"), [(0.01, True), (0.0101, False), (0.0, True)])
@@ -39,6 +39,9 @@ def test_a_mismatch_is_detected_at_one_in_a_hundred_and_only_then_placed(p, dete
 class Told(SimpleNamespace):
     """A finding or proposal that knows its statement."""
 
+    def equivalents(self):
+        return " Or B." if len(self.members) > 1 else ""
+
     def document(self, *given):
         return {"given": given}
 
@@ -53,9 +56,9 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
     assert told["findings"] == [{"given": (0.11, 0.05)}, {"given": (0.2, 0.05)}]
     assert told["indistinguishable"] == [["a", "b"]]
     assert told["next_experiment"] == {"given": ("next_experiment.csv",)}
-    assert made.verdict() == ("A. C. With them, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. Record more.")
+    assert made.verdict() == ("A. Or B. C. With them, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. Record more.")
     alone = diagnosis(found=(one,), remains=True)
-    assert alone.verdict() == ("A. With it, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. "
+    assert alone.verdict() == ("A. Or B. With it, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. "
                                "Noise alone would leave 3.0 %: something systematic remains that no known effect explains.")
 
 
