@@ -127,10 +127,9 @@ def held_in_a_wave(height=0.12, frequency=0.965):
     return Campaign.of(ARM, found)
 
 
-def late(delay=0.02, friction=0.0):
-    """Torques that stand where those of `delay` s before belong, the friction's among them."""
-    runs = made(more=lambda r, k: dry(r, level=friction))
-    return Campaign.of(ARM, [replace(r, tau=CubicSpline(r.t, r.tau)(np.maximum(r.t - delay, r.t[0]))) for r in runs])
+def late(delay=0.02):
+    """Torques that stand where those of `delay` s before belong."""
+    return Campaign.of(ARM, [replace(r, tau=CubicSpline(r.t, r.tau)(np.maximum(r.t - delay, r.t[0]))) for r in made()])
 
 
 def simulated(column):
@@ -182,7 +181,6 @@ CAMPAIGNS = {
     "soft drive": springy,
     "drift": drifting,
     "late": late,
-    "late, rubbing": lambda: late(friction=FRICTION),
     "not zeroed once": lambda: Campaign.of(ARM, made(count=6, more=lambda r, k: 0.5 * (k == 3))),
     "column": lambda: simulated(True),
     "steady": table,

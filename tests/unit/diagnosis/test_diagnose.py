@@ -179,13 +179,6 @@ def test_a_delay_is_told_as_a_delay_and_not_as_half_a_low_pass():
         assert low <= true <= high, parameter
 
 
-@pytest.mark.slow
-def test_a_delay_is_that_of_the_friction_found_beside_it_too():
-    assert named(diagnosed("late, rubbing")) == RUBS | {("sensor_timing", 0)}
-    assert value("late, rubbing", "sensor_timing", "lag")[0] == pytest.approx(0.02, abs=0.001)
-    assert value("late, rubbing", "coulomb_friction", "level")[0] == pytest.approx(FRICTION, rel=0.03)
-
-
 def test_what_lies_in_one_recording_alone_is_no_noise_and_the_verdict_names_the_recording():
     told = diagnosed("not zeroed once")
     assert told.detected
