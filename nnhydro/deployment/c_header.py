@@ -3,7 +3,8 @@
     NAME_state s;  NAME_reset(&s);
     NAME_step(&s, q, qd, qdd, u0, du0, dt, tau);            the first step after a reset begins the run, its dt is not read
 
-In single precision the memory is kept and carried on in double: the travel of a slow tow grows by less than a float's last digit a step.
+In single precision the memory is kept and carried on in double, and the torques are taken from it: the travel of a slow tow grows by less
+than a float's last digit a step, and whether a strip has turned back must not hang on one.
 """
 
 import re
@@ -17,7 +18,7 @@ from torch import Tensor
 
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
-from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, record_step, whole_sums
+from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, record_step, record_torques, whole_sums
 from nnhydro.errors import require
 from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.export.onnx_file import RecordedGraph
@@ -44,11 +45,14 @@ def _functions(made: RecordedGraph, name: str, precision: str) -> tuple[str, lis
         text = c_function(f"static inline void {name}_outputs", made.program, torques + following, precision)
         calls = [f"{real} in[{inputs}], out[{len(torques + following)}];", *_inputs(step, "in"), f"{name}_outputs(in, out);"]
         return text, [*calls, *([f"{keep}out[{len(torques)} + i];"] if following else [])]
+    program, torques = record_torques(step)
     text = "\n".join([c_function(f"static inline void {name}_memory", made.program, following, "double", "m_"),
-                      c_function(f"static inline void {name}_outputs", made.program, torques, precision)])
-    return text, [f"double in[{inputs}], next[{step.size}];", f"float given[{inputs}], out[{len(torques)}];", *_inputs(step, "in"),
-                  f"for (int i = 0; i < {inputs}; ++i) given[i] = (float)in[i];",
-                  f"{name}_outputs(given, out);", f"{name}_memory(in, next);", f"{keep}next[i];"]
+                      c_function(f"static inline void {name}_outputs", program, torques, precision)])
+    motion = 3 * step.model.arm.n_links + 2
+    arrays = [f"double in[{inputs}], next[{step.size}];", f"float given[{program.n_inputs}], out[{len(torques)}];"]
+    return text, [*arrays, *_inputs(step, "in"), f"{name}_memory(in, next);",
+                  f"for (int i = 0; i < {motion}; ++i) given[i] = (float)in[i];", f"{keep}next[i];",
+                  f"for (int i = 0; i < {step.size}; ++i) given[{motion} + i] = (float)next[i];", f"{name}_outputs(given, out);"]
 
 
 def header(made: RecordedGraph, name: str, precision: str, digest: str, remarks: Sequence[str] = ()) -> str:

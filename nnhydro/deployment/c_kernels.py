@@ -7,11 +7,20 @@ DOTTED: Final = """#define DOTTED(out, c, at, n) { real s[8] = {0}; int i = 0; \
     for (; i + 8 <= n; i += 8) for (int j = 0; j < 8; ++j) s[j] += c[i + j]*v[at[i + j]]; \\
     for (; i < n; ++i) s[0] += c[i]*v[at[i]]; \\
     out = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7])); }"""
-# loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too
+# loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too. Without flags for
+# the processor, gcc and glibc on x86-64 choose a function's version when the program starts: wide vectors where there are some
 OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
-#pragma GCC optimize ("O3")
+#pragma GCC optimize ("O3,fp-contract=fast")
 #define OPTIONS_PUSHED
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__AVX__) && !defined(NO_DISPATCH)
+#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#endif
+#endif
+#ifndef CLONES
+#define CLONES
+#elif !defined(SINGLE)
+#define WIDER (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 #if defined(__GNUC__)
 #define NOINLINE __attribute__((noinline))
@@ -22,6 +31,7 @@ OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
 #define LANES 2
 #endif
 typedef real {prefix}lanes __attribute__((vector_size(LANES*sizeof(real)), aligned(sizeof(real)), may_alias));
+typedef real {prefix}wide __attribute__((vector_size(4*sizeof(real)), aligned(sizeof(real)), may_alias));
 #else
 #define NOINLINE
 #define RESTRICT restrict
@@ -31,6 +41,8 @@ END: Final = """#ifdef OPTIONS_PUSHED
 #pragma GCC pop_options
 #undef OPTIONS_PUSHED
 #endif
+#undef CLONES
+#undef WIDER
 #undef LANES
 #undef SINGLE
 #undef NOINLINE
@@ -52,8 +64,16 @@ def _in_registers(m: int, per: int, lanes: str) -> str:
 
 def dense(m: int, prefix: str) -> str:
     """The product of a matrix of `m` rows, a multiple of PAD, with x, `step` places apart, into y, `jump` places apart."""
-    return f"""static NOINLINE void {prefix}dense{m}(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y,
-                              int jump, int n) {{
+    given = "(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y, int jump, int n)"
+    return f"""#ifdef WIDER
+static NOINLINE __attribute__((target("avx2,fma"))) void {prefix}wide{m}{given} {{
+{_in_registers(m, 4, f"{prefix}wide")}
+}}
+#endif
+static NOINLINE void {prefix}dense{m}{given} {{
+#ifdef WIDER
+    if (WIDER) {{ {prefix}wide{m}(x, step, k, W, y, jump, n); return; }}
+#endif
 #if LANES == 4
 {_in_registers(m, 4, f"{prefix}lanes")}
 #elif LANES == 2

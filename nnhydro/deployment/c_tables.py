@@ -271,7 +271,7 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
     begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
              f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
     products = [dense(m, prefix) for m in sorted(made.widths)]
-    loops = [f"static NOINLINE void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
+    loops = [f"static NOINLINE CLONES void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), name in made.kernels.items()]
     single = ["#define SINGLE"] if number(0.5).endswith("f") else []
     text = [*made.tables, *single, OPTIONS.replace("{prefix}", prefix), DOTTED, *products, *loops]

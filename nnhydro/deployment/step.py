@@ -9,6 +9,7 @@ an elastic drive) is refused, or left out with `mechanics` (dynamics/joint_model
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from math import prod
 from typing import Final, final
 
@@ -19,6 +20,7 @@ from torch import Tensor
 from nnhydro.dynamics.joint_model import MECHANICAL, mechanics, steppable
 from nnhydro.errors import ModelError, require
 from nnhydro.models.compiled.torque import trial_runs
+from nnhydro.models.export.expressions import Program, Value
 from nnhydro.models.export.onnx_file import RecordedGraph
 from nnhydro.models.export.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
@@ -70,6 +72,11 @@ class MemoryStep:
         tau, std = self.model.torque(motion)[0], self.model.std(motion) if self.with_std else None
         return (tau,) if std is None else (tau, std[0])
 
+    def torques(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
+        """Return tau (links,) N m, and its std where there is one, at an instant whose own memory is `memory` (size,)."""
+        zero = torch.zeros(1, dtype=torch.float64)
+        return self._answer(Motion(zero, q[None], qd[None], qdd[None], u0, du0, True, None, Carried(zero, self.memory_parts(memory), True)))
+
     def __call__(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, its std where there is one, and the next memory (size,)."""
         carried = Carried(dt.clamp(min=0.0), self.memory_parts(memory), fresh=dt < 0)
@@ -119,6 +126,14 @@ def record_step(model: TorqueModel, whole: int = 0) -> RecordedGraph:
     at_states = _far(torch.from_numpy(got), want)
     require(at_states < CLOSE, "this model decides or computes outside torch, so that no fixed program can stand for it", ModelError)
     return RecordedGraph(step, program, outputs, {"at_states": at_states, "along_runs": along})
+
+
+def record_torques(step: MemoryStep) -> tuple[Program, list[Value]]:
+    """Return the torques of an instant, and their std, as scalars of q, qd, qdd, u0, du0 and the memory of this instant."""
+    runs = inputs_along(step, trial_runs(step.model.arm.n_links)[1])
+    given, answer = next(islice(runs, 7, None))
+    program, arrays = trace(step.torques, [*given[:5], answer[-1]], whole_sums(step.model))
+    return program, [x for array in arrays for x in array.ravel()]
 
 
 def without_instruments(model: TorqueModel) -> tuple[TorqueModel, tuple[str, ...]]:

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 from nnhydro.fitting.travel.travel_scale import COARSE
 from nnhydro.physics.coefficients.keulegan_carpenter import added_mass_coefficient, drag_ratio
 from nnhydro.physics.coefficients.law import law_of
-from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, cardinal_matrix, curve, fixed_part
+from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, cardinal_matrix, curve
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_kinds
 from nnhydro.physics.loads.added_mass import AddedMass
@@ -47,7 +47,7 @@ def test_drag_starts_from_the_curve_of_figure_7():
 def test_added_mass_starts_from_the_curve_of_figure_7():
     """McLain & Rock (1998): C_M falls from 1 to 0.2 after 4.2 diameters and comes back to 0.36."""
     term = StateAddedMass.started(arm(1))
-    C_M = term.curve(FINE) + fixed_part(FINE, term.tau_s[0])
+    C_M = term.curve(FINE) + curve(FINE, term.tau_s[0], 1.0, torch.zeros(KNOTS, dtype=torch.float64))
     low = int(C_M.argmin())
     assert (float(FINE[low]), float(C_M[low])) == pytest.approx((4.20, 0.200), abs=0.006)
     assert bool((C_M[:low].diff() < 0).all())
@@ -62,8 +62,9 @@ def test_the_curve_is_the_cubic_spline_without_bend_at_rest_and_without_slope_at
         ordinates = torch.eye(KNOTS + 1, dtype=torch.float64)[k]
         spline = CubicSpline(torch.linspace(0, 1, KNOTS + 1, dtype=torch.float64), ordinates, bc_type=((2, 0.0), (1, 0.0)))
         want = tensor(spline(u.clamp(max=1.0)))
-        told = fixed_part(5 * u, 5.0) if k == 0 else basis(5 * u, 5.0)[:, k - 1]
-        torch.testing.assert_close(told, want, rtol=0, atol=1e-12)
+        if k:
+            torch.testing.assert_close(basis(5 * u, 5.0)[:, k - 1], want, rtol=0, atol=1e-12)
+        torch.testing.assert_close(curve(5 * u, 5.0, float(ordinates[0]), ordinates[1:]), want, rtol=0, atol=1e-12)
     ordinates = torch.arange(1.0, 7.0, dtype=torch.float64)
     at_knots = curve(torch.arange(7, dtype=torch.float64), 6.0, -2.0, ordinates)
     assert at_knots.tolist() == pytest.approx([-2.0, 1, 2, 3, 4, 5, 6])

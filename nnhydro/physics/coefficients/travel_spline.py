@@ -52,11 +52,16 @@ def basis(s_over_D: Tensor, tau_s: float) -> Tensor:
     return powers(spline_argument(s_over_D, tau_s)) @ cardinal_matrix()[:, 1:]
 
 
-def fixed_part(s_over_D: Tensor, tau_s: float) -> Tensor:
-    """Return phi_0 at the travel `s_over_D` (...): 1 at rest, 0 from tau_s on."""
-    return 1 + powers(spline_argument(s_over_D, tau_s)) @ cardinal_matrix()[:, 0]
-
-
 def curve(s_over_D: Tensor, tau_s: float, start: float, ordinates: Tensor) -> Tensor:
-    """Return C(s/D) for the value `start` at rest and six `ordinates`."""
-    return start * fixed_part(s_over_D, tau_s) + basis(s_over_D, tau_s) @ ordinates
+    """Return C(s/D) for the value `start` at rest and six `ordinates`.
+
+        C = C_0 + sum_k r (a_k + r (b_k + r d_k)),    r = min((u - k/6)_+, 1/6)
+
+    Each piece adds its own rise: powers that all begin at rest would cancel, too much for single precision.
+    """
+    c = start * cardinal_matrix()[:, 0] + cardinal_matrix()[:, 1:] @ ordinates
+    knots = torch.arange(KNOTS, dtype=torch.float64) / KNOTS
+    past = (knots[:, None] - knots).clamp(min=0)
+    a, b, d = c[0] + 3 * past**2 @ c[1:], 3 * past @ c[1:], c[1:].cumsum(0)
+    r = (s_over_D[..., None] / tau_s - knots).clamp(0, 1 / KNOTS)
+    return start + (r * (a + r * (b + r * d))).sum(-1)

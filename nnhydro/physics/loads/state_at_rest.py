@@ -11,6 +11,7 @@ Source: McLain & Rock (1998), eq. (26) at s = 0: no vortices, C_M = 1.
 from dataclasses import dataclass
 from typing import ClassVar, final
 
+import torch
 from torch import Tensor
 
 from nnhydro.physics.coefficients import travel_bspline, travel_spline
@@ -37,8 +38,9 @@ class StateAtRest(TravelTerm):
     def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
         """Return C_M0 phi_0 at the travels `s_over_D` (...); all links share it."""
         tau_s = self.tau_s[0]
-        phi = travel_bspline.rest_curve(s_over_D, tau_s, self.count) if self.count else travel_spline.fixed_part(s_over_D, tau_s)
-        return self.C_M0[0] * phi
+        if self.count:
+            return self.C_M0[0] * travel_bspline.rest_curve(s_over_D, tau_s, self.count)
+        return travel_spline.curve(s_over_D, tau_s, self.C_M0[0], torch.zeros(travel_spline.KNOTS, dtype=torch.float64))
 
     def pieces(self) -> tuple[float, int]:
         """Return where the curve ends and its number of cubic pieces."""
