@@ -27,6 +27,8 @@ ENTRY = ("__main__",)  # may import anything, is imported by nothing
 FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers; imports nothing of it at run time
 HEAVY = ("torch", "matplotlib", "sklearn", "pandas", "scipy")
 LONGEST = 450  # lines; 300 is where a file begins to do two things
+MOST_MODULES = 12  # in a folder; a registry holds as many as it has members
+REGISTRIES = ("blind_tests/truth", "cli", "effects/hypotheses", "features", "physics/loads", "recordings/checks", "recordings/readers")
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 EVERYTHING = sorted(p for folder in ("nnhydro", "tests", "datasets", "training") for p in (ROOT / folder).rglob("*.py"))
@@ -117,6 +119,13 @@ def test_libraries_stay_in_their_part_of_the_tree():
 def test_every_folder_of_the_package_has_its_place():
     folders = {p.name for p in PACKAGE.iterdir() if p.is_dir() and p.name != "__pycache__"}
     assert folders <= {*ORDER, *DATA}, f"{folders - {*ORDER, *DATA}} have no place in the order of imports"
+
+
+def test_a_folder_that_is_no_registry_can_be_overlooked():
+    folders = {str(path.parent.relative_to(PACKAGE)) for path in SOURCES if path.parent != PACKAGE}
+    modules = {name: sum(path.stem != "__init__" for path in (PACKAGE / name).glob("*.py")) for name in folders}
+    assert {name: n for name, n in modules.items() if n > MOST_MODULES and name not in REGISTRIES} == {}
+    assert set(REGISTRIES) <= folders
 
 
 def test_no_file_is_too_long_to_read():

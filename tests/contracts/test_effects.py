@@ -70,7 +70,7 @@ def test_the_catalogue_holds_the_contracts_names_in_their_families():
 def test_a_file_is_one_hypothesis_named_as_its_id_and_the_class_is_final(id_):
     cls = EFFECTS[id_]
     module = inspect.getmodule(cls)
-    assert module.__name__ == f"nnhydro.effects.{id_}"
+    assert module.__name__ == f"nnhydro.effects.hypotheses.{id_}"
     assert len(inspect.getsource(module).splitlines()) < 150
     assert getattr(cls, "__final__", False)
 

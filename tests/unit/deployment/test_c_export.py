@@ -16,12 +16,12 @@ from nnhydro.deployment.files import export_step, only_wake
 from nnhydro.deployment.native import Native, NativeArm, compiler, run_through
 from nnhydro.deployment.step import record_step
 from nnhydro.dynamics.dynamics import Dynamics
-from nnhydro.effects.coulomb_friction import CoulombFriction
-from nnhydro.effects.flow_memory import FlowMemory
-from nnhydro.effects.link_interference import LinkInterference
-from nnhydro.effects.sensor_timing import SensorTiming
-from nnhydro.effects.torque_bias import TorqueBias
-from nnhydro.effects.wake_development import WakeDevelopment
+from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
+from nnhydro.effects.hypotheses.flow_memory import FlowMemory
+from nnhydro.effects.hypotheses.link_interference import LinkInterference
+from nnhydro.effects.hypotheses.sensor_timing import SensorTiming
+from nnhydro.effects.hypotheses.torque_bias import TorqueBias
+from nnhydro.effects.hypotheses.wake_development import WakeDevelopment
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.network.train import train
 from nnhydro.models.export.expressions import Program, add, combine
