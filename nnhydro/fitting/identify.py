@@ -16,7 +16,7 @@ from nnhydro.fitting.linear.least_squares import Solution, bootstrap, correlatio
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.fitting.linear.statistics import Statistics, columns_and_offset, of_segment, total
 from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
-from nnhydro.models.baselines import Baseline, baseline
+from nnhydro.models.baselines import NamedBaseline, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
@@ -99,13 +99,13 @@ def with_measured_water(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads
     return loads.plus("water_pressure", WaterPressure()) if moving else loads
 
 
-def start_terms(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
+def start_terms(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
     """Return the baseline's terms before the linear fit; a travel scale, where it has one, is chosen for the units `chosen`."""
     loads = with_measured_water(chosen_baseline.start(arm), chosen, arm)
     return with_best_travel_scale(loads, chosen, arm).loads if has_travel_scale(loads) else loads
 
 
-def calibrate(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
+def calibrate(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
     """Return the baseline as a model, fitted to the units `chosen` where its definition says so (no intervals)."""
     loads = start_terms(chosen_baseline, chosen, arm)
     if chosen_baseline.calibrated:

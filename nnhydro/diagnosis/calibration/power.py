@@ -110,9 +110,7 @@ def _within_bounds(h: Hypothesis, values: Array) -> bool:
 
 def _projected_gram(columns: Columns, fit: Posterior) -> Array:
     """The Gram matrix (k, k) of what the fit of baseline and unknown leaves of the columns."""
-    from scipy.linalg import solve_triangular
-
-    C = solve_triangular(fit.chol, columns.cross * fit.scale[:, None], lower=True, check_finite=False)
+    C = fit.projection(columns.cross)
     made: Array = columns.gram - C.T @ C
     return made
 

@@ -56,18 +56,18 @@ def fold_of_rows(view: View, seed: int, chosen: Sequence[int] = ()) -> Index:
 def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
     """Return log p(left-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
-    off, granted = none(whole).vector(whole), FORM**2 * all(one.chosen for one in sets)
+    off, granted = none(whole).vector(whole), FORM**2 * all(found.chosen for found in sets)
     fold = fold_of_rows(view, seed)
     made = []
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
         part = Whitened(whole.design, whole.unknown, whole.v, rows)
         scores = []
-        for one in sets:
-            columns = view.joined(one.chosen)
+        for found in sets:
+            columns = view.joined(found.chosen)
             kept = None if columns is None else Columns.of(part, columns.Xw[rows])
             on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
-                           for t in (one.sizes.vector(whole), off))
+                           for t in (found.sizes.vector(whole), off))
             scores.append((1 - granted) * on + granted * without)
         made.append(scores)
     return np.array(made)

@@ -116,11 +116,7 @@ class View:
 
     def projection(self, chosen: Sequence[int], fit: Posterior) -> Array:
         """Return C (P + k, K): what `fit` of the hypotheses `chosen` takes of the shared columns is C'C."""
-        from scipy.linalg import solve_triangular
-
-        cross = np.concatenate([self.cross, *map(self.between, chosen)])
-        made: Array = solve_triangular(fit.chol, cross * fit.scale[:, None], lower=True, check_finite=False)
-        return made
+        return fit.projection(np.concatenate([self.cross, *map(self.between, chosen)]))
 
     @staticmethod
     def remainders(laws: Alike, C: Array) -> Array:
@@ -206,15 +202,13 @@ class View:
         return self._own_between[k]
 
     def _own_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
-        from scipy.linalg import solve_triangular
-
         cross, Xy, blocks, places = self._own_parts
         groups, numbers = cross.shape[1], list(places)
         if len(self._own_best) == len(places) and len(places) > OWN_SCREENED:  # those that never gained much are not asked again
             numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
         kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
-        stacked = np.concatenate([one[..., kept] for one in (cross, *map(self._own_products, chosen))]) * fit.scale[:, None, None]
-        C = solve_triangular(fit.chol, stacked.reshape(len(stacked), -1), lower=True, check_finite=False).reshape(stacked.shape)
+        stacked = np.concatenate([part[..., kept] for part in (cross, *map(self._own_products, chosen))])
+        C = fit.projection(stacked.reshape(len(stacked), -1)).reshape(stacked.shape)
         c = Xy[:, kept] - np.einsum("pgk,p->gk", C, fit.half)
         start = 0
         for number in numbers:
