@@ -20,7 +20,7 @@ def demo(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Show the main jobs on two small campaigns that ship.
+    """Run the whole task on two campaigns that ship with nnhydro.
 
     Trains a network and a hybrid, and compares them with the physics on recordings held out of every fit. Then finds the effect that is
     hidden in a second campaign.

@@ -94,7 +94,7 @@ def diagnose(
     rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate confidence by simulation: inject each finding and its "
                                  "alternatives N times into these motions and repeat the decision."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
-                                       "tau_Nm, seconds), for the motion to record next; by default what it has shown."),
+                                       "tau_Nm, seconds), for the motion to record next; by default the ranges of the recordings."),
     column_map: Path | None = MAP,
     jobs: int = JOBS,
     backend: str = BACKEND,

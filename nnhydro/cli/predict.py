@@ -25,7 +25,7 @@ def predict(
 ) -> None:
     """Write the torques that sensors would read, row for row.
 
-    They are those of this rig's sensors, with their faults; one finite row for every row of the input.
+    The output includes the faults of this rig's sensors and has one finite row for each row of the input.
     """
     from nnhydro.dynamics.hub import wrench_columns
     from nnhydro.errors import require
