@@ -28,6 +28,7 @@ def session(tmp_path_factory):
 @pytest.fixture
 def catalogue_as_it_was():
     """Effects of the reader's own leave the catalogue with the page."""
+    nnhydro.catalogue()
     before = dict(REGISTER)
     yield
     REGISTER.clear()
