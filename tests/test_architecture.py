@@ -8,6 +8,7 @@ import sys
 import zipfile
 from functools import cache
 from pathlib import Path
+from statistics import median
 
 import pytest
 
@@ -28,7 +29,9 @@ FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers;
 HEAVY = ("torch", "matplotlib", "sklearn", "pandas", "scipy")
 LONGEST = 450  # lines; 300 is where a file begins to do two things
 MOST_MODULES = 12  # in a folder; a registry holds as many as it has members
-REGISTRIES = ("blind_tests/truth", "cli", "effects/hypotheses", "features", "physics/loads", "recordings/checks", "recordings/readers")
+REGISTRIES = ("blind_tests/truth", "cli", "effects/hypotheses", "evaluation/comparators", "evaluation/protocols", "features",
+              "physics/coefficients", "physics/loads", "recordings/checks", "recordings/readers", "simulation/motions")
+MEDIAN = (100, 180)  # lines of a module outside registries: shorter ones scatter a thought, longer ones hold several
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 EVERYTHING = sorted(p for folder in ("nnhydro", "tests", "datasets", "training") for p in (ROOT / folder).rglob("*.py"))
@@ -126,6 +129,11 @@ def test_a_folder_that_is_no_registry_can_be_overlooked():
     modules = {name: sum(path.stem != "__init__" for path in (PACKAGE / name).glob("*.py")) for name in folders}
     assert {name: n for name, n in modules.items() if n > MOST_MODULES and name not in REGISTRIES} == {}
     assert set(REGISTRIES) <= folders
+
+
+def test_a_module_holds_one_thought():
+    modules = [path for path in SOURCES if path.stem[:2] != "__" and str(path.parent.relative_to(PACKAGE)) not in REGISTRIES]
+    assert MEDIAN[0] <= median(len(path.read_text().splitlines()) for path in modules) <= MEDIAN[1]
 
 
 def test_no_file_is_too_long_to_read():

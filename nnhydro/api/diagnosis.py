@@ -11,7 +11,7 @@ from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
 from nnhydro.diagnosis.result import Diagnosis as Result
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.diagnosis.folder import write_diagnosis
+from nnhydro.report.diagnosis.page import write_diagnosis
 from nnhydro.report.diagnosis.tables import errors_sheet, findings_sheet, location_sheet, parameters_sheet, rivals_sheet
 from nnhydro.report.sheet import Sheet
 

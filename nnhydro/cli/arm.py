@@ -20,8 +20,7 @@ def arm(
     Lists what a URDF does not contain: offsets of angles, friction, the water.
     """
     from nnhydro.errors import ConfigError, require
-    from nnhydro.exchange.arm_text import arm_yaml
-    from nnhydro.exchange.urdf import read_urdf
+    from nnhydro.exchange.urdf import arm_yaml, read_urdf
     from nnhydro.runtime.files import write_own
 
     try:

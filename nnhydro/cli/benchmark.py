@@ -36,7 +36,7 @@ def benchmark(
     from nnhydro.evaluation.protocols.protocol import DEFAULT
     from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.recordings.campaign import open_campaigns
-    from nnhydro.report.benchmark.folder import RESULT, SHOWN, write_benchmark
+    from nnhydro.report.benchmark.page import RESULT, SHOWN, write_benchmark
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers
 

@@ -111,7 +111,7 @@ def diagnose(
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
-    from nnhydro.report.diagnosis.folder import RESULT, SHOWN, write_diagnosis
+    from nnhydro.report.diagnosis.page import RESULT, SHOWN, write_diagnosis
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers

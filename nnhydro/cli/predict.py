@@ -31,7 +31,7 @@ def predict(
     from nnhydro.errors import require
     from nnhydro.models.compiled.torque import quickest
     from nnhydro.models.prediction import predict as torques
-    from nnhydro.models.prediction_file import write_prediction
+    from nnhydro.models.prediction import write_prediction
     from nnhydro.models.storage import load_model
     from nnhydro.recordings.campaign import every_one
     from nnhydro.recordings.readers.column_map import read_column_map

@@ -10,7 +10,7 @@ from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.errors import NnhydroError
 from nnhydro.recordings.campaign import verify_campaign
-from nnhydro.report.diagnosis.folder import write_diagnosis
+from nnhydro.report.diagnosis.page import write_diagnosis
 from nnhydro.runtime.workers import HERE, Workers, spread
 
 
