@@ -10,6 +10,7 @@ import pytest
 from fenced import alike, blocks, run_here
 
 import nnhydro
+from nnhydro.diagnosis import diagnose as engine
 from nnhydro.effects.effect import REGISTER
 
 pytestmark = pytest.mark.slow
@@ -23,6 +24,22 @@ PAGES = ("guide/first_campaign", "guide/your_data", "guide/baselines", "guide/re
 def session(tmp_path_factory):
     """The empty folder in which the reader begins, and what has been printed last."""
     return {"folder": tmp_path_factory.mktemp("guide"), "out": ""}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def diagnosed_once():
+    """The same recordings, choices and catalogue are not diagnosed again: another test shows that they give the same."""
+    found, real = {}, engine.diagnose
+
+    def diagnose(campaign, baseline=None, *choices, progress=None, rehearsals=0, limits=None):
+        key = (campaign.sha256(), baseline or "constant", choices, rehearsals, repr(limits), tuple(REGISTER))
+        if key not in found:
+            found[key] = real(campaign, baseline, *choices, progress=progress, rehearsals=rehearsals, limits=limits)
+        return found[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, "diagnose", diagnose)
+        yield
 
 
 @pytest.fixture
