@@ -43,6 +43,7 @@ def said(capsys, *arguments):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", HEALTHY)
 def test_a_healthy_arm_in_foreign_files_is_read_explained_and_predicted(kind, folders, tmp_path, capsys):
     folder, start = folders[kind], time.perf_counter()
@@ -63,6 +64,7 @@ def test_a_healthy_arm_in_foreign_files_is_read_explained_and_predicted(kind, fo
     assert time.perf_counter() - start < LONGEST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", HIDING)
 def test_an_arm_that_hides_something_is_sent_to_the_diagnosis(kind, folders, tmp_path, capsys):
     said(capsys, "check", folders[kind])

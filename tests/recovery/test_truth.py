@@ -85,6 +85,7 @@ def test_steady_tows_give_the_golden_matrix():
     np.testing.assert_allclose(water_torque(run, arm), rows[:, 3:5], atol=STRIP_SUM * np.abs(rows[:, 3]).max())
 
 
+@pytest.mark.slow
 def test_the_strip_sum_converges_at_second_order():
     run = motion("bang", 0.4)
     exact = water_torque(run, ARM, strips=16 * STRIPS)
