@@ -7,8 +7,8 @@ from typing import Any, final
 
 from nnhydro.api.model import Model
 from nnhydro.api.result_view import ResultView
-from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
+from nnhydro.diagnosis.options import DiagnosisOptions
 from nnhydro.diagnosis.result import Diagnosis as Result
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis.page import write_diagnosis
@@ -114,7 +114,6 @@ def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: 
     the rig can do, for the motion to record next. Raises ConfigError for an unknown baseline or limits that do not fit the arm,
     CampaignError or RecordingError where the data cannot be used.
     """
-    said = report or (lambda line: None)
-    named = None if baseline is None else str(baseline)
-    stated = None if limits is None else read_limits(Path(limits))
-    return Diagnosis(engine.diagnose(campaign, named, seed, cutoff_hz, progress=said, rehearsals=rehearsals, limits=stated), campaign)
+    options = DiagnosisOptions(None if baseline is None else str(baseline), seed, cutoff_hz, (), rehearsals,
+                               None if limits is None else read_limits(Path(limits)))
+    return Diagnosis(options.diagnose(campaign, report or (lambda line: None)), campaign)

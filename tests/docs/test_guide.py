@@ -31,10 +31,10 @@ def diagnosed_once():
     """The same recordings, choices and catalogue are not diagnosed again: another test shows that they give the same."""
     found, real = {}, engine.diagnose
 
-    def diagnose(campaign, baseline=None, *choices, progress=None, rehearsals=0, limits=None):
-        key = (campaign.sha256(), baseline or "constant", choices, rehearsals, repr(limits), tuple(REGISTER))
+    def diagnose(campaign, progress, baseline=None, **choices):
+        key = (campaign.sha256(), baseline or "constant", repr(choices), tuple(REGISTER))
         if key not in found:
-            found[key] = real(campaign, baseline, *choices, progress=progress, rehearsals=rehearsals, limits=limits)
+            found[key] = real(campaign, baseline, progress=progress, **choices)
         return found[key]
 
     with pytest.MonkeyPatch.context() as patch:
