@@ -100,7 +100,6 @@ def test_a_bare_participle_is_recognised(name, bare):
 
 
 FACADES = {"Benchmark", "Diagnosis", "Finding", "Prediction"}  # public results, each of the class inside that bears its name
-TWICE = {"View"}  # names of earlier versions: this set may only shrink
 
 
 def test_a_class_name_stands_once_in_the_package():
@@ -109,7 +108,7 @@ def test_a_class_name_stands_once_in_the_package():
         for node in ast.walk(parsed(path)):
             if isinstance(node, ast.ClassDef):
                 files.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
-    twice = {name: found for name, found in files.items() if len(found) > 1 and name not in TWICE}
+    twice = {name: found for name, found in files.items() if len(found) > 1}
     assert {name for name, found in twice.items() if name not in FACADES or not any("/api/" in file for file in found)} == set()
 
 

@@ -23,7 +23,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
@@ -177,7 +177,7 @@ def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
     if not windows:
         return Windowed(search, found)
     grown = _confined(search.view.library, laws, tuple(windows), model)
-    following = Search(View(search.whitened, grown, before=search.view), found.sizes, search.report)
+    following = Search(WeightedLibrary(search.whitened, grown, before=search.view), found.sizes, search.report)
     best = following.climb(following.score(found.chosen))
     for k in best.chosen:
         if following.view.library.hypotheses[k].activity is not None and k in best.chosen:

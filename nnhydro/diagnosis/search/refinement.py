@@ -12,7 +12,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory
@@ -33,7 +33,7 @@ class Refined:
     best: Scored
 
 
-def scaled_values(view: View, found: Scored, k: int) -> torch.Tensor:
+def scaled_values(view: WeightedLibrary, found: Scored, k: int) -> torch.Tensor:
     """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds; the rms of recordings' own."""
     library = view.library
     at, h = found.places(view)[k], library.hypotheses[k]
@@ -90,7 +90,7 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float]) -> 
     return tuple(made.values())
 
 
-def _finer(view: View, found: Scored, k: int, model: StripTheory) -> list[Hypothesis]:
+def _finer(view: WeightedLibrary, found: Scored, k: int, model: StripTheory) -> list[Hypothesis]:
     h = view.library.hypotheses[k]
     made = [] if h.rough else list(refine_grid(h)[1:])
     if isinstance(h.effect, InstrumentEffect) and not h.per_recording:
@@ -109,7 +109,7 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
         more = Library.of(view.library.design, [h for hs in finer.values() for h in hs], model)
         counts = view.library.key_counts
         grown = view.library.with_more(more, counts)
-        following = Search(View(view.whitened, grown, before=view), best.sizes, search.report)
+        following = Search(WeightedLibrary(view.whitened, grown, before=view), best.sizes, search.report)
         now = following.score(best.chosen)
         start = first
         for k, hs in finer.items():

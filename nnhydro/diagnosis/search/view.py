@@ -45,12 +45,12 @@ class Own(NamedTuple):
 
 @final
 @dataclass(eq=False)
-class View:
+class WeightedLibrary:
     """A library beside one noise; `cross` (P, K), `Xy` (K,) and `grams` (width, width) are of the laws `shared` by all recordings."""
 
     whitened: Whitened
     library: Library
-    before: "View | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
+    before: "WeightedLibrary | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
     _columns: dict[int, Columns] = field(default_factory=dict)
     _between: dict[int, Array] = field(default_factory=dict)
     _own_between: dict[int, Array] = field(default_factory=dict)

@@ -8,7 +8,7 @@ from nnhydro.diagnosis.constants import BASELINE_FORM, RHO
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
 
@@ -20,7 +20,7 @@ def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0
     each = np.broadcast_to(np.asarray(beta, float), groups)[of.problem.group_of]
     of.y = of.y + each[:, None] / scale * X[..., 0]
     one = search(of, laws, X, level=noise**2)
-    return Search(View(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)
+    return Search(WeightedLibrary(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)
 
 
 def found(one, chosen=(0,), k=0):
