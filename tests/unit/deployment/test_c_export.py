@@ -3,6 +3,7 @@
 import ctypes
 import subprocess
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -97,13 +98,19 @@ MODELS = {
 }
 
 
+@cache
+def hundred_thousand(name):
+    """A model, a long run, and the model's torques of it."""
+    model, motion = MODELS[name](arm(2)), long_run(100_000)
+    return model, motion, model.torque(motion).numpy()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize("name", MODELS)
 def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, tmp_path):
-    model, motion = MODELS[name](arm(2)), long_run(100_000)
+    model, motion, want = hundred_thousand(name)
     told = export_c(model, tmp_path / "arm.h", precision)
-    want = model.torque(motion).numpy()
     got = driven(tmp_path, motion, precision, told["std"])
     assert np.abs(got - want).max() < SAME[precision] * np.sqrt((want**2).mean())
 
@@ -125,6 +132,7 @@ def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand
     assert np.abs(driven(tmp_path, slow, "single", told["std"]) - want).max() < SAME["single"] * np.sqrt((want**2).mean())
 
 
+@pytest.mark.slow
 def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     model, motion = MODELS["state"](arm(2)), towed(4500)
     told = export_c(model, tmp_path / "arm.h", "single")
@@ -187,6 +195,7 @@ def test_a_few_hundred_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_pa
     assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["state", "diagnosed"])
 def test_what_moves_in_its_first_step_has_moved_for_ever(name, tmp_path):
     model, run = MODELS[name](arm(2)), long_run(350)
@@ -235,13 +244,12 @@ def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
 
 @pytest.mark.slow
 def test_a_hundred_thousand_steps_of_a_state_dependent_model_in_onnxruntime_are_its_torques(tmp_path):
-    a = arm(2)
-    model, motion = theory(a, state_loads(a)), long_run(100_000)
+    model, motion, want = hundred_thousand("state")
     export_step(model, tmp_path / "arm.onnx", "onnx")
-    want = model.torque(motion).numpy()
     assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [planted, state_loads])
 def test_a_compiled_arm_moves_as_the_dynamics_do(make):
     a = arm(2)

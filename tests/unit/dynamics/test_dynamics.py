@@ -231,6 +231,7 @@ def test_the_bias_holds_what_an_accelerating_and_turning_base_asks_for():
     np.testing.assert_allclose(dynamics.bias(q, qd, 0.2, 1.5, base=base), turned, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_jacobians_are_the_slopes_of_the_torque(hybrid):
     rng = np.random.default_rng(4)
     q, qd, qdd = rng.uniform(-1, 1, (3, 5, 2))

@@ -119,6 +119,7 @@ def test_an_injected_effect_adds_its_torque_and_nothing_else(found):
     assert share == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_friction_drawn_again_is_named_again_and_its_rivals_are_not_taken_for_it(found):
     claimed = found.decided.claimed
     (finding,) = (finding_of(found.search, claimed, k) for k in claimed.chosen)
