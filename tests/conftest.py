@@ -4,6 +4,7 @@ import os
 import sys
 from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 HERE = Path(__file__).resolve().parent
@@ -14,3 +15,16 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"): 
 
 settings.register_profile("nnhydro", derandomize=True, deadline=None, max_examples=40)
 settings.load_profile("nnhydro")
+
+
+@pytest.fixture
+def catalogue_as_it_was():
+    """Effects that a test adds leave the catalogue with it."""
+    from nnhydro.effects.catalogue import catalogue
+    from nnhydro.effects.effect import REGISTER
+
+    catalogue()
+    before = dict(REGISTER)
+    yield
+    REGISTER.clear()
+    REGISTER.update(before)

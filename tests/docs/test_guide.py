@@ -42,16 +42,6 @@ def diagnosed_once():
         yield
 
 
-@pytest.fixture
-def catalogue_as_it_was():
-    """Effects of the reader's own leave the catalogue with the page."""
-    nnhydro.catalogue()
-    before = dict(REGISTER)
-    yield
-    REGISTER.clear()
-    REGISTER.update(before)
-
-
 @pytest.mark.usefixtures("catalogue_as_it_was")
 @pytest.mark.parametrize("page", PAGES)
 def test_a_page_of_the_guide_runs_as_it_stands(page, session, monkeypatch):

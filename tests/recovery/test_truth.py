@@ -358,7 +358,7 @@ def test_lambda_grows_with_the_size_and_a_change_of_c_d_has_none():
     assert large == pytest.approx(2 * small, rel=1e-6)
     rougher = replace(ARM, links=(replace(ARM.links[0], C_D=1.2), ARM.links[1]))
     more_drag = [water_torque(run, rougher) - water_torque(run, ARM) for run in runs]
-    x = measure.weighted(more_drag)
+    x = measure.weigh(more_drag)
     left = x - measure.basis @ (measure.basis.T @ x)
     assert np.linalg.norm(left) < 0.02 * np.linalg.norm(x)  # the columns have half the strips
 
