@@ -1,12 +1,17 @@
 """Fenced blocks of a Markdown page: files, changes of files, commands, Python, and what these print."""
 
+import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
+
+from nnhydro.cli.main import run
 
 FENCE = re.compile(r"^```(?P<head>[^\n]*)\n(?P<body>.*?)^```$", re.M | re.S)
 CAPTION = re.compile(r":caption: (?P<name>\S+)\n+")
@@ -47,6 +52,19 @@ def typed(command: str, folder: Path, **environment: str) -> str:
                           env={**os.environ, "PATH": path, "OMP_NUM_THREADS": "1", **environment})
     assert done.returncode == 0, f"$ {command}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
     return done.stdout
+
+
+def run_here(command: str) -> str:
+    """What `nnhydro` prints for a block of its commands, each run in this process: nothing but the start of Python is saved."""
+    came = io.StringIO()
+    for line in command.splitlines():
+        if line.startswith(INSTALLS):
+            continue
+        name, *arguments = shlex.split(line, comments=True) or [""]
+        if name:
+            with redirect_stdout(came):
+                assert (name, run(arguments)) == ("nnhydro", 0), f"$ {line}\n{came.getvalue()[-2000:]}"
+    return came.getvalue()
 
 
 def alike(shown: str, came: str) -> bool:

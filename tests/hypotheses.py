@@ -15,6 +15,27 @@ from nnhydro.physics.transmission import sensed
 
 catalogue()
 
+PLUGIN = '''
+from dataclasses import dataclass
+from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+
+@effect
+@dataclass(frozen=True)
+class Squeak(LoadEffect):
+    id = "squeak"
+    family = "dry_friction"
+    name = "squeak of a dry bush"
+    mechanism = "It squeaks."
+    equation = "tau_j = a qd_j^3"
+    source = "heard"
+    signature = Signature(depends_on=("qd",), parity="odd", region="fast", excited_by="turning", mistaken_for=("viscous_friction",))
+    acts = "joint"
+    a: Values = parameter("N m s^3/rad^3", 0.1, (0.0, 9.0), "strength", per="arm")
+
+    def columns(self, flow):
+        return at_joint(flow.motion.qd[:, self.joint - 1:self.joint] ** 3, self.joint, flow.arm.n_links)
+'''
+
 
 def made(id_, a, joint=0, **values):
     options = {name: values.pop(name) for name in list(values) if not isinstance(values[name], tuple)}

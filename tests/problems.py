@@ -12,7 +12,7 @@ from nnhydro.diagnosis.model.sizes import Sizes
 from nnhydro.diagnosis.model.unknown import Unknown
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 
 FREE = (-np.inf, np.inf)
 
@@ -87,7 +87,7 @@ def search(of, laws, X=None, even=True, size=0.1, level=1.0):
     """The search among `laws`, their columns `X` (n, joints, k) random by default."""
     made = library(of, laws) if X is None else Library(of, tuple(laws), (X,), np.ones(X.shape[2]))
     white = whitened(of, even=even, level=level)
-    return Search(View(white, made), Sizes.even(white, size))
+    return Search(WeightedLibrary(white, made), Sizes.even(white, size))
 
 
 def dense(white, X, t, at=None):

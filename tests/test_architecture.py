@@ -8,6 +8,7 @@ import sys
 import zipfile
 from functools import cache
 from pathlib import Path
+from statistics import median
 
 import pytest
 
@@ -19,7 +20,7 @@ ORDER = ("runtime", "recordings", "physics", "effects", "features", "models", "d
          "evaluation", "simulation", "blind_tests", "exchange", "diagnosis", "report", "api", "cli")
 # inside diagnosis: what decides sees what is modelled, never the other way round
 FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "calibration.rehearsal",
-          "unexplained", "experiment", "corrected_model", "trained_on", "result", "diagnose", "calibration.power")
+          "unexplained", "experiment", "corrected_model", "trained_on", "result", "diagnose", "options", "calibration.power")
 # these import nothing of diagnosis: anybody may cite them
 LEAVES = ("nnhydro.diagnosis.unexplained.residual_location", "nnhydro.diagnosis.experiment.rig_limits")
 DATA = ("demo",)  # folders that hold files, not modules
@@ -27,6 +28,10 @@ ENTRY = ("__main__",)  # may import anything, is imported by nothing
 FRONT = PACKAGE / "__init__.py"  # names the public interface for type checkers; imports nothing of it at run time
 HEAVY = ("torch", "matplotlib", "sklearn", "pandas", "scipy")
 LONGEST = 450  # lines; 300 is where a file begins to do two things
+MOST_MODULES = 12  # in a folder; a registry holds as many as it has members
+REGISTRIES = ("blind_tests/truth", "cli", "effects/hypotheses", "evaluation/comparators", "evaluation/protocols", "features",
+              "physics/coefficients", "physics/loads", "recordings/checks", "recordings/readers", "simulation/motions")
+MEDIAN = (100, 180)  # lines of a module outside registries: shorter ones scatter a thought, longer ones hold several
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 EVERYTHING = sorted(p for folder in ("nnhydro", "tests", "datasets", "training") for p in (ROOT / folder).rglob("*.py"))
@@ -117,6 +122,18 @@ def test_libraries_stay_in_their_part_of_the_tree():
 def test_every_folder_of_the_package_has_its_place():
     folders = {p.name for p in PACKAGE.iterdir() if p.is_dir() and p.name != "__pycache__"}
     assert folders <= {*ORDER, *DATA}, f"{folders - {*ORDER, *DATA}} have no place in the order of imports"
+
+
+def test_a_folder_that_is_no_registry_can_be_overlooked():
+    folders = {str(path.parent.relative_to(PACKAGE)) for path in SOURCES if path.parent != PACKAGE}
+    modules = {name: sum(path.stem != "__init__" for path in (PACKAGE / name).glob("*.py")) for name in folders}
+    assert {name: n for name, n in modules.items() if n > MOST_MODULES and name not in REGISTRIES} == {}
+    assert set(REGISTRIES) <= folders
+
+
+def test_a_module_holds_one_thought():
+    modules = [path for path in SOURCES if path.stem[:2] != "__" and str(path.parent.relative_to(PACKAGE)) not in REGISTRIES]
+    assert MEDIAN[0] <= median(len(path.read_text().splitlines()) for path in modules) <= MEDIAN[1]
 
 
 def test_no_file_is_too_long_to_read():

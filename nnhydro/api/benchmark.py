@@ -10,7 +10,7 @@ from nnhydro.evaluation import benchmark as evaluation
 from nnhydro.evaluation.protocols.protocol import DEFAULT
 from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.benchmark.folder import write_benchmark
+from nnhydro.report.benchmark.page import write_benchmark
 from nnhydro.report.benchmark.tables import benchmark_sheets, models_sheet, recordings_sheet
 from nnhydro.report.sheet import Sheet
 from nnhydro.runtime.workers import HERE, Workers

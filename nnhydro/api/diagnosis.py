@@ -7,12 +7,12 @@ from typing import Any, final
 
 from nnhydro.api.model import Model
 from nnhydro.api.result_view import ResultView
-from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
+from nnhydro.diagnosis.options import DiagnosisOptions
 from nnhydro.diagnosis.result import Diagnosis as Result
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.diagnosis.folder import write_diagnosis
-from nnhydro.report.diagnosis.tables import errors_sheet, findings_sheet, location_sheet, parameters_sheet, rivals_sheet
+from nnhydro.report.diagnosis.page import write_diagnosis
+from nnhydro.report.diagnosis.tables import alternatives_sheet, errors_sheet, findings_sheet, location_sheet, parameters_sheet
 from nnhydro.report.sheet import Sheet
 
 
@@ -54,8 +54,8 @@ class Finding(ResultView):
         return self.statement
 
     def sheets(self) -> tuple[Sheet, ...]:
-        """Return the numbers with their intervals, and the rivals."""
-        return parameters_sheet({"findings": [self.document]}), rivals_sheet(self.document)
+        """Return the numbers with their intervals, and the alternatives."""
+        return parameters_sheet({"findings": [self.document]}), alternatives_sheet(self.document)
 
 
 @final
@@ -109,12 +109,11 @@ def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: 
     """Return what the baseline leaves out of the recordings of `campaign`.
 
     `baseline` is a physics model by name, the folder of any model, or "column": the user's own simulation in tau1_sim_Nm, ...; constant,
-    or rigid where the arm is dry, by default. `report=print` shows progress. `rehearsals`: how often findings and their rivals are
-    planted again on these motions, so that confidence is no higher than counted. `limits` is a file with what the
-    rig can do, for the motion to record next. Raises ConfigError for an unknown baseline or limits that do not fit the arm, CampaignError
-    or RecordingError where the data cannot be used.
+    or rigid where the arm is dry, by default. `report=print` shows progress. `rehearsals`: how often findings and their
+    alternatives are injected into these motions, which limits each confidence to the share of right names. `limits` is a file with what
+    the rig can do, for the motion to record next. Raises ConfigError for an unknown baseline or limits that do not fit the arm,
+    CampaignError or RecordingError where the data cannot be used.
     """
-    said = report or (lambda line: None)
-    named = None if baseline is None else str(baseline)
-    stated = None if limits is None else read_limits(Path(limits))
-    return Diagnosis(engine.diagnose(campaign, named, seed, cutoff_hz, progress=said, rehearsals=rehearsals, limits=stated), campaign)
+    options = DiagnosisOptions(None if baseline is None else str(baseline), seed, cutoff_hz, (), rehearsals,
+                               None if limits is None else read_limits(Path(limits)))
+    return Diagnosis(options.diagnose(campaign, report or (lambda line: None)), campaign)

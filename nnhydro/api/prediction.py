@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from nnhydro.api.result_view import ResultView
 from nnhydro.conventions import TIME, column, joint_text
 from nnhydro.models import prediction
-from nnhydro.models.prediction_file import write_prediction
+from nnhydro.models.prediction import write_prediction
 from nnhydro.report.sheet import Column, Sheet
 
 if TYPE_CHECKING:

@@ -17,11 +17,10 @@ def arm(
 ) -> None:
     """Make arm.yaml from a URDF.
 
-    What a URDF does not hold is listed: offsets of angles, friction, the water.
+    Lists what a URDF does not contain: offsets of angles, friction, the water.
     """
     from nnhydro.errors import ConfigError, require
-    from nnhydro.exchange.arm_text import arm_yaml
-    from nnhydro.exchange.urdf import read_urdf
+    from nnhydro.exchange.urdf import arm_yaml, read_urdf
     from nnhydro.runtime.files import write_own
 
     try:

@@ -15,7 +15,7 @@ def benchmark(
     protocol: str = typer.Option("leave-recordings-out", "--protocol", help="leave-recordings-out, leave-speed-range-out, "
                                  "leave-angle-sector-out, leave-kind-out, leave-arm-out or learning-curve."),
     folds: int = typer.Option(5, "--folds", min=2, help="Number of folds; each recording is held out once."),
-    config: Path | None = typer.Option(None, "--config", help="TOML file with the network's choices."),
+    config: Path | None = typer.Option(None, "--config", help="TOML file with the training options of networks."),
     cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
     seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; that of --config, else 0, by default."),
     column_map: Path | None = MAP,
@@ -36,7 +36,7 @@ def benchmark(
     from nnhydro.evaluation.protocols.protocol import DEFAULT
     from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.recordings.campaign import open_campaigns
-    from nnhydro.report.benchmark.folder import RESULT, SHOWN, write_benchmark
+    from nnhydro.report.benchmark.page import RESULT, SHOWN, write_benchmark
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers
 

@@ -9,7 +9,7 @@ from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, say, 
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
 Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "
-                                     "base_form (the baseline's law is slightly wrong), unlisted (on no list); or several with commas.")]
+                                     "base_form (the baseline's form is slightly off), unlisted (without a card); or several with commas.")]
 Strength = Annotated[str, typer.Option("--strength", help="strong: several times what the campaign can reveal; weak: just above it.")]
 Links = Annotated[int | None, typer.Option("--links", help="1 or 2; drawn where not given.")]
 Count = Annotated[int, typer.Option("--count", help="Number of campaigns, for each effect where --effect is a list.")]

@@ -20,7 +20,7 @@ def demo(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Show the main jobs on two small campaigns that ship.
+    """Run the whole task on two campaigns that ship with nnhydro.
 
     Trains a network and a hybrid, and compares them with the physics on recordings held out of every fit. Then finds the effect that is
     hidden in a second campaign.
@@ -53,12 +53,11 @@ def _compare(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
     from nnhydro.evaluation.entries import default_names
     from nnhydro.fitting.config import TrainingConfig
     from nnhydro.fitting.network.train import train
-    from nnhydro.models.prediction import predict
-    from nnhydro.models.prediction_file import write_prediction
+    from nnhydro.models.prediction import predict, write_prediction
     from nnhydro.models.storage import save_model
     from nnhydro.recordings.campaign import open_campaign
     from nnhydro.recordings.readers.files import read_recording
-    from nnhydro.report.benchmark.folder import write_benchmark
+    from nnhydro.report.benchmark.page import write_benchmark
 
     campaign = open_campaign(CAMPAIGN)
     note(f"Reading {EXPECTED}.")
@@ -83,7 +82,7 @@ def _diagnose(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]
     from nnhydro.demo import CONCEALED, CONCEALED_EXPECTED, CONCEALED_NAME
     from nnhydro.diagnosis.diagnose import diagnose
     from nnhydro.recordings.campaign import verify_campaign
-    from nnhydro.report.diagnosis.folder import write_diagnosis
+    from nnhydro.report.diagnosis.page import write_diagnosis
 
     note(f"Reading {CONCEALED_EXPECTED}.")
     public, campaign = read_suite(CONCEALED)[CONCEALED_NAME], verify_campaign(CONCEALED / CONCEALED_NAME)

@@ -94,7 +94,7 @@ def diagnose(
     rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate confidence by simulation: inject each finding and its "
                                  "alternatives N times into these motions and repeat the decision."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
-                                       "tau_Nm, seconds), for the motion to record next; by default what it has shown."),
+                                       "tau_Nm, seconds), for the motion to record next; by default the ranges of the recordings."),
     column_map: Path | None = MAP,
     jobs: int = JOBS,
     backend: str = BACKEND,
@@ -107,25 +107,24 @@ def diagnose(
     Says whether model and recordings differ, where, which effect is missing, how large it is, and what the corrected model gains.
     """
     from nnhydro.cli.terminal.progress import steps_on_screen
-    from nnhydro.diagnosis.diagnose import diagnose as find
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
+    from nnhydro.diagnosis.options import DiagnosisOptions
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
-    from nnhydro.report.diagnosis.folder import RESULT, SHOWN, write_diagnosis
+    from nnhydro.report.diagnosis.page import RESULT, SHOWN, write_diagnosis
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers
 
-    workers, stated = Workers(jobs, backend, scheduler), None if limits is None else read_limits(limits)
+    workers = Workers(jobs, backend, scheduler)
+    options = DiagnosisOptions(baseline or None, seed, cutoff, (), rehearse, None if limits is None else read_limits(limits))
     inside = inner_campaigns(campaign)
     for folder in (out / inner.name for inner in inside):
         check_folder(folder, RESULT)
     if inside:
         from nnhydro.report.diagnosis.batch import DiagnosisRequest
 
-        asked = [DiagnosisRequest(inner, out / inner.name, baseline or None, seed, cutoff, effects, column_map, rehearse, stated)
-                 for inner in inside]
-        _many(asked, workers, json)
+        _many([DiagnosisRequest(inner, out / inner.name, options, effects, column_map) for inner in inside], workers, json)
         return
     check_folder(out, RESULT)
     if not workers.alone:
@@ -136,7 +135,7 @@ def diagnose(
     unusable = warn_of_errors(opened)
     warn_of_seen(baseline, opened)
     with steps_on_screen() as report:
-        result = find(opened, baseline or None, seed, cutoff, progress=report, rehearsals=rehearse, limits=stated)
+        result = options.diagnose(opened, report)
     paths = write_diagnosis(result, opened, out)
     document = result.document()
     if json:

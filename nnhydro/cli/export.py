@@ -77,9 +77,9 @@ def export(
     out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it says how to feed it."),
     kind: str = typer.Option("onnx", "--format", help="onnx, c or casadi (any model, one step in time), mujoco (physics, as MJCF) or "
                              "curves (coefficients, as CSV)."),
-    precision: str = typer.Option("double", "--precision", help="Of onnx and c: double, or single (off by some 1e-6 of the torque)."),
-    without_instruments: bool = typer.Option(False, "--without-instruments", help="Of onnx, c and casadi: leave off found faults of torque "
-                                             "sensors and drives (offset, drift, delay, ...): they are no part of the arm."),
+    precision: str = typer.Option("double", "--precision", help="For onnx and c: double, or single (errors of about 1e-6 of the torque)."),
+    without_instruments: bool = typer.Option(False, "--without-instruments", help="For onnx, c and casadi: omit identified faults of "
+                                             "torque sensors and drives (offset, drift, delay, ...); they are no part of the arm."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:

@@ -25,13 +25,13 @@ def predict(
 ) -> None:
     """Write the torques that sensors would read, row for row.
 
-    They are those of this rig's sensors, with their faults; one finite row for every row of the input.
+    The output includes the faults of this rig's sensors and has one finite row for each row of the input.
     """
     from nnhydro.dynamics.hub import wrench_columns
     from nnhydro.errors import require
     from nnhydro.models.compiled.torque import quickest
     from nnhydro.models.prediction import predict as torques
-    from nnhydro.models.prediction_file import write_prediction
+    from nnhydro.models.prediction import write_prediction
     from nnhydro.models.storage import load_model
     from nnhydro.recordings.campaign import every_one
     from nnhydro.recordings.readers.column_map import read_column_map

@@ -56,8 +56,8 @@ def reproduce(
 ) -> None:
     """Reproduce McLain & Rock (1998), or study Rivera's method.
 
-    mclain: figures and tables beside the published numbers. rivera: the identifier by neural networks (1995) as a study. Says what the
-    texts do not allow.
+    mclain: figures and tables beside the published numbers. rivera: the identifier by neural networks (1995) as a study. Lists
+    what the texts leave undetermined.
     """
     from nnhydro.errors import require
     from nnhydro.runtime.files import check_folder, whole_folder, write_json

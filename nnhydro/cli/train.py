@@ -35,8 +35,8 @@ def _is_identity(beside: Path) -> bool:
 def train(
     campaign: Path = typer.Argument(help="Folder of the campaign."),
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
-    config: Path | None = typer.Option(None, "--config", help="TOML file with the choices; the defaults are the benchmark's."),
-    resume: bool = typer.Option(False, "--resume", help="Go on from where an interrupted training stopped."),
+    config: Path | None = typer.Option(None, "--config", help="TOML file with training options; the defaults are those of benchmark."),
+    resume: bool = typer.Option(False, "--resume", help="Continue an interrupted training."),
     tensorboard: Path | None = typer.Option(None, "--tensorboard", help="Folder for a TensorBoard log (extra: tensorboard)."),
     column_map: Path | None = MAP,
     quiet: bool = QUIET,

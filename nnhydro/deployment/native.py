@@ -176,7 +176,7 @@ class NativeArm:
             if left @ left < near:
                 return qdd
             found.append((float(left @ left), qdd))
-        best = min(found, key=lambda one: one[0])[1]
+        best = min(found, key=lambda candidate: candidate[0])[1]
         last = minimize(squares, best, method="Nelder-Mead", options={"xatol": CLOSE, "fatol": near * FAIR})
         require(last.fun < near, "no acceleration was found at which the learned model gives this torque: the arm is far from its training",
                 ModelError)

@@ -35,7 +35,7 @@ from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.refinement import across_held_links, at_lines, extra_starts, line_frequencies, refined, with_finer_singles
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
@@ -90,7 +90,7 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     hypotheses += extra_starts(hypotheses, design.problem, model) + lines
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
-    search = with_finer_singles(Search(View(whitened, library), sizes, progress), model)
+    search = with_finer_singles(Search(WeightedLibrary(whitened, library), sizes, progress), model)
     parts = in_parts(search, search.run(), model)
     search, best, library = parts.search, parts.best, parts.search.view.library
     del parts  # with the columns of the search before
@@ -99,7 +99,7 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
         whitened = Whitened(design, unknown.smooth, noise.v)
         _, sizes = fitted(whitened, None, sizes)
         del search
-        search = Search(View(whitened, library), sizes, progress)
+        search = Search(WeightedLibrary(whitened, library), sizes, progress)
         best = search.score(best.chosen)
     best = search.climb(best)
     progress("finer values")

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer
 from nnhydro.dynamics.joint_model import JointModel, joint_model
-from nnhydro.effects.ambient_current import AmbientCurrent
+from nnhydro.effects.hypotheses.ambient_current import AmbientCurrent
 from nnhydro.errors import ModelError, require
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.learned.learned import LearnedTorque

@@ -1,1 +1,1 @@
-"""What might be missing from a simulation: one hypothesis a file; `nnhydro.effects.catalogue` finds them all."""
+"""What might be missing from a simulation: the card, the columns and the catalogue of hypotheses."""

@@ -1,4 +1,4 @@
-"""All hypotheses: every file of this folder, installed plug-ins (entry points `nnhydro.effects`) and files given by path.
+"""All hypotheses: every file of `hypotheses`, installed plug-ins (entry points `nnhydro.effects`) and files given by path.
 
 A plug-in is a Python module that declares effects with `@effect`; reading it runs it, so only files of your own belong here.
 """
@@ -24,8 +24,8 @@ _LOADED: set[str] = set()
 
 
 def _load_installed() -> None:
-    """Import every module of this folder and every installed plug-in."""
-    import nnhydro.effects as folder
+    """Import every hypothesis of the package and every installed plug-in."""
+    import nnhydro.effects.hypotheses as folder
 
     for module in pkgutil.iter_modules(folder.__path__):
         importlib.import_module(f"{folder.__name__}.{module.name}")

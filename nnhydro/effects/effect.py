@@ -10,8 +10,8 @@
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import Field, dataclass, field, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, dataclass, field, fields, replace
 from typing import Any, ClassVar, Self, TypeVar
 
 import torch
@@ -21,6 +21,7 @@ from nnhydro.effects.card import Signature, require_card
 from nnhydro.effects.quantity import Interval, Quantity, format_quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ModelError, require
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm
 from nnhydro.physics.parametrised import Parametrised, Values, parameter
 from nnhydro.recordings.arm import Arm
@@ -196,3 +197,20 @@ def at_joint(load: Tensor, joint: int, joints: int) -> Tensor:
     columns = torch.zeros(len(load), joints, load.shape[1], dtype=torch.float64)
     columns[:, joint - 1] = load
     return columns
+
+
+def with_effects(seen: SensorView, effects: Sequence[InstrumentEffect]) -> SensorView:
+    """Return the view whose `torque_of` holds all of `effects`: its `tau` is the reading with them."""
+    for effect in sorted(effects, key=lambda effect: effect.stage):
+        seen = _with_effect(seen, effect)
+    return seen
+
+
+def _with_effect(seen: SensorView, effect: InstrumentEffect) -> SensorView:
+    """The view after one effect more: torques of any flow are then those that this effect makes of them."""
+    inner = seen
+
+    def torque_of(flow: Flow) -> Tensor:
+        return effect.apply(replace(inner, flow=flow))
+
+    return replace(seen, torque_of=torque_of)

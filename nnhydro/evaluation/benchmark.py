@@ -191,7 +191,7 @@ def model_torque(model: TorqueModel, segment: Segment) -> Array:
     return segment.seen(model.torque(Motion.of(segment)).numpy())
 
 
-def judged(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, Coverage | None]:
+def misfit_and_coverage(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, Coverage | None]:
     """Return the misfit of `model` on the compared rows of `unit`, None where it has none, and how its intervals cover them.
 
     The coverage is None where the model knows no standard deviation.
@@ -211,12 +211,12 @@ def judged(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, Coverage | No
 
 def misfit_of(model: TorqueModel, unit: Unit) -> Misfit | None:
     """Return the misfit of `model` on the compared rows of `unit`; None where it has none."""
-    return judged(model, unit)[0]
+    return misfit_and_coverage(model, unit)[0]
 
 
 def coverage_of(model: TorqueModel, chosen: Sequence[Unit]) -> Coverage | None:
     """Return how the intervals of `model` cover the compared rows of the units `chosen`; None where it knows no std."""
-    return _total([coverage for unit in chosen if (coverage := judged(model, unit)[1]) is not None])
+    return _total([coverage for unit in chosen if (coverage := misfit_and_coverage(model, unit)[1]) is not None])
 
 
 def _total(parts: Sequence[Coverage]) -> Coverage | None:
@@ -225,7 +225,7 @@ def _total(parts: Sequence[Coverage]) -> Coverage | None:
 
 def _judge_fold(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:
     """What one fold says of a model."""
-    found = {unit.name: judged(model, unit) for unit in held_out}
+    found = {unit.name: misfit_and_coverage(model, unit) for unit in held_out}
     known = {name: misfit for name, (misfit, _) in found.items() if misfit is not None}
     covered = _total([coverage for _, coverage in found.values() if coverage is not None])
     back = coverage_of(model, fitted[::-(-len(fitted) // LOOKED_BACK)]) if covered is not None else None

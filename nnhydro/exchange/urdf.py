@@ -10,6 +10,7 @@ Angles: URDF counts from its own zero posture, nnhydro from the line of the link
 sign for columns.yaml. The reduction to a plane is ours.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import degrees
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any, final
 
 import numpy as np
+import yaml
 
 from nnhydro.errors import ArmError, count_text
 from nnhydro.exchange.urdf_tree import Array, Body, Chain, read_chain
@@ -118,3 +120,13 @@ def read_urdf(path: Path, diameters: tuple[float, ...] = (), density: float = DE
         document["parallel_distance_m"] = _round(apart[0])
     chain.notes.append("a URDF says nothing of the water and of how well it knows its masses: see fluid and known_to")
     return ImportedArm(parse_arm(document, str(path)), tuple(chain.notes))
+
+
+def arm_yaml(arm: Arm, remarks: Sequence[str] = ()) -> str:
+    """Return the arm as the text of arm.yaml, `remarks` as comments on top."""
+    document = arm.document()
+    links = document.pop("links")
+    head = "".join(f"# {' '.join(remark.split())}\n" for remark in remarks)
+    body = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, default_flow_style=None, width=1000)
+    rows = "".join(f"  - {yaml.safe_dump(link, sort_keys=False, default_flow_style=True, width=1000).strip()}\n" for link in links)
+    return f"{head}{body}links:\n{rows}"

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import ModelError, require
-from nnhydro.fitting.absurdities import absurdities
-from nnhydro.fitting.identify import estimates, fit_units, start_terms, versions, with_parameters
+from nnhydro.fitting.identify import absurdities, estimates, fit_units, start_terms, versions, with_parameters
 from nnhydro.fitting.linear.prior import WIDE, Prior, prior
 from nnhydro.models.baselines import baseline
 from nnhydro.models.domain import DOMAIN, domain_of

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 import nnhydro
 from nnhydro.errors import CampaignError, require
-from nnhydro.fitting.absurdities import absurdities
 from nnhydro.fitting.linear.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.fitting.linear.statistics import Statistics, columns_and_offset, of_segment, total
 from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
-from nnhydro.models.baselines import Baseline, baseline
+from nnhydro.models.baselines import NamedBaseline, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
@@ -99,13 +98,13 @@ def with_measured_water(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads
     return loads.plus("water_pressure", WaterPressure()) if moving else loads
 
 
-def start_terms(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
+def start_terms(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm) -> Loads:
     """Return the baseline's terms before the linear fit; a travel scale, where it has one, is chosen for the units `chosen`."""
     loads = with_measured_water(chosen_baseline.start(arm), chosen, arm)
     return with_best_travel_scale(loads, chosen, arm).loads if has_travel_scale(loads) else loads
 
 
-def calibrate(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
+def calibrate(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
     """Return the baseline as a model, fitted to the units `chosen` where its definition says so (no intervals)."""
     loads = start_terms(chosen_baseline, chosen, arm)
     if chosen_baseline.calibrated:
@@ -174,3 +173,27 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
         domain = domain_of(all_units, campaign.arm)
         record[DOMAIN] = None if domain is None else domain.document()
     return replace(StripTheory(campaign.arm, how, {}, model, loads), fit=record)
+
+
+USUAL = {"C_D": (0.3, 2.5, "cylinders have 0.3 to 2.5"), "C_M": (0.2, 2.0, "cylinders have 0.2 to 2")}  # general knowledge
+LEFT = 0.5  # of the rms torque: a model that leaves more explains little
+
+
+def absurdities(loads: Loads, solution: Solution, blocks: Sequence[Statistics], arm: Arm) -> list[str]:
+    """Return a sentence for each coefficient outside what cylinders have, and for each joint of which most of the torque is left."""
+    found, start = [], 0
+    for name, term in loads.linear().items():
+        for label in term.linear_names():
+            low, high, said = USUAL.get(label.partition("[")[0], (-np.inf, np.inf, ""))
+            value = float(solution.theta[start])
+            start += 1
+            if not low <= value <= high and name in ("normal_drag", "added_mass"):
+                found.append(f"{label} = {value:.3g}: {said}; diameters, lengths, units and signs right? Something else may hide in it: "
+                             "see nnhydro check, then nnhydro diagnose")
+    summed = total(blocks)
+    size = np.sqrt(summed.s / np.maximum(summed.n, 1))
+    for joint, (left, whole) in enumerate(zip(solution.rms, size, strict=True), 1):
+        if whole > 0 and left > LEFT * whole:
+            found.append(arm.text(f"joint {joint}: {left / whole:.0%} of the torque is left ({left:.3g} of {whole:.3g} N m, rms). The "
+                                  "model does not explain these recordings: see nnhydro check, then nnhydro diagnose"))
+    return found

@@ -16,7 +16,7 @@ from nnhydro.recordings.arm import Arm
 
 @final
 @dataclass(frozen=True)
-class Baseline:
+class NamedBaseline:
     """A named starting sum of terms and whether its parameters are fitted to the campaign."""
 
     name: str
@@ -35,16 +35,16 @@ def _water(arm: Arm, C_D: float, C_M: float | None) -> Loads:
 
 
 BASELINES = {b.name: b for b in (
-    Baseline("rigid", "the dry arm: no water", _dry, calibrated=True),
-    Baseline("textbook", "strip theory with Cd = 1.2, Cm = 1", lambda arm: _water(arm, 1.2, 1.0), calibrated=False),
-    Baseline("drag-only", "strip theory with Cd = 1.1, no added mass", lambda arm: _water(arm, 1.1, None), calibrated=False),
-    Baseline("constant", "strip theory with one fitted Cd and Cm a link", lambda arm: _water(arm, 1.1, 0.8), calibrated=True),
-    Baseline("state", "strip theory with fitted Cd(s/D), Cm(s/D): McLain & Rock's state-dependent model",
+    NamedBaseline("rigid", "the dry arm: no water", _dry, calibrated=True),
+    NamedBaseline("textbook", "strip theory with Cd = 1.2, Cm = 1", lambda arm: _water(arm, 1.2, 1.0), calibrated=False),
+    NamedBaseline("drag-only", "strip theory with Cd = 1.1, no added mass", lambda arm: _water(arm, 1.1, None), calibrated=False),
+    NamedBaseline("constant", "strip theory with one fitted Cd and Cm a link", lambda arm: _water(arm, 1.1, 0.8), calibrated=True),
+    NamedBaseline("state", "strip theory with fitted Cd(s/D), Cm(s/D): McLain & Rock's state-dependent model",
              lambda arm: with_stated(state_loads(arm), arm), calibrated=True),
 )}
 
 
-def baseline(name: str) -> Baseline:
+def baseline(name: str) -> NamedBaseline:
     """Return the baseline called `name`; raises ConfigError listing the names."""
     if name not in BASELINES:
         raise ConfigError(f"unknown model {name!r}: the physics models are {', '.join(BASELINES)}")

@@ -1,12 +1,14 @@
 """Torques for new motions: one finite row for every row of the input, ends included."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.conventions import TIME, column
 from nnhydro.errors import RecordingError
 from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.torque_model import TorqueModel
@@ -15,6 +17,7 @@ from nnhydro.recordings.filtering.preprocessing import MIN_ROWS, Preparation, ev
 from nnhydro.recordings.recording import MOTION, SURROUNDINGS, Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.surroundings import with_heading
+from nnhydro.runtime.files import write_own
 
 Array = NDArray[np.float64]
 Answers = Callable[[Segment], list[Array]]
@@ -144,3 +147,24 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
     outside = None if domain is None or not others else others.pop(0)[:, 0]
     times = np.asarray(recording.t if recording.stamps is None else recording.stamps)
     return Prediction(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside)
+
+
+def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] = (),
+                     more: dict[str, NDArray[np.float64]] | None = None) -> Path:
+    """Write t_s, tau1_Nm, ... (tau1_std_Nm, ... and outside where known) and `more` to `path`, whole or not at all; times keep every digit.
+
+    Raises ConfigError where `path` is one of the `inputs` or another file that nnhydro did not write.
+    """
+    joints = range(1, prediction.tau.shape[1] + 1)
+    names = [TIME, *(column("tau", j, prediction.sliding) for j in joints)]
+    values = [prediction.t, *prediction.tau.T]
+    if prediction.std is not None:
+        names += [column("tau_std", j, prediction.sliding) for j in joints]
+        values += [*prediction.std.T]
+    if prediction.outside is not None:
+        names.append("outside")
+        values.append(prediction.outside)
+    names += [*(more or {})]
+    values += [*(more or {}).values()]
+    rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
+    return write_own(path, "\n".join([",".join(names), *rows]) + "\n", inputs)

@@ -5,8 +5,7 @@ from typing import Any, ClassVar, final
 
 from torch import Tensor
 
-from nnhydro.effects.effect import InstrumentEffect
-from nnhydro.effects.reading import with_effects
+from nnhydro.effects.effect import InstrumentEffect, with_effects
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow

@@ -80,6 +80,6 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
             figure.savefig(temporary, dpi=130, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
         temporary.replace(path)
         written.append(path)
-        figure.set_layout_engine("none")  # the layout stays as it was found for the first kind: finding it takes most of the time
+        figure.set_layout_engine(None)  # the layout stays as it was found for the first kind: finding it takes most of the time
     write_text(stem.with_suffix(".csv"), figure_csv(figure))
     return [*written, stem.with_suffix(".csv")]

@@ -22,10 +22,9 @@ from nnhydro.simulation.forward import run_controlled
 from nnhydro.simulation.motions.motion_kind import TimedMotion
 from nnhydro.simulation.plant import Plant
 from nnhydro.simulation.recipe.recipe import Recipe
-from nnhydro.simulation.run import Run, run_prescribed
+from nnhydro.simulation.run import Run, run_prescribed, stream
 from nnhydro.simulation.sensors import RecordedRun, record
 from nnhydro.simulation.steady_table import steady_table
-from nnhydro.simulation.streams import stream
 
 Array = NDArray[np.float64]
 MARKER = "recipe.json"  # a folder that holds it was made here and may be replaced

@@ -1,5 +1,6 @@
 """One simulated run on a fine, even grid, before any sensor saw it; and the run of an arm that follows its reference exactly."""
 
+import hashlib
 from dataclasses import dataclass
 from typing import final
 
@@ -60,3 +61,9 @@ def run_prescribed(name: str, reference: Reference, arm: Arm, loads: Loads, rate
             raise ConfigError(f"motion {name!r}: terms.{term} gives no finite torque at t = {t[bad[0]]:.4g} s: check its parameters")
         total += torque.numpy()
     return Run(name, rate_hz, state, total)
+
+
+def stream(seed: int, name: str, purpose: str) -> np.random.Generator:
+    """Return the generator for `purpose` ("motion", "sensors") of the recording `name`; equal arguments give equal draws."""
+    digest = hashlib.sha256(f"{purpose}:{name}".encode()).digest()
+    return np.random.default_rng([seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()])

@@ -4,40 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
+from hypotheses import PLUGIN
 
 from nnhydro.cli.main import run
 from nnhydro.effects.catalogue import catalogue
-from nnhydro.effects.effect import REGISTER
 from nnhydro.runtime.stamp import STAMP
-
-PLUGIN = '''
-from dataclasses import dataclass
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
-
-@effect
-@dataclass(frozen=True)
-class Squeak(LoadEffect):
-    id = "squeak"
-    family = "dry_friction"
-    name = "squeak of a dry bush"
-    mechanism = "It squeaks."
-    equation = "tau_j = a qd_j^3"
-    source = "heard"
-    signature = Signature(depends_on=("qd",), parity="odd", region="fast", excited_by="turning", mistaken_for=("viscous_friction",))
-    acts = "joint"
-    a: Values = parameter("N m s^3/rad^3", 0.1, (0.0, 9.0), "strength", per="arm")
-
-    def columns(self, flow):
-        return at_joint(flow.motion.qd[:, self.joint - 1:self.joint] ** 3, self.joint, flow.arm.n_links)
-'''
-
-
-@pytest.fixture
-def _register():
-    before = dict(REGISTER)
-    yield
-    REGISTER.clear()
-    REGISTER.update(before)
 
 
 def test_the_list_names_every_effect(capsys):
@@ -79,7 +50,7 @@ def test_json_is_all_that_stands_on_standard_output(capsys):
     assert card["parameters"][2]["grid"]
 
 
-@pytest.mark.usefixtures("_register")
+@pytest.mark.usefixtures("catalogue_as_it_was")
 def test_a_file_of_ones_own_adds_an_effect(tmp_path: Path, capsys):
     path = tmp_path / "mine.py"
     path.write_text(PLUGIN)

@@ -66,6 +66,7 @@ def test_gains_keeps_somebody_elses_folder(place, said, tmp_path):
     assert "holds other files" in err
 
 
+@pytest.mark.slow
 def test_export_writes_the_file_and_what_it_needs_to_be_told(place, said, tmp_path):
     code, out, _ = said("export", place / "hybrid", "--out", tmp_path / "arm.onnx")
     assert code == 0

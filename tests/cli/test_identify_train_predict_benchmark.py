@@ -122,6 +122,7 @@ def test_a_log_for_tensorboard_needs_its_library(place, said, tmp_path, monkeypa
     one_line(said("train", place / "campaign", "--out", tmp_path / "m", "--tensorboard", tmp_path / "log"), "nnhydro[tensorboard]")
 
 
+@pytest.mark.slow
 def test_a_training_that_was_interrupted_is_resumed_and_no_other(place, said, tmp_path, monkeypatch):
     import nnhydro.fitting.network.train as training
 
@@ -205,6 +206,7 @@ def compared(place, said):
     return call
 
 
+@pytest.mark.slow
 def test_benchmark_compares_all_models_on_recordings_held_out_once(compared):
     document, out = compared()
     assert set(document) >= KEYS
@@ -268,12 +270,14 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(place, sai
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "full", "thesis.txt"]
 
 
+@pytest.mark.slow
 def test_the_benchmark_on_the_screen_ends_in_a_verdict(place, said, tmp_path):
     code, out, _ = said("benchmark", place / "campaign", "--models", "constant,textbook", "--out", tmp_path / "b")
     assert code == 0
     assert "On recordings that no fit has seen, constant predicts the torques best" in out
 
 
+@pytest.mark.slow
 def test_a_stored_model_takes_part_unless_it_was_fitted_to_the_campaign(place, model, said, tmp_path):
     command = ("benchmark", place / "campaign", "--models", f"constant,{model}", "--out", tmp_path / "b")
     one_line(said(*command), "has seen 6 of the 6 recordings here", "benchmark it on recordings that it has not seen")
@@ -284,6 +288,7 @@ def test_a_stored_model_takes_part_unless_it_was_fitted_to_the_campaign(place, m
     assert set(strict(out)["models"]) == {"constant", "model"}
 
 
+@pytest.mark.slow
 def test_steady_tables_alone_can_be_compared(said, tmp_path):
     a = arm(2)
     table = steady_table(a, planted(a), rows=30)

@@ -1,9 +1,12 @@
 """How commands look: a table, a verdict in a sentence, the next command; --quiet leaves the verdict; colours only on a terminal."""
 
+import io
 import json
 import re
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -38,6 +41,18 @@ def calls(root):
             "benchmark": [at["campaign"], "--models", "textbook,constant", "--folds", "2", "--out", str(root / "compared")]}
 
 
+@pytest.fixture(scope="module")
+def printed(place):
+    """What a command of `calls` prints, run once: its output and its news."""
+    @cache
+    def call(command):
+        out, err = io.StringIO(), io.StringIO()
+        with redirect_stdout(out), redirect_stderr(err):
+            assert run([command, *calls(place)[command]]) == 0
+        return out.getvalue(), err.getvalue()
+    return call
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_can_be_quiet_and_speak_json(command, capsys):
     assert run([command, "--help"]) == 0
@@ -48,27 +63,24 @@ def test_every_command_can_be_quiet_and_speak_json(command, capsys):
 
 @pytest.mark.parametrize("command", ["check", "identify", "predict", pytest.param("gains", marks=SLOW), "export",
                                      pytest.param("benchmark", marks=SLOW)])
-def test_a_command_ends_with_a_verdict_and_quiet_leaves_that_alone(command, place, capsys):
-    arguments = calls(place)[command]
-    assert run([command, *arguments]) == 0
-    whole = capsys.readouterr()
+def test_a_command_ends_with_a_verdict_and_quiet_leaves_that_alone(command, place, printed, capsys):
+    arguments, (out, err) = calls(place)[command], printed(command)
     assert run([command, *arguments, "--quiet"]) == 0
     quiet = capsys.readouterr()
     assert quiet.err == ""
     (verdict,) = quiet.out.splitlines()
     assert verdict.endswith(".")
-    lines = whole.out.splitlines()
+    lines = out.splitlines()
     assert verdict in lines
     assert len(lines) > 2
-    assert "\x1b" not in whole.out + whole.err, "no colours where there is no terminal"
+    assert "\x1b" not in out + err, "no colours where there is no terminal"
     assert run([command, *arguments, "--json"]) == 0
     json.loads(capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("command", ["check", "identify", "predict", pytest.param("benchmark", marks=SLOW)])
-def test_the_next_command_is_one_of_ours_and_can_be_typed(command, place, capsys):
-    assert run([command, *calls(place)[command]]) == 0
-    (following,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Next: ")]
+def test_the_next_command_is_one_of_ours_and_can_be_typed(command, place, printed):
+    (following,) = [line for line in printed(command)[0].splitlines() if line.startswith("Next: ")]
     words = following.removeprefix("Next: ").split("   (")[0].split()
     assert words[0] == "nnhydro"
     assert words[1] in COMMANDS

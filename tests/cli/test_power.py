@@ -27,6 +27,7 @@ def plan(folder, noise):
     return path
 
 
+@pytest.mark.slow
 def test_a_plan_says_for_each_effect_from_what_size_on_it_shows(tmp_path, capsys):
     assert run(["power", str(plan(tmp_path, 0.02)), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -38,6 +39,7 @@ def test_a_plan_says_for_each_effect_from_what_size_on_it_shows(tmp_path, capsys
     assert list(tmp_path.iterdir()) == [tmp_path / "plan.yaml"]
 
 
+@pytest.mark.slow
 def test_a_campaign_ends_with_a_verdict_and_the_next_command(tmp_path, capsys):
     a = arm(1)
     folder = write_folder(campaign(a, planted(a), 4, noise=0.01, seconds=2.0, rate=50.0), tmp_path / "c")

@@ -8,6 +8,7 @@ from nnhydro.cli.main import run
 from nnhydro.report.mclain_figures import FIGURES
 
 
+@pytest.mark.slow
 def test_it_prints_the_table_says_what_is_missing_and_writes_the_figures(tmp_path, capsys):
     out = tmp_path / "paper"
     assert run(["reproduce", "mclain", "--out", str(out)]) == 0
@@ -20,6 +21,7 @@ def test_it_prints_the_table_says_what_is_missing_and_writes_the_figures(tmp_pat
     assert json.loads((out / "reproduction.json").read_text())["errors"]["textbook"] == pytest.approx(0.5149, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_json_is_for_programs(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("nnhydro.report.mclain_figures.FIGURES", {})  # they were drawn above
     assert run(["reproduce", "--json", "--out", str(tmp_path / "paper")]) == 0

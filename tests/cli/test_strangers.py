@@ -1,9 +1,12 @@
 """A stranger's folder from its files to a verdict by commands alone, without a script: foreign formats, and arms that hide something."""
 
 import importlib.util
+import io
 import json
 import shutil
 import time
+from contextlib import redirect_stdout
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,6 +23,18 @@ def folders(tmp_path_factory):
     return {kind: write(root / kind, kind) for kind in (*HEALTHY, *HIDING)}
 
 
+@pytest.fixture(scope="module")
+def diagnoses(folders, tmp_path_factory):
+    """The diagnosis of a stranger's folder, made once: the folder, and what it prints for programs."""
+    @cache
+    def of(kind):
+        out, printed = tmp_path_factory.mktemp("diagnosis") / "d", io.StringIO()
+        with redirect_stdout(printed):
+            assert run(["diagnose", str(folders[kind]), "--out", str(out), "--json"]) == 0
+        return out, json.loads(printed.getvalue())
+    return of
+
+
 def said(capsys, *arguments):
     capsys.readouterr()
     code = run([str(a) for a in arguments])
@@ -28,6 +43,7 @@ def said(capsys, *arguments):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", HEALTHY)
 def test_a_healthy_arm_in_foreign_files_is_read_explained_and_predicted(kind, folders, tmp_path, capsys):
     folder, start = folders[kind], time.perf_counter()
@@ -48,6 +64,7 @@ def test_a_healthy_arm_in_foreign_files_is_read_explained_and_predicted(kind, fo
     assert time.perf_counter() - start < LONGEST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", HIDING)
 def test_an_arm_that_hides_something_is_sent_to_the_diagnosis(kind, folders, tmp_path, capsys):
     said(capsys, "check", folders[kind])
@@ -57,22 +74,27 @@ def test_an_arm_that_hides_something_is_sent_to_the_diagnosis(kind, folders, tmp
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [*HEALTHY, *HIDING])
-def test_the_diagnosis_of_a_strangers_folder_ends_in_a_verdict(kind, folders, tmp_path, capsys):
-    document = json.loads(said(capsys, "diagnose", folders[kind], "--out", tmp_path / "d", "--json"))
+def test_the_diagnosis_of_a_strangers_folder_ends_in_a_verdict(kind, diagnoses):
+    _, document = diagnoses(kind)
     named = {finding["effect"] for finding in document["findings"]}
     assert named == set() if kind in HEALTHY else document["mismatch"]["detected"]
 
 
 @pytest.mark.slow
-def test_the_transcript_is_what_its_script_types(tmp_path):
+def test_the_transcript_is_what_its_script_types(monkeypatch, capsys):
     """training/strangers/run.py on one kind: every command ends well, names the next one, and the verdict is true."""
+    def type_in(command, place):
+        monkeypatch.chdir(place)
+        return said(capsys, *command.split()), 0.0, 0.0
+
     path = Path(__file__).resolve().parents[2] / "training" / "strangers" / "run.py"
     spec = importlib.util.spec_from_file_location("strangers_walk", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    said, told = module.walk("20 Hz")
+    monkeypatch.setattr(module, "type_in", type_in)  # here, without a new Python for every command
+    typed, told = module.walk("20 Hz")
     assert [step["command"] for step in told["steps"]] == ["check", "benchmark", "identify", "diagnose", "predict"]
-    assert sum(line.startswith("Next: nnhydro ") for line in said) == 5
+    assert sum(line.startswith("Next: nnhydro ") for line in typed) == 5
     assert told["named"] == []
     assert not told["detected"]
     assert told["C_D"] == pytest.approx(C_D, rel=0.05)
@@ -82,14 +104,14 @@ def test_the_transcript_is_what_its_script_types(tmp_path):
 
 
 @pytest.mark.slow
-def test_what_a_diagnosis_has_seen_is_no_proof_for_its_model(folders, tmp_path, capsys):
+def test_what_a_diagnosis_has_seen_is_no_proof_for_its_model(diagnoses, tmp_path, capsys):
     """A diagnosed model on the recordings of its own diagnosis, under other names, beside ones that it has not seen."""
-    said(capsys, "diagnose", folders["20 Hz"], "--out", tmp_path / "d", "--quiet")
+    model = diagnoses("20 Hz")[0] / "model"
     write(tmp_path / "c", "20 Hz")
     recordings = sorted((tmp_path / "c" / "recordings").glob("*.csv"))
     for k, recording in enumerate(recordings):
         recording.rename(recording.with_name(f"renamed {k}.csv"))
-    arguments = ["benchmark", str(tmp_path / "c"), "--models", f"constant,{tmp_path / 'd' / 'model'}", "--out", str(tmp_path / "b")]
+    arguments = ["benchmark", str(tmp_path / "c"), "--models", f"constant,{model}", "--out", str(tmp_path / "b")]
     assert run(arguments) == 2
     assert "has seen 6 of the 6 recordings" in capsys.readouterr().err
     shutil.rmtree(tmp_path / "c")

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from hypotheses import PLUGIN
 from rigs import arm, assert_close, at_rest, hub_at_rest, mirrored_about_X, run, states
 
 from nnhydro.effects.catalogue import candidates, catalogue, instrument_of, load_plugin
-from nnhydro.effects.effect import REGISTER, InstrumentEffect, LoadEffect, Signature, effect, parameter
+from nnhydro.effects.effect import InstrumentEffect, LoadEffect, Signature, effect, parameter
 from nnhydro.effects.quantity import intervals
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ConfigError, ModelError
@@ -70,7 +71,7 @@ def test_the_catalogue_holds_the_contracts_names_in_their_families():
 def test_a_file_is_one_hypothesis_named_as_its_id_and_the_class_is_final(id_):
     cls = EFFECTS[id_]
     module = inspect.getmodule(cls)
-    assert module.__name__ == f"nnhydro.effects.{id_}"
+    assert module.__name__ == f"nnhydro.effects.hypotheses.{id_}"
     assert len(inspect.getsource(module).splitlines()) < 150
     assert getattr(cls, "__final__", False)
 
@@ -227,37 +228,7 @@ def test_an_instrument_effect_of_a_steady_table_is_finite(id_):
         assert valued(hypothesis, 0.01).apply(view(a, states(2))).isfinite().all()
 
 
-PLUGIN = '''
-from dataclasses import dataclass
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
-
-@effect
-@dataclass(frozen=True)
-class Squeak(LoadEffect):
-    id = "squeak"
-    family = "dry_friction"
-    name = "squeak"
-    mechanism = "It squeaks."
-    equation = "tau_j = a qd_j^3"
-    source = "heard"
-    signature = Signature(depends_on=("qd",), parity="odd", region="fast", excited_by="turning", mistaken_for=("viscous_friction",))
-    acts = "joint"
-    a: Values = parameter("N m s^3/rad^3", 0.1, (0.0, 9.0), "strength", per="arm")
-
-    def columns(self, flow):
-        return at_joint(flow.motion.qd[:, self.joint - 1:self.joint] ** 3, self.joint, flow.arm.n_links)
-'''
-
-
-@pytest.fixture
-def _register():
-    before = dict(REGISTER)
-    yield
-    REGISTER.clear()
-    REGISTER.update(before)
-
-
-@pytest.mark.usefixtures("_register")
+@pytest.mark.usefixtures("catalogue_as_it_was")
 def test_a_file_adds_a_hypothesis(tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(PLUGIN)
@@ -268,7 +239,7 @@ def test_a_file_adds_a_hypothesis(tmp_path):
     assert "0.1 N m s^3/rad^3" in hypothesis.statement()
 
 
-@pytest.mark.usefixtures("_register")
+@pytest.mark.usefixtures("catalogue_as_it_was")
 @pytest.mark.parametrize(("text", "message"), [
     ("", "declares no effect"), ("1 +", "SyntaxError"), ("import no_such_library", "ModuleNotFoundError"),
     (PLUGIN.replace('source = "heard"', ""), "source is missing"), (PLUGIN.replace('"odd"', '"strange"'), "parity 'strange'"),
@@ -287,7 +258,7 @@ def test_a_file_that_is_not_there_is_refused(tmp_path):
         load_plugin(tmp_path / "none.py")
 
 
-@pytest.mark.usefixtures("_register")
+@pytest.mark.usefixtures("catalogue_as_it_was")
 def test_a_shape_without_a_grid_is_refused():
     with pytest.raises(ModelError, match="not linear and has no grid"):
         effect(_shape_without_grid())

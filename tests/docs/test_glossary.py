@@ -40,6 +40,11 @@ def names(tree):
                 yield from (name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name))
 
 
+@cache
+def parsed(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def sentences(tree):
     """Docstrings, messages and whatever else is text with a blank in it."""
     return [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value]
@@ -71,7 +76,7 @@ def bare_participle(name):
 def offences(path):
     """What the words of a file offend against, a line each."""
     from_names, from_sentences = retired()
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = parsed(path)
     yield from (f"{path.name}: the name {name}" for name in (path.stem, *names(tree)) if from_names & set(parts(name)))
     yield from (f"{path.name}: {text[:60]!r}" for text in sentences(tree) if from_sentences & set(re.findall(r"[a-z]+", text.lower())))
 
@@ -82,7 +87,7 @@ def test_no_retired_word_stands_in_a_name_or_a_sentence():
 
 
 def test_functions_and_classes_are_called_by_verbs_and_nouns():
-    found = {parts(name)[0]: path.relative_to(ROOT) for path in SOURCES for name in called(ast.parse(path.read_text(encoding="utf-8")))
+    found = {parts(name)[0]: path.relative_to(ROOT) for path in SOURCES for name in called(parsed(path))
              if bare_participle(name)}
     new = {word: str(path) for word, path in found.items() if word not in YET | PUBLIC}
     assert new == {}, "write a verb (prepare) or the noun returned (scores)"
@@ -95,16 +100,15 @@ def test_a_bare_participle_is_recognised(name, bare):
 
 
 FACADES = {"Benchmark", "Diagnosis", "Finding", "Prediction"}  # public results, each of the class inside that bears its name
-TWICE = {"Baseline", "View"}  # names of earlier versions: this set may only shrink
 
 
 def test_a_class_name_stands_once_in_the_package():
     files = {}
     for path in SOURCES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.ClassDef):
                 files.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
-    twice = {name: found for name, found in files.items() if len(found) > 1 and name not in TWICE}
+    twice = {name: found for name, found in files.items() if len(found) > 1}
     assert {name for name, found in twice.items() if name not in FACADES or not any("/api/" in file for file in found)} == set()
 
 

@@ -1,4 +1,4 @@
-"""Sentences for users are short: the pages of the manual, and what `nnhydro --help` says of each command."""
+"""Sentences for users are short: the pages of the manual, the studies, and what `nnhydro --help` says of each command."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ from nnhydro.cli.main import run
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted({ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("guide/*.md"),
-                *(ROOT / "docs").glob("contributing/*.md")})
+                *(ROOT / "docs").glob("contributing/*.md"), *(ROOT / "training").rglob("README.md")})
 MOST = 25  # words, between full stops, colons and semicolons
 
 

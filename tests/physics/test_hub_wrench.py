@@ -12,8 +12,8 @@ import nnhydro
 from nnhydro.cli.main import run as run_command
 from nnhydro.dynamics.hub import hub_wrench
 from nnhydro.dynamics.joint_model import joint_model
-from nnhydro.effects.ambient_current import AmbientCurrent
-from nnhydro.effects.payload_mass import PayloadMass
+from nnhydro.effects.hypotheses.ambient_current import AmbientCurrent
+from nnhydro.effects.hypotheses.payload_mass import PayloadMass
 from nnhydro.errors import ModelError
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.storage import save_model

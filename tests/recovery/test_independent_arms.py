@@ -40,11 +40,13 @@ def told(tmp_path, monkeypatch):
     return names
 
 
+@pytest.mark.slow
 def test_a_delay_of_a_tenth_of_the_band_s_period_leaves_nothing_for_other_laws_although_its_first_order_does(told):
     hidden, names = told(200)
     assert names == [hidden] == ["sensor_timing"]
 
 
+@pytest.mark.slow
 def test_a_drag_that_falls_with_the_reynolds_number_is_no_wake_and_no_delay_where_its_family_is_not_known(told):
     hidden, names = told(145, out=True)
     assert (hidden, names) == ("reynolds_drag", [])

@@ -150,6 +150,7 @@ def machine(request, tmp_path):
     return tmp_path, hidden
 
 
+@pytest.mark.slow
 def test_what_loads_a_machine_is_named_with_its_size_and_nothing_else(machine):
     folder, hidden = machine
     found = {f.effect.id: next(iter(f.parameters.values())) for f in diagnose(nnhydro.load(folder)).findings}

@@ -85,6 +85,7 @@ def test_steady_tows_give_the_golden_matrix():
     np.testing.assert_allclose(water_torque(run, arm), rows[:, 3:5], atol=STRIP_SUM * np.abs(rows[:, 3]).max())
 
 
+@pytest.mark.slow
 def test_the_strip_sum_converges_at_second_order():
     run = motion("bang", 0.4)
     exact = water_torque(run, ARM, strips=16 * STRIPS)
@@ -357,7 +358,7 @@ def test_lambda_grows_with_the_size_and_a_change_of_c_d_has_none():
     assert large == pytest.approx(2 * small, rel=1e-6)
     rougher = replace(ARM, links=(replace(ARM.links[0], C_D=1.2), ARM.links[1]))
     more_drag = [water_torque(run, rougher) - water_torque(run, ARM) for run in runs]
-    x = measure.weighted(more_drag)
+    x = measure.weigh(more_drag)
     left = x - measure.basis @ (measure.basis.T @ x)
     assert np.linalg.norm(left) < 0.02 * np.linalg.norm(x)  # the columns have half the strips
 

@@ -13,9 +13,9 @@ from rigs import run as motion
 
 from nnhydro.cli.diagnose import next_steps, warn_of_seen
 from nnhydro.cli.main import run
-from nnhydro.effects.encoder_offset import EncoderOffset
-from nnhydro.effects.sensor_timing import SensorTiming
-from nnhydro.effects.torque_bias import TorqueBias
+from nnhydro.effects.hypotheses.encoder_offset import EncoderOffset
+from nnhydro.effects.hypotheses.sensor_timing import SensorTiming
+from nnhydro.effects.hypotheses.torque_bias import TorqueBias
 from nnhydro.errors import ModelError
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train

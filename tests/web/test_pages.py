@@ -188,4 +188,4 @@ def test_without_javascript_everything_is_there(diagnosis, visit):
 def test_a_healthy_campaign_gets_a_page_that_says_so(visit, tmp_path):
     page = visit(write_diagnosis_page(tmp_path / "healthy.html", findings=[], detected=False))
     assert "No effect is named." in page.locator("main").inner_text()
-    assert "Nowhere beyond noise." in page.locator("main").inner_text()
+    assert "No residual beyond noise." in page.locator("main").inner_text()

@@ -18,8 +18,7 @@ import torch
 
 from nnhydro.models.baselines import baseline
 from nnhydro.models.compiled.torque import compile_model
-from nnhydro.models.prediction import predict
-from nnhydro.models.prediction_file import write_prediction
+from nnhydro.models.prediction import predict, write_prediction
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.readers.files import read_recording

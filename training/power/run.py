@@ -15,12 +15,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import binomtest
 
 from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import Power, Reveal, power
 from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.findings.finding import finding_of
-from nnhydro.effects.quantity import Z95
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.runtime.files import write_json
@@ -29,14 +29,10 @@ HERE = Path(__file__).parent
 RUNS = HERE / "runs"
 
 
-def wilson(hits: int, tries: int) -> tuple[float, float, float]:
+def share_and_interval(hits: int, tries: int) -> tuple[float, float, float]:
     """Return a share and its 95 % interval (Wilson 1927, J. Am. Stat. Assoc. 22)."""
-    if not tries:
-        return float("nan"), 0.0, 1.0
-    share, z = hits / tries, Z95
-    centre = (share + z**2 / (2 * tries)) / (1 + z**2 / tries)
-    half = z / (1 + z**2 / tries) * np.sqrt(share * (1 - share) / tries + z**2 / (4 * tries**2))
-    return share, float(centre - half), float(centre + half)
+    low, high = binomtest(hits, tries).proportion_ci(method="wilson") if tries else (0.0, 1.0)
+    return hits / tries if tries else float("nan"), float(low), float(high)
 
 
 def revealed(config: dict, recordings: list[str]) -> Power:
@@ -92,7 +88,7 @@ def summary() -> dict:
         mine.setdefault(f"{row['effect']} {row['joint'] or 'arm'}", []).append(row["found"])
     hits = sum(row["found"] for row in rows)
     return {"by_effect": {name: [sum(some), len(some)] for name, some in mine.items()}, "found": hits, "of": len(rows),
-            "right_joint": sum(row["at_joint"] for row in rows), "share_and_interval": wilson(hits, len(rows)), "plants": rows}
+            "right_joint": sum(row["at_joint"] for row in rows), "share_and_interval": share_and_interval(hits, len(rows)), "plants": rows}
 
 
 def table(found: Power) -> str:

@@ -23,7 +23,7 @@ from trials import record, show
 from nnhydro.cli.main import run
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.recordings.campaign import verify_campaign
-from nnhydro.report.diagnosis.folder import write_diagnosis
+from nnhydro.report.diagnosis.page import write_diagnosis
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
 

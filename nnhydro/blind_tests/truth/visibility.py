@@ -55,7 +55,7 @@ class Yardstick:
     sensors: TrueSensors
     healthy: tuple[Array, ...]
     noise: Array  # (L,) N m, at low frequency
-    basis: Array  # orthonormal columns, rows as `weighted` stacks them and then the priors
+    basis: Array  # orthonormal columns, rows as `weigh` stacks them and then the priors
     priors: int
 
     def _low_pass(self, x: Array) -> Array:
@@ -67,7 +67,7 @@ class Yardstick:
         result: Array = sosfiltfilt(sos, x, axis=0)
         return result
 
-    def weighted(self, torques: Sequence[Array]) -> Array:
+    def weigh(self, torques: Sequence[Array]) -> Array:
         """Return torques (n, L) of all runs as one column in units of the noise, with zeros for the priors."""
         rows = [(self._low_pass(x) / self.noise).ravel() for x in torques]
         return np.concatenate([*rows, np.zeros(self.priors)])
@@ -80,7 +80,7 @@ class Yardstick:
             moved = any(c.drive is not None or c.angle is not None for c in causes)
             healthy = plain_torque(replace(run, q=seen.q, qd=seen.qd, qdd=seen.qdd), self.arm) if moved else plain
             rows.append(seen.tau - motor_torque(healthy, self.arm))
-        x = self.weighted(rows)
+        x = self.weigh(rows)
         left: Array = x - self.basis @ (self.basis.T @ x)
         return left
 
@@ -116,7 +116,7 @@ def reference(runs: tuple[TrueRun, ...], arm: TrueArm, known_to: float, sensors:
     made = Yardstick(runs, arm, sensors, tuple(plain_torque(run, arm) for run in runs), sigma * sensors.inflation(), np.zeros((0, 0)), 0)
     parts = [base_columns(run, arm, known_to, added_mass) for run in runs]
     prior = parts[0][1]
-    table = np.column_stack([made.weighted([part[0][..., k] for part in parts]) for k in range(len(prior))])
+    table = np.column_stack([made.weigh([part[0][..., k] for part in parts]) for k in range(len(prior))])
     table = np.concatenate([table, np.diag(prior)])
     return replace(made, basis=np.linalg.qr(table)[0], priors=len(prior))
 

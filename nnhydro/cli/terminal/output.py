@@ -30,7 +30,7 @@ def quiet() -> bool:
     return _quiet
 
 
-QUIET = typer.Option(False, "--quiet", "-q", help="Print the verdict alone: no tables, no progress.", callback=_hush)
+QUIET = typer.Option(False, "--quiet", "-q", help="Print only the verdict: no tables, no progress.", callback=_hush)
 JSON = typer.Option(False, "--json", help="Print the result as JSON, for programs.")
 
 

@@ -16,11 +16,11 @@ from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.stepwise import Scored
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-T = TypeVar("T", Whitened, View)
+T = TypeVar("T", Whitened, WeightedLibrary)
 
 
 def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: Sequence[tuple[Hypothesis, Array]], seed: int) -> Design:
@@ -42,7 +42,7 @@ def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: 
     return Design(design.problem, design.baseline, design.Y, y, design.tau - design.y + y)
 
 
-def with_torque(view: View, y: Array) -> View:
+def with_torque(view: WeightedLibrary, y: Array) -> WeightedLibrary:
     """Return `view` with the whitened torque `y` (n, joints) in place of the one measured: every product with it anew, all others kept."""
     old = view.whitened
     unknown = [(old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints)]
@@ -59,7 +59,7 @@ def _copy(original: T, **changes: object) -> T:
     return made
 
 
-def predict_whitened(view: View, found: Scored, remainder: Scored) -> Array:
+def predict_whitened(view: WeightedLibrary, found: Scored, remainder: Scored) -> Array:
     """Return the whitened torque (n, joints) of `found`: baseline and effects fitted without the unknown, which is that of `remainder`."""
     whitened, columns = view.whitened, view.joined(found.chosen)
     p, m = whitened.p, whitened.m

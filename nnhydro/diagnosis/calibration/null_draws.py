@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import NULL_DRAWS, NULL_QUANTILE, RHO
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ def null_gains(search: Search, beside: Scored, seed: int) -> Array:
     """Return the largest gain (draws,) of a single law, prior included, in campaigns drawn from the fit `beside` without it."""
     from scipy.linalg import solve_triangular
 
-    view: View = search.view
+    view: WeightedLibrary = search.view
     fit, columns = beside.fit, view.joined(beside.chosen)
     e, Xe = view.noise_draws(seed, NULL_DRAWS)
     Ae = view.whitened.cross(e)

@@ -33,7 +33,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
@@ -110,9 +110,7 @@ def _within_bounds(h: Hypothesis, values: Array) -> bool:
 
 def _projected_gram(columns: Columns, fit: Posterior) -> Array:
     """The Gram matrix (k, k) of what the fit of baseline and unknown leaves of the columns."""
-    from scipy.linalg import solve_triangular
-
-    C = solve_triangular(fit.chol, columns.cross * fit.scale[:, None], lower=True, check_finite=False)
+    C = fit.projection(columns.cross)
     made: Array = columns.gram - C.T @ C
     return made
 
@@ -122,7 +120,7 @@ def _projected_gram(columns: Columns, fit: Posterior) -> Array:
 class Sizing:
     """Sizes of effects beside baseline and unknown of one campaign."""
 
-    view: View
+    view: WeightedLibrary
     null: Scored
     threshold: float
 
@@ -239,7 +237,7 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
     noise, whitened, sizes, model = calibrated_noise(design, unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2]))))
     hypotheses = hypotheses_for(design, without)
     progress(f"columns of {len(hypotheses)} hypotheses")
-    search = Search(View(whitened, Library.of(design, hypotheses, model)), sizes)
+    search = Search(WeightedLibrary(whitened, Library.of(design, hypotheses, model)), sizes)
     null = search.score(())
     sizing = Sizing(search.view, null, max(LEAST_GAIN, null_threshold(search, null, seed)))
     by_key: dict[tuple[str, int, str], list[tuple[int, Reveal]]] = {}

@@ -91,7 +91,7 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
         failed = [(search.gain(rest, now), k, d) for k, rest, d in zip(now.chosen, rests, judged, strict=True) if not d.claimed]
         if not failed:
             return Decided(now, (*decisions, *judged), shares)
-        _, worst, decision = min(failed, key=lambda one: one[0])
+        _, worst, decision = min(failed, key=lambda failure: failure[0])
         decisions.append(decision)
         now = search.score(tuple(x for x in now.chosen if x != worst))
     return Decided(now, tuple(decisions), {})
@@ -102,9 +102,9 @@ def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[flo
     gains = [search.gain(rest, now) for rest in rests]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
     bars = []
-    for i, one in enumerate(effects):
+    for i, effect in enumerate(effects):
         alike = [gains[j] for j, other in enumerate(effects) if j != i and gains[j] > gains[i]
-                 and (other.id in one.signature.mistaken_for or one.id in other.signature.mistaken_for)]
+                 and (other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for)]
         bars.append(max(FORM**2 * max(gains), LOOK_ALIKE * max(alike, default=0.0)))
     return bars
 

@@ -21,7 +21,7 @@ from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.stepwise import Scored
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -34,7 +34,7 @@ def in_one_block(problem: Problem) -> bool:
     return len(np.unique(problem.block_of)) == len(np.unique(problem.group_of))
 
 
-def fold_of_rows(view: View, seed: int, chosen: Sequence[int] = ()) -> Index:
+def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -> Index:
     """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, single rows of steady tables.
 
     Where a member of `chosen` has a phase of its own in every recording, blocks too: the phase is known from the others of its recording;
@@ -53,21 +53,21 @@ def fold_of_rows(view: View, seed: int, chosen: Sequence[int] = ()) -> Index:
     return dealt[index].astype(np.int64)
 
 
-def log_densities(view: View, sets: Sequence[Scored], seed: int) -> Array:
+def log_densities(view: WeightedLibrary, sets: Sequence[Scored], seed: int) -> Array:
     """Return log p(left-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
-    off, granted = none(whole).vector(whole), FORM**2 * all(one.chosen for one in sets)
+    off, granted = none(whole).vector(whole), FORM**2 * all(found.chosen for found in sets)
     fold = fold_of_rows(view, seed)
     made = []
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
         part = Whitened(whole.design, whole.unknown, whole.v, rows)
         scores = []
-        for one in sets:
-            columns = view.joined(one.chosen)
+        for found in sets:
+            columns = view.joined(found.chosen)
             kept = None if columns is None else Columns.of(part, columns.Xw[rows])
             on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
-                           for t in (one.sizes.vector(whole), off))
+                           for t in (found.sizes.vector(whole), off))
             scores.append((1 - granted) * on + granted * without)
         made.append(scores)
     return np.array(made)

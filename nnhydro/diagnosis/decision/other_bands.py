@@ -21,7 +21,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band
 
@@ -55,9 +55,9 @@ def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: 
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     library, whole = Library.of(design, claimed, model), tuple(range(len(claimed)))
-    search = Search(View(whitened, library), sizes)
+    search = Search(WeightedLibrary(whitened, library), sizes)
     found = search.score(whole)
     noise = reestimated(design, noise, whitened, search.view.joined(whole), found.sizes.vector(whitened))
-    search = Search(View(Whitened(design, unknown.smooth, noise.v), library), found.sizes)
+    search = Search(WeightedLibrary(Whitened(design, unknown.smooth, noise.v), library), found.sizes)
     gains = [search.gain(search.score(tuple(x for x in whole if x != k)), search.score(whole)) for k in whole]
     return OtherBand(band.torque, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

@@ -123,6 +123,13 @@ class Posterior:
     scale: Array  # (P + k,) prior standard deviations
     half: Array  # (P + k,) L^-1 b
 
+    def projection(self, cross: Array) -> Array:
+        """Return C (P + k, m) of columns whose products with those of the fit are `cross`: the fit takes C'C of their Gram matrix."""
+        from scipy.linalg import solve_triangular
+
+        made: Array = solve_triangular(self.chol, cross * self.scale[:, None], lower=True, check_finite=False)
+        return made
+
     def covariance(self, at: slice | Index) -> Array:
         """Return the covariance of the coefficients `at`."""
         from scipy.linalg import solve_triangular

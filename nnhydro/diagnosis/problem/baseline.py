@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from nnhydro.errors import ConfigError, RecordingError
 from nnhydro.fitting.identify import start_terms, versions, with_parameters
 from nnhydro.fitting.linear.prior import Prior, prior
-from nnhydro.models.baselines import BASELINES
-from nnhydro.models.baselines import Baseline as NamedBaseline
+from nnhydro.models.baselines import BASELINES, NamedBaseline
 from nnhydro.models.baselines import baseline as baseline_called
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.seen import SEEN

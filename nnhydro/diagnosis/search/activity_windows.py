@@ -23,7 +23,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
@@ -45,8 +45,6 @@ def _products(search: Search, found: Scored, k: int, parts: Array) -> tuple[Arra
 
     The unknown is left out: it could take the place of any part.
     """
-    from scipy.linalg import solve_triangular
-
     view = search.view
     columns = view.joined(tuple(x for x in found.chosen if x != k))
     fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
@@ -56,7 +54,7 @@ def _products(search: Search, found: Scored, k: int, parts: Array) -> tuple[Arra
         width = columns.Xw.shape[2]
         cross = np.concatenate([cross, columns.Xw.reshape(-1, width).T @ Xw.reshape(-1, parts.shape[2])])
     flat = Xw.reshape(-1, parts.shape[2])
-    C = solve_triangular(fit.chol, cross * fit.scale[:, None], lower=True, check_finite=False)
+    C = fit.projection(cross)
     return flat.T @ flat - C.T @ C, flat.T @ view.whitened.y.ravel() - C.T @ fit.half
 
 
@@ -93,7 +91,7 @@ def _of_recordings(search: Search, found: Scored, k: int, u: Array) -> list[Acti
     names = [problem.names[g] for g in used]
     timed = all(s.place is not None for s in problem.stretches)
     places = [[float(s.place.mean()) for s in problem.stretches if s.group == g and s.place is not None] for g in used]
-    order = np.argsort([np.mean(one) for one in places]) if timed else np.arange(len(used))
+    order = np.argsort([np.mean(times) for times in places]) if timed else np.arange(len(used))
     ordered = [names[i] for i in order]
     made = []
     for cut in range(1, len(ordered)) if timed else ():
@@ -174,12 +172,12 @@ def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
         for base in {(), found.chosen}:
             asked |= {(k, search.score((*base, k))) for k in search.screen(base)}
     laws = sorted({k for k, _ in asked if _may_be_confined(search.view.library.hypotheses[k])})
-    windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda one: (one[1].chosen, one[0])) if k in laws
+    windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda pair: (pair[1].chosen, pair[0])) if k in laws
                             for w in _windows(search, fitted, k, model, fitted is found))
     if not windows:
         return Windowed(search, found)
     grown = _confined(search.view.library, laws, tuple(windows), model)
-    following = Search(View(search.whitened, grown, before=search.view), found.sizes, search.report, search.settled)
+    following = Search(WeightedLibrary(search.whitened, grown, before=search.view), found.sizes, search.report, search.settled)
     best = following.climb(following.score(found.chosen))
     for k in best.chosen:
         if following.view.library.hypotheses[k].activity is not None and k in best.chosen:

@@ -14,7 +14,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span, refine_grid
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory
@@ -39,7 +39,7 @@ class Refined:
     best: Scored
 
 
-def scaled_values(view: View, found: Scored, k: int) -> dict[int, torch.Tensor]:
+def scaled_values(view: WeightedLibrary, found: Scored, k: int) -> dict[int, torch.Tensor]:
     """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds: of all (0), or each recording's own."""
     library = view.library
     at, h = found.places(view)[k], library.hypotheses[k]
@@ -233,7 +233,7 @@ def calibrated_beside(search: Search, found: Scored, model: StripTheory) -> Stri
     return made
 
 
-def _stale(view: View, found: Scored, k: int) -> bool:
+def _stale(view: WeightedLibrary, found: Scored, k: int) -> bool:
     """Return whether the columns of instrument `k` were taken about no values or others than those fitted: they are not its reading."""
     h = view.library.hypotheses[k]
     if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
@@ -254,7 +254,7 @@ def _grown(search: Search, best: Scored, more: Sequence[Hypothesis], model: Stri
     view = search.view
     grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)
     settled = {h.key for h in more if h.working_model is not None and not h.rough}
-    return Search(View(view.whitened, grown, before=view), best.sizes, search.report, search.settled | settled)
+    return Search(WeightedLibrary(view.whitened, grown, before=view), best.sizes, search.report, search.settled | settled)
 
 
 def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refined:

@@ -22,7 +22,7 @@ from nnhydro.diagnosis.model.evidence import Posterior, Whitened, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import bound_bonus
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
@@ -42,7 +42,7 @@ class Scored:
     sizes: Sizes
     unknown_nats: float
 
-    def places(self, view: View) -> dict[int, slice]:
+    def places(self, view: WeightedLibrary) -> dict[int, slice]:
         """Return where the coefficients of each hypothesis lie in the fit."""
         start, found = len(view.whitened.b), {}
         for k in self.chosen:
@@ -57,7 +57,7 @@ class Scored:
 class Search:
     """Scores of sets, each computed once, and moves between them."""
 
-    view: View
+    view: WeightedLibrary
     start: Sizes
     report: Callable[[str], None] = lambda line: None
     settled: frozenset[Key] = frozenset()  # keys of instruments that were found about their values: their laws about none are out

@@ -45,12 +45,12 @@ class Own(NamedTuple):
 
 @final
 @dataclass(eq=False)
-class View:
+class WeightedLibrary:
     """A library beside one noise; `cross` (P, K), `Xy` (K,) and `grams` (width, width) are of the laws `shared` by all recordings."""
 
     whitened: Whitened
     library: Library
-    before: "View | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
+    before: "WeightedLibrary | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
     _columns: dict[int, Columns] = field(default_factory=dict)
     _between: dict[int, Array] = field(default_factory=dict)
     _own_between: dict[int, Array] = field(default_factory=dict)
@@ -120,11 +120,7 @@ class View:
 
     def projection(self, chosen: Sequence[int], fit: Posterior) -> Array:
         """Return C (P + k, K): what `fit` of the hypotheses `chosen` takes of the shared columns is C'C."""
-        from scipy.linalg import solve_triangular
-
-        cross = np.concatenate([self.cross, *map(self.between, chosen)])
-        made: Array = solve_triangular(fit.chol, cross * fit.scale[:, None], lower=True, check_finite=False)
-        return made
+        return fit.projection(np.concatenate([self.cross, *map(self.between, chosen)]))
 
     @staticmethod
     def remainders(laws: Alike, C: Array) -> Array:
@@ -210,15 +206,13 @@ class View:
         return self._own_between[k]
 
     def _own_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
-        from scipy.linalg import solve_triangular
-
         cross, Xy, blocks, places = self._own_parts
         groups, numbers = cross.shape[1], list(places)
         if len(self._own_best) == len(places) and len(places) > OWN_SCREENED:  # those that never gained much are not asked again
             numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
         kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
-        stacked = np.concatenate([one[..., kept] for one in (cross, *map(self._own_products, chosen))]) * fit.scale[:, None, None]
-        C = solve_triangular(fit.chol, stacked.reshape(len(stacked), -1), lower=True, check_finite=False).reshape(stacked.shape)
+        stacked = np.concatenate([part[..., kept] for part in (cross, *map(self._own_products, chosen))])
+        C = fit.projection(stacked.reshape(len(stacked), -1)).reshape(stacked.shape)
         c = Xy[:, kept] - np.einsum("pgk,p->gk", C, fit.half)
         start = 0
         for number in numbers:

@@ -16,7 +16,7 @@ from nnhydro.fitting.identify import calibrate, start_terms
 from nnhydro.fitting.linear.least_squares import fit
 from nnhydro.fitting.linear.prior import prior
 from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, total
-from nnhydro.models.baselines import Baseline
+from nnhydro.models.baselines import NamedBaseline
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
@@ -96,7 +96,7 @@ def fit_shared(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads:
     return Loads(terms)
 
 
-def calibrated_on(chosen_baseline: Baseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
+def calibrated_on(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:
     """Return the baseline fitted to units of one arm, masses within what is known of them, or of several, coefficients alone.
 
     A travel scale is searched on the recordings of the first arm.

@@ -1,5 +1,6 @@
 """The page of a benchmark: the verdict first, then all models, recording by recording, the curves, where the residual lies, the doubt."""
 
+from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
@@ -8,13 +9,14 @@ from nnhydro.conventions import with_units
 from nnhydro.evaluation.benchmark import Benchmark
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.models.baselines import BASELINES
-from nnhydro.report.benchmark.figures import shown_models
+from nnhydro.report.benchmark.figures import benchmark_figures, shown_models
 from nnhydro.report.benchmark.tables import coverage_sheet, folds_sheet, models_sheet
 from nnhydro.report.widgets.charts import error_chart, over_count, reliability
 from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
 from nnhydro.report.widgets.trace import MOST, benchmark_traces, spread, table_of, with_whole_tables
+from nnhydro.runtime.files import json_text, whole_folder
 
 DARKEST = 1.0  # error at which the table's colour ends, where errors are that large
 
@@ -71,3 +73,16 @@ def benchmark_page(result: Benchmark) -> str:
         shown=len({t.recording for t in traces if not t.segment.steady}), of=sum(not unit.steady for unit in result.units),
         reliability=reliability(covered, styles) if covered else None, coverage=coverage_sheet(result, document))
     return with_units(page, result.campaign.arm.sliding)
+
+
+RESULT, PAGE = "benchmark.json", "report.html"
+SHOWN = (".json", ".html", ".png")  # kinds of files that are worth a line; SVG and CSV lie beside each PNG
+
+
+def write_benchmark(result: Benchmark, out: Path) -> list[Path]:
+    """Write the benchmark to the folder `out` and return the paths of its files, figures last."""
+    with whole_folder(out, RESULT) as work:
+        (work / RESULT).write_text(json_text(result.document()), encoding="utf-8")
+        (work / PAGE).write_text(benchmark_page(result), encoding="utf-8")
+        names = [RESULT, PAGE, *(path.name for path in benchmark_figures(result, work))]
+    return [out / name for name in names]

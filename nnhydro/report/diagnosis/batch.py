@@ -5,30 +5,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
-from nnhydro.diagnosis.diagnose import diagnose
-from nnhydro.diagnosis.experiment.rig_limits import Limits
+from nnhydro.diagnosis.options import DiagnosisOptions
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.errors import NnhydroError
 from nnhydro.recordings.campaign import verify_campaign
-from nnhydro.report.diagnosis.folder import write_diagnosis
+from nnhydro.report.diagnosis.page import write_diagnosis
 from nnhydro.runtime.workers import HERE, Workers, spread
 
 
 @final
 @dataclass(frozen=True)
 class DiagnosisRequest:
-    """One diagnosis: the folder of the campaign, where the result goes, and the choices of `nnhydro diagnose`."""
+    """One diagnosis: the folder of the campaign, where the result goes, the choices, and the user's own effects and columns."""
 
     campaign: Path
     out: Path
-    baseline: str | None = None
-    seed: int = 0
-    cutoff_hz: float | None = None
+    options: DiagnosisOptions
     effects: Path | None = None
     column_map: Path | None = None
-    rehearsals: int = 0
-    limits: Limits | None = None
-    without: tuple[str, ...] = ()
 
 
 @final
@@ -47,8 +41,7 @@ def _diagnose(asked: DiagnosisRequest) -> BatchOutcome:
         if asked.effects is not None:
             load_plugin(asked.effects)
         campaign = verify_campaign(asked.campaign, asked.column_map)
-        result = diagnose(campaign, asked.baseline, asked.seed, asked.cutoff_hz, asked.without, rehearsals=asked.rehearsals,
-                          limits=asked.limits)
+        result = asked.options.diagnose(campaign)
         write_diagnosis(result, campaign, asked.out)
         return BatchOutcome(asked, result.document(), result.verdict())
     except NnhydroError as cause:

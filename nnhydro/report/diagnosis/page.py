@@ -1,33 +1,39 @@
-"""The page of a diagnosis: the verdict first, then what, why this and not its rivals, where, the curves, what remains."""
+"""The page of a diagnosis: the verdict first, then findings and their alternatives, where, the curves, what remains."""
 
 from collections.abc import Sequence
 from itertools import zip_longest
+from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
+from nnhydro.diagnosis.result import NEXT, Diagnosis
+from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
-from nnhydro.report.diagnosis.tables import errors_sheet, location_sheet, nearest_sheet, place, recalibrated_sheet, rivals_sheet
+from nnhydro.report.diagnosis.tables import alternatives_sheet, errors_sheet, location_sheet, nearest_sheet, place, recalibrated_sheet
+from nnhydro.report.diagnosis.unexplained_law import unknown_laws
 from nnhydro.report.sheet import Sheet
 from nnhydro.report.widgets.charts import bars, intervals, law_chart
 from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
-from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change
+from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, diagnosis_traces
+from nnhydro.runtime.files import json_text, whole_folder
 
 Document = dict[str, Any]
-TELLING = 0.005  # weight of a rival that is drawn; the table has all
+TELLING = 0.005  # weight of an alternative that is drawn; the table has all
 
 
 def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
-    """The finding, the chart of its law, of its numbers, of its rivals, and the rivals as a sheet."""
+    """The finding, the chart of its law, of its numbers, of its alternatives, and these as a sheet."""
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
     rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= TELLING]
     own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
     chart = intervals(f"Numbers of {f['effect']} with 95 % intervals", numbers) if numbers else None
-    rivals = bars(f"Weight of {f['effect']} and of its rivals", [(f["effect"], own), *rows]) if rows else None
-    return f, None if law is None else law_chart(law), chart, rivals, rivals_sheet(f)
+    alternatives = bars(f"Weight of {f['effect']} and of its alternatives", [(f["effect"], own), *rows]) if rows else None
+    return f, None if law is None else law_chart(law), chart, alternatives, alternatives_sheet(f)
 
 
 def _rest(document: Document) -> str:
@@ -60,6 +66,28 @@ def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces:
         histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
         unnamed=[(law.joint, law.driver, law_chart(law, f"Residual of joint {law.joint} over {law.driver}")) for law in unnamed],
         near=nearest_sheet(document),
-        suggestions=[suggestion["statement"] for suggestion in document["unexplained"].get("suggestions", [])],
         recalibrated=recalibrated_sheet(document),
         next=_next(document.get("next_experiment")))
+
+
+RESULT = "diagnosis.json"
+SHOWN = ("", ".json", ".html", ".png")  # what is worth a line: folders, and of each figure the picture
+
+
+def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Path]:
+    """Write the diagnosis to the folder `out` and return the paths of its parts."""
+    document = result.document()
+    with whole_folder(out, RESULT) as work:
+        (work / RESULT).write_text(json_text(document), encoding="utf-8")
+        save_model(result.corrected, work / "model")
+        save_model(result.baseline, work / "baseline")
+        if result.following is not None:
+            result.following.write(work / NEXT)
+        traces = diagnosis_traces(campaign, result.baseline, result.corrected)
+        laws = laws_of(result, traces)
+        unnamed = unknown_laws(result)
+        page = diagnosis_page(document, result.verdict(), campaign, traces, laws, unnamed)
+        (work / "report.html").write_text(page, encoding="utf-8")
+        figures = [path.name for path in diagnosis_figures(result, traces, laws, work, unnamed)]
+    following = [NEXT] if result.following is not None else []
+    return [out / name for name in (RESULT, "report.html", "model", "baseline", *figures, *following)]

@@ -1,4 +1,4 @@
-"""A diagnosis as sheets, made from what diagnosis.json holds: what is left out, its numbers, its rivals, where the residual lies."""
+"""A diagnosis as sheets, made from what diagnosis.json holds: findings, their numbers, their alternatives, where the residual lies."""
 
 from typing import Any
 
@@ -39,12 +39,12 @@ def _weight(share: float) -> str:
     return "< 0.001" if share < 0.0005 else f"{share:.3f}"
 
 
-def rivals_sheet(finding: Document) -> Sheet:
-    """Return what could take the finding's place, and how much speaks for it."""
-    rivals = finding["rivals"]
-    return Sheet(f"What could take the place of {finding['effect']}", (
-        Column("rival", [r["effect"] for r in rivals], words=True), Column("joint", [place(r.get("joint")) for r in rivals]),
-        Column("weight", [r["support"] for r in rivals], _weight, "support")))
+def alternatives_sheet(finding: Document) -> Sheet:
+    """Return the alternatives of the finding and their posterior weights."""
+    rows = finding["rivals"]
+    return Sheet(f"Alternatives to {finding['effect']}", (
+        Column("alternative", [r["effect"] for r in rows], key="rival", words=True),
+        Column("joint", [place(r.get("joint")) for r in rows]), Column("weight", [r["support"] for r in rows], _weight, "support")))
 
 
 def nearest_sheet(document: Document) -> Sheet | None:

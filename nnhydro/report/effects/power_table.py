@@ -12,7 +12,7 @@ def _shape(at: dict[str, float]) -> str:
     return ", ".join(f"{name} {value:.3g}" for name, value in at.items())
 
 
-def _rival(row: dict[str, Any]) -> str | None:
+def _nearest(row: dict[str, Any]) -> str | None:
     return None if row["nearest"] is None else f"{row['nearest']} ({row['likeness']:.2f})"
 
 
@@ -27,7 +27,7 @@ def power_sheet(document: dict[str, Any]) -> Sheet:
         Column("smallest size", [r["smallest_size"] for r in rows], "{:.2g}", "smallest_size"),
         Column("visible", [r["visible_share"] for r in rows], percent, "visible_share"),
         Column("strength", [r["lambda"] for r in rows], "{:.1f}", "lambda"),
-        Column("nearest (likeness)", [_rival(r) for r in rows], key="nearest"),
+        Column("nearest (likeness)", [_nearest(r) for r in rows], key="nearest"),
         Column("at", [_shape(r["at"]) for r in rows], key="at")))
 
 
@@ -43,5 +43,5 @@ def power_verdict(document: dict[str, Any]) -> str:
     parts = [f"{document['recordings']} recordings can reveal {len(effects) - len(unseen)} of {len(effects)} effects"]
     parts += [f"not {', '.join(hidden)}, whatever the size"] if hidden else []
     parts += [f"{', '.join(own)}: fitted as part of the baseline"] if own else []
-    parts += [f"they cannot tell {', '.join(alike)} from the nearest rival"] if alike else []
+    parts += [f"they cannot tell {', '.join(alike)} from the most similar effect"] if alike else []
     return "; ".join(parts) + "."

@@ -1,4 +1,4 @@
-"""The page's small charts as SVG: errors with intervals, weights of rivals, reliability of intervals, error over a count."""
+"""The page's small charts as SVG: errors with intervals, weights of alternatives, reliability of intervals, error over a count."""
 
 from collections.abc import Mapping, Sequence
 from math import log2, log10

@@ -17,8 +17,7 @@ from nnhydro.simulation.motions.steady import SteadyRuns
 from nnhydro.simulation.plant import require_steps
 from nnhydro.simulation.recipe.recipe_file import RecipeFile
 from nnhydro.simulation.recipe.true_loads import true_loads
-from nnhydro.simulation.run import grid, require_length
-from nnhydro.simulation.streams import stream
+from nnhydro.simulation.run import grid, require_length, stream
 
 
 @final

@@ -3,6 +3,7 @@
 import ctypes
 import subprocess
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,12 +17,12 @@ from nnhydro.deployment.files import export_step, only_wake
 from nnhydro.deployment.native import Native, NativeArm, compiler, run_through
 from nnhydro.deployment.step import record_step
 from nnhydro.dynamics.dynamics import Dynamics
-from nnhydro.effects.coulomb_friction import CoulombFriction
-from nnhydro.effects.flow_memory import FlowMemory
-from nnhydro.effects.link_interference import LinkInterference
-from nnhydro.effects.sensor_timing import SensorTiming
-from nnhydro.effects.torque_bias import TorqueBias
-from nnhydro.effects.wake_development import WakeDevelopment
+from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
+from nnhydro.effects.hypotheses.flow_memory import FlowMemory
+from nnhydro.effects.hypotheses.link_interference import LinkInterference
+from nnhydro.effects.hypotheses.sensor_timing import SensorTiming
+from nnhydro.effects.hypotheses.torque_bias import TorqueBias
+from nnhydro.effects.hypotheses.wake_development import WakeDevelopment
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.network.train import train
 from nnhydro.models.export.expressions import Program, add, combine
@@ -97,13 +98,19 @@ MODELS = {
 }
 
 
+@cache
+def hundred_thousand(name):
+    """A model, a long run, and the model's torques of it."""
+    model, motion = MODELS[name](arm(2)), long_run(100_000)
+    return model, motion, model.torque(motion).numpy()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize("name", MODELS)
 def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, tmp_path):
-    model, motion = MODELS[name](arm(2)), long_run(100_000)
+    model, motion, want = hundred_thousand(name)
     told = export_c(model, tmp_path / "arm.h", precision)
-    want = model.torque(motion).numpy()
     got = driven(tmp_path, motion, precision, told["std"])
     assert np.abs(got - want).max() < SAME[precision] * np.sqrt((want**2).mean())
 
@@ -199,6 +206,7 @@ def test_a_few_hundred_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_pa
     assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["state", "diagnosed"])
 def test_what_moves_in_its_first_step_has_moved_for_ever(name, tmp_path):
     model, run = MODELS[name](arm(2)), long_run(350)
@@ -247,13 +255,12 @@ def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
 
 @pytest.mark.slow
 def test_a_hundred_thousand_steps_of_a_state_dependent_model_in_onnxruntime_are_its_torques(tmp_path):
-    a = arm(2)
-    model, motion = theory(a, state_loads(a)), long_run(100_000)
+    model, motion, want = hundred_thousand("state")
     export_step(model, tmp_path / "arm.onnx", "onnx")
-    want = model.torque(motion).numpy()
     assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [planted, state_loads])
 def test_a_compiled_arm_moves_as_the_dynamics_do(make):
     a = arm(2)

@@ -9,7 +9,7 @@ from nnhydro.deployment.casadi_step import casadi_function
 from nnhydro.deployment.files import export_step
 from nnhydro.deployment.step import MemoryStep, inputs_along
 from nnhydro.dynamics.dynamics import Dynamics
-from nnhydro.effects.coulomb_friction import CoulombFriction
+from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
 from nnhydro.errors import ConfigError
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.travel.state_model import state_loads

@@ -12,14 +12,14 @@ from scipy.integrate import solve_ivp
 
 import nnhydro
 from nnhydro.dynamics.joint_model import joint_model
-from nnhydro.effects.ambient_current import AmbientCurrent
-from nnhydro.effects.coulomb_friction import CoulombFriction
-from nnhydro.effects.flow_memory import FlowMemory
-from nnhydro.effects.load_friction import LoadFriction
-from nnhydro.effects.torque_bias import TorqueBias
-from nnhydro.effects.vortex_shedding import VortexShedding
-from nnhydro.effects.wake_development import WakeDevelopment
-from nnhydro.effects.wake_reentry import WakeReentry
+from nnhydro.effects.hypotheses.ambient_current import AmbientCurrent
+from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
+from nnhydro.effects.hypotheses.flow_memory import FlowMemory
+from nnhydro.effects.hypotheses.load_friction import LoadFriction
+from nnhydro.effects.hypotheses.torque_bias import TorqueBias
+from nnhydro.effects.hypotheses.vortex_shedding import VortexShedding
+from nnhydro.effects.hypotheses.wake_development import WakeDevelopment
+from nnhydro.effects.hypotheses.wake_reentry import WakeReentry
 from nnhydro.errors import ModelError
 from nnhydro.fitting.network.train import train
 from nnhydro.models.corrected_simulation import CorrectedSimulation
@@ -231,6 +231,7 @@ def test_the_bias_holds_what_an_accelerating_and_turning_base_asks_for():
     np.testing.assert_allclose(dynamics.bias(q, qd, 0.2, 1.5, base=base), turned, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_jacobians_are_the_slopes_of_the_torque(hybrid):
     rng = np.random.default_rng(4)
     q, qd, qdd = rng.uniform(-1, 1, (3, 5, 2))

@@ -11,7 +11,7 @@ from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
 
 from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER
-from nnhydro.effects.link_interference import shadow
+from nnhydro.effects.hypotheses.link_interference import shadow
 from nnhydro.effects.quantity import Quantity, format_quantity, intervals
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of

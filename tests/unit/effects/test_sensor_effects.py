@@ -11,10 +11,9 @@ from rigs import arm, assert_close, run
 
 from nnhydro.diagnosis.corrected_model import _for_prediction
 from nnhydro.effects.catalogue import candidates
-from nnhydro.effects.effect import REGISTER
-from nnhydro.effects.reading import with_effects
+from nnhydro.effects.effect import REGISTER, with_effects
+from nnhydro.effects.hypotheses.sensor_timing import first_order_lag, time_delay
 from nnhydro.effects.sensor_view import SensorView, time_derivative
-from nnhydro.effects.time_shift import first_order_lag, time_delay
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor

@@ -52,6 +52,7 @@ def test_a_rival_learns_from_the_recordings(name):
     assert Misfit.total([misfit_of(model, held_out)]).error < LEAST[name]
 
 
+@pytest.mark.slow
 def test_rivals_take_part_where_they_are_asked_for():
     a = arm(2)
     assert not set(default_names(a)) & set(comparators())

@@ -64,6 +64,7 @@ def test_coefficients_follow_the_slenderness_of_the_arm():
     assert [link.length_m for link in slender.arm.links] == [link.length_m for link in A.links]
 
 
+@pytest.mark.slow
 def test_the_study_answers_every_question_and_draws_it(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "NEURONS", (2, 3))
     monkeypatch.setattr(study, "INPUT_SETS", {name: study.INPUT_SETS[name] for name in ("dimensional", study.USUAL)})

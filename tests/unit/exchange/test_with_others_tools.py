@@ -9,7 +9,7 @@ from rigs import arm
 
 import nnhydro.exchange.gym_env  # noqa: F401  # makes the environment known
 from nnhydro.dynamics.dynamics import Dynamics
-from nnhydro.effects.payload_mass import PayloadMass
+from nnhydro.effects.hypotheses.payload_mass import PayloadMass
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.exchange.mujoco import mujoco_xml
 from nnhydro.exchange.mujoco_water import MujocoWater

@@ -10,7 +10,7 @@ from rigs import arm, assert_close
 from rigs import run as motion
 
 from nnhydro.cli.main import run
-from nnhydro.effects.rotor_inertia import RotorInertia
+from nnhydro.effects.hypotheses.rotor_inertia import RotorInertia
 from nnhydro.errors import ArmError, ModelError
 from nnhydro.fitting.dry_model import calibrated_in_water, identify_in_water, in_water
 from nnhydro.fitting.identify import identify

@@ -146,6 +146,7 @@ def test_a_physics_model_is_exported_exactly(links, keys, tmp_path):
     assert told["memory"] is None
 
 
+@pytest.mark.slow
 def test_a_hybrid_gives_in_onnxruntime_what_predict_gives_for_a_whole_recording(hybrid, exported):
     _, path = exported
     for speed in (0.0, 0.4):

@@ -116,7 +116,8 @@ def test_on_the_demo_campaign_the_hybrid_is_never_worse_under_any_protocol():
     from nnhydro.demo import CAMPAIGN
     from nnhydro.recordings.campaign import open_campaign
 
-    whole = open_campaign(CAMPAIGN)
+    shipped = open_campaign(CAMPAIGN)
+    whole = Campaign.of(shipped.arm, [r.rows(slice(None, None, 3), "every third row") for r in shipped.recordings()])
     config = TINY.model_copy(update={"hidden": (16,), "members": 3, "epochs": 10})
     for name in sorted(set(protocols()) - {"leave-arm-out"}):
         result = benchmark(whole, ["constant", "hybrid"], 3, config=config, protocol=name)

@@ -11,8 +11,7 @@ from rigs import arm
 
 from nnhydro.errors import NnhydroError, RecordingError
 from nnhydro.fitting.network.train import train
-from nnhydro.models.prediction import predict
-from nnhydro.models.prediction_file import write_prediction
+from nnhydro.models.prediction import predict, write_prediction
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.filtering.low_pass import LowPass

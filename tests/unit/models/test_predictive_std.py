@@ -74,6 +74,7 @@ def test_held_out_torques_lie_within_the_intervals_as_often_as_said(kind):
     assert 0.87 < shares["95"] <= 1.0
 
 
+@pytest.mark.slow
 @KINDS
 def test_intervals_are_wider_where_nothing_was_shown(kind):
     whole = noisy()
@@ -99,6 +100,7 @@ def test_intervals_of_a_withheld_speed_range_still_cover():
     assert result.document()["models"]["hybrid"]["coverage"]["shares"]["95"] > 0.85
 
 
+@pytest.mark.slow
 def test_doubt_survives_storage(tmp_path):
     model = train(noisy(6), FAST)
     again = load_model(save_model(model, tmp_path / "m"))

@@ -181,6 +181,7 @@ def test_every_effect_has_a_law_but_one_with_a_phase_or_a_time_of_its_own(id_):
         assert law.half.max() > 0
 
 
+@pytest.mark.slow
 def test_a_diagnosis_leaves_its_history_its_map_and_its_laws(tmp_path):
     c, without, true, finding = rubbing()
     a = c.arm

@@ -8,7 +8,7 @@ import torch
 from campaigns import GIVEN, planted
 from rigs import arm
 
-from nnhydro.effects.buoyancy_tilt import BuoyancyTilt
+from nnhydro.effects.hypotheses.buoyancy_tilt import BuoyancyTilt
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory

@@ -15,7 +15,7 @@ from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.diagnosis.model.evidence import Whitened
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.recordings.campaign import Campaign
 
@@ -92,7 +92,7 @@ def test_products_with_another_torque_are_those_of_rows_with_that_torque(found):
         view.columns(k)
     y = rng.standard_normal(old.y.shape)
     made = with_torque(view, y)
-    fresh = View(Whitened(replace(old.design, y=y / old.sw), old.unknown, old.v), view.library)
+    fresh = WeightedLibrary(Whitened(replace(old.design, y=y / old.sw), old.unknown, old.v), view.library)
     np.testing.assert_allclose(made.whitened.b, fresh.whitened.b, atol=1e-8)
     assert made.whitened.yy == pytest.approx(fresh.whitened.yy)
     np.testing.assert_allclose(made.Xy, fresh.Xy, atol=1e-8)
@@ -119,6 +119,7 @@ def test_an_injected_effect_adds_its_torque_and_nothing_else(found):
     assert share == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_friction_drawn_again_is_named_again_and_its_rivals_are_not_taken_for_it(found):
     claimed = found.decided.claimed
     (finding,) = (finding_of(found.search, claimed, k) for k in claimed.chosen)

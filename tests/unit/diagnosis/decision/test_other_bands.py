@@ -16,6 +16,7 @@ def coulomb():
     return [h for h in enumerate_hypotheses(ARM, (5.0,)) if h.key == ("coulomb_friction", 1)][:1]
 
 
+@pytest.mark.slow
 def test_friction_shows_at_every_edge_and_nothing_is_said_of_the_band():
     told = diagnosed("rubbing")
     assert [band.lost for band in told.other_bands] == [()] * len(FACTORS)

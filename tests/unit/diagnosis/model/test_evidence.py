@@ -183,13 +183,13 @@ def test_the_group_that_holds_the_unknown_gets_the_size_and_the_others_none():
 
 
 def test_columns_of_a_grown_library_are_those_computed_anew():
-    from nnhydro.diagnosis.search.view import View
+    from nnhydro.diagnosis.search.view import WeightedLibrary
 
     of = design(15)
     first, more = library(of, LAWS), library(of, (law("e"), law("f", 2)), seed=16)
     white = whitened(of)
     grown = first.with_more(more, first.key_counts)
-    step, whole = View(white, grown, before=View(white, first)), View(white, grown)
+    step, whole = WeightedLibrary(white, grown, before=WeightedLibrary(white, first)), WeightedLibrary(white, grown)
     for name in ("cross", "Xy"):
         np.testing.assert_allclose(getattr(step, name), getattr(whole, name), rtol=1e-10, atol=1e-10)
     for k in range(len(grown.hypotheses)):

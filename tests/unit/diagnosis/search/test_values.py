@@ -10,7 +10,7 @@ from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
-from nnhydro.diagnosis.search.view import View
+from nnhydro.diagnosis.search.view import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
 
@@ -22,7 +22,7 @@ def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0
     each = np.broadcast_to(np.asarray(beta, float), groups)[of.problem.group_of]
     of.y = of.y + each[:, None] / scale * X[..., 0]
     one = search(of, laws, X, level=noise**2)
-    return Search(View(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)
+    return Search(WeightedLibrary(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)
 
 
 def found(one, chosen=(0,), k=0):
@@ -148,7 +148,7 @@ def test_a_fit_that_explains_nearly_all_does_not_hang_on_the_form_of_the_rest():
     """Where the evidence is weighted by what it grants to the form of laws, values are those of least squares all the same."""
     one = with_values(0.8, 5, groups=8, rows=60, noise=0.01)
     loud = np.where(np.arange(len(one.whitened.v)) % 3 == 0, 1.0, 1e-4)[:, None] * np.ones_like(one.whitened.v)
-    coarse = Search(View(Whitened(one.whitened.design, one.whitened.unknown, loud), one.view.library), one.start)
+    coarse = Search(WeightedLibrary(Whitened(one.whitened.design, one.whitened.unknown, loud), one.view.library), one.start)
     fit = best_fit(coarse, coarse.score((0,)))
     assert fit.posterior.mean[fit.own][-1] == pytest.approx(0.8, abs=0.002)
     assert np.median(fit.whitened.v) == pytest.approx(1e-4, rel=0.2), "the noise that is left, not what was granted"

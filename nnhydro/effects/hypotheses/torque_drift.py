@@ -8,9 +8,9 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.hypotheses.torque_bias import TorqueBias
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.effects.torque_bias import TorqueBias
 
 
 @effect

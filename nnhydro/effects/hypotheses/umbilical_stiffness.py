@@ -70,7 +70,7 @@ class UmbilicalStiffness(LoadEffect):
         law = self._law()
         slope, zeros = law.deriv(), np.asarray(law.roots(), complex)
         found = [(float(slope(z.real)), float(z.real)) for z in zeros if abs(z.imag) < 1e-9 * (1 + abs(z)) and slope(z.real) > 0]
-        return min(found, key=lambda one: abs(one[1]), default=None)
+        return min(found, key=lambda rest: abs(rest[1]), default=None)
 
     def plausible(self) -> bool:
         """Return whether the rest angle is one that a hose could have, and whether what bends bends about it."""

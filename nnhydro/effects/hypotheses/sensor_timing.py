@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
 from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.effects.time_shift import first_order_lag, time_delay
+from nnhydro.physics.motion import tensor
 
 
 @effect
@@ -60,3 +61,31 @@ class SensorTiming(InstrumentEffect):
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         return f"The torque channels lag the angles by {said['lag']} (delay {said['delay']}, low-pass {said['low_pass']})."
+
+
+def time_delay(t: Tensor, x: Tensor, delay: float) -> Tensor:
+    """Return `x` (n, k) `delay` s later (earlier where negative)."""
+    from scipy.interpolate import CubicSpline
+
+    if len(t) < 4 or delay == 0.0:
+        return x
+    times = t.numpy()
+    return tensor(CubicSpline(times, x.numpy())(np.clip(times - delay, times[0], times[-1])))
+
+
+def first_order_lag(t: Tensor, x: Tensor, lag: float) -> Tensor:
+    """Return `x` (n, k) through a first-order low-pass with the time constant `lag` s."""
+    from scipy.interpolate import CubicSpline
+
+    if len(t) < 4 or lag <= 0.0:
+        return x
+    times, spline = t.numpy(), CubicSpline(t.numpy(), x.numpy())
+    d1, d2, d3 = (spline(times, order) for order in (1, 2, 3))
+    d3_before = np.concatenate([d3[:1], d3[:-1]])  # the third derivative jumps at each row
+    balance = x.numpy() - lag * d1 + lag**2 * d2
+    before, after = balance - lag**3 * d3_before, balance - lag**3 * d3
+    decay = np.exp(-np.diff(times) / lag)
+    y = before.copy()
+    for k in range(1, len(y)):
+        y[k] = before[k] + (y[k - 1] - after[k - 1]) * decay[k - 1]
+    return tensor(y)
