@@ -1,12 +1,12 @@
 """A law of the load on every strip of the arm, linear in its coefficients, which all links and joints share; its memory is learned.
 
-    f = sum_q b_q(w, dw, m, v) sum_p c_qp phi_p(z)                                                              [N/m]
+    f = sum_q b_q(w, dw, m, v, a, b) sum_p c_qp phi_p(z)                                                              [N/m]
     tau_j = sum over strips of f ds times the strip's lever about joint j, behind belt and gears                 [N m]
 
     b_1, b_2  1/2 rho D |w| w  and  rho pi D^2/4 dw: Morison's loads                                             phi: 1, z, z z
-    b_q       1/2 rho D {V w, V m, |m| w, |w| m, |m| m};  rho nu w, rho nu m;                                     phi: 1, z
+    b_q       1/2 rho D {V w, V m, |x| w, |w| x, |x| x: x of m, a, b};  rho nu w, rho nu m;                       phi: 1, z
               rho pi D^2/4 {dw w^2, dw m^2, dw w m}/V^2,  rho pi D^2/4 (w - v)/T
-    m, v      what the strip's water remembers over travel and over time T (wake.py), V^2 = mean of w^2 and all m^2
+    m, v, a, b   what the strip's water remembers over travel, over time T, and swinging (wake.py), V^2 = mean of w^2 and all m^2
     z         variables of the strip's surroundings (strip_state.py), even and bounded; w, dw its normal speed and acceleration
 
 The loads are all products of the right dimension of the motion and its fading averages that change sign in the mirror: which of them the
@@ -26,12 +26,15 @@ from torch import Tensor
 
 from nnhydro.features.scaling import gear_ratios
 from nnhydro.features.strip_state import StripView
-from nnhydro.features.wake import LASTING, STRIPS
+from nnhydro.features.wake import LASTING, STRIPS, TRAVEL
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
-MEAN, REMEMBERED, SURROUNDED = 0, 1, 2  # tiers of coefficients: Morison's two, those of memory alone, those that z bends
+# Tiers of coefficients: Morison's two; drag that remembers; inertia that does; memory that swings; those of body and odd features, and of
+# free functions (fitting/network/linear_part.py); from SURROUNDED on those that the first, the second ... set of variables bends.
+MEAN, REMEMBERED, SWUNG, ACCELERATED, ARM, FREE, SURROUNDED = range(7)
 MORISON = 2  # drag and inertia: the loads whose coefficients may bend with z
+DRAGS, SWINGS, INERTIAS = 1 + 4 * len(TRAVEL), 6, 1 + 2 * len(TRAVEL) + len(LASTING)  # loads that remember, by speed and by acceleration
 CHUNK = 128  # rows at a time: their products stay in the processor's cache
 FAINT = 1e-3  # m/s: below it ratios of speeds fade to zero
 
@@ -51,15 +54,22 @@ def size(k: int, of_three: Sequence[int] = ()) -> int:
     return 1 + k + len(a) + len(c)
 
 
-def tiers(k: int, of_three: Sequence[int], count: int) -> Tensor:
-    """Return the tier of each of `count` coefficients of a law of k variables: MEAN, REMEMBERED or SURROUNDED; none without a law."""
+def tiers(sets: Sequence[int], of_three: Sequence[int], count: int) -> Tensor:
+    """Return the tier of each of `count` coefficients of a law whose variables belong to the sets numbered `sets`; none without a law.
+
+    A product of variables of two sets is in the tier of the later one.
+    """
     if not count:
         return torch.full((0,), SURROUNDED)
-    bent, straight = size(k, of_three), 1 + k
-    found = torch.full((count,), SURROUNDED)
-    found[[load * bent for load in range(MORISON)]] = MEAN
-    found[MORISON * bent::straight] = REMEMBERED
-    return found
+    k = len(sets)
+    a, b, c, d = _products(k, tuple(of_three))
+    own = torch.tensor(sets)
+    two = torch.maximum(own[a], own[b]) if k else own
+    phi = SURROUNDED + torch.cat([own, two, torch.maximum(two[c], own[d])])
+    per_load = [torch.cat([torch.tensor([MEAN]), phi])] * MORISON
+    for first in [REMEMBERED] * DRAGS + [SWUNG] * SWINGS + [ACCELERATED] * INERTIAS + [REMEMBERED] * (1 + len(TRAVEL)):
+        per_load.append(torch.cat([torch.tensor([first]), phi[:k]]))
+    return torch.cat(per_load)
 
 
 def monomials(z: Tensor, of_three: Sequence[int]) -> Tensor:
@@ -79,7 +89,8 @@ def unit_loads(view: StripView, rows: slice = slice(None)) -> Tensor:
     squares = torch.stack([x**2 for x in (w, *m)])
     V2 = squares.mean(dim=0)
     V, share = V2.sqrt(), dw / (V2 + FAINT**2)
-    drag = [V * x for x in (w, *m)] + [x.abs() * w for x in m] + [w.abs() * x for x in m] + [x.abs() * x for x in m]
+    eddies = [x[rows] for x in view.swinging]
+    drag = [V * x for x in (w, *m)] + [load for x in (*m, *eddies) for load in (x.abs() * w, w.abs() * x, x.abs() * x)]
     inertia = [*(share * squares), *(share * w * x for x in m)]
     history = [(w - v[rows]) * flow.nu / (f * D**2) for v, f in zip(view.lasting, LASTING, strict=True)]
     pressure, water, viscous = 0.5 * flow.rho * D * ds, flow.rho * pi / 4 * D**2 * ds, flow.rho * flow.nu * ds

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ConfigError
-from nnhydro.features.wake import memories, stations, time_memories, travel_memories
+from nnhydro.features.wake import memories, stations, swinging_memories, time_memories, travel_memories
 from nnhydro.physics.flow import Flow
 
 
@@ -55,6 +55,11 @@ class StripView:
     def lasting(self) -> list[Tensor]:
         """Memories over time (n, links, s) m/s."""
         return time_memories(self.wake)
+
+    @cached_property
+    def swinging(self) -> list[Tensor]:
+        """Both parts of the memory that swings (n, links, s) m/s."""
+        return swinging_memories(self.wake)
 
 
 StateSet = Callable[[StripView], Tensor]  # (n, links, k, s), even
@@ -99,6 +104,11 @@ def known_states(names: Sequence[str]) -> list[DeclaredSet]:
     if unknown:
         raise ConfigError(f"unknown set of strip variables {unknown[0]!r}: known are {', '.join(known)}")
     return [known[name] for name in names]
+
+
+def sets_of(view: StripView, names: Sequence[str]) -> list[int]:
+    """Return the number of the set that each variable belongs to."""
+    return [number for number, declared in enumerate(known_states(names)) for _ in range(declared.variables(view).shape[2])]
 
 
 def strip_states(view: StripView, names: Sequence[str]) -> tuple[Tensor, tuple[int, ...]]:

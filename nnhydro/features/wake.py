@@ -2,17 +2,20 @@
 
     dp/dt = c (w - p)/(lambda D),  dm/dt = c (p - m)/(lambda D),  c^2 = w^2 + m^2,  lambda in TRAVEL    two stages over the way  [m/s]
     dv/dt = (w - v)/T,                                                              T in LASTING D^2/nu     one stage over time  [m/s]
+    dz/dt = e (w - z)(DAMPING + i) 2 pi STROUHAL/D,  e^2 = w^2 + |z|^2              swings STROUHAL times a diameter           [m/s]
 
-No filter is a law of the flow: what m and v mean for the load is learned (strip_law.py). Two stages rise late, as a wake does; their
-clock c goes on while the strip stands in what it has set in motion. None of them obeys the first-order equation over |w| dt that
-datasets/rivera_tank plants. A station that starts from rest has m = 0 and reaches w after a few lambda; after a reversal m still has the
-old sign. Steady runs, and runs that begin under tow, have m = v = w. Stable by construction: p, m, v stay within the range of w.
+No filter is a law of the flow: what m, v and z mean for the load is learned (strip_law.py). Two stages rise late, as a wake does; their
+clock c goes on while the strip stands in what it has set in motion. z = a + i b swings over the way as vortices are shed, and has forgotten
+within a third of a period. None obeys the first-order equation over |w| dt that datasets/rivera_tank plants. A station that starts from
+rest has m = 0 and reaches w after a few lambda; after a reversal m still has the old sign. Steady runs, and runs that begin under tow, have
+m = v = a = w and b = 0. Stable by construction: p, m, v stay within the range of w, z - w decays.
 
 Sources: McLain & Rock (1998), eq. (1) (coefficients depend on s/D); gamma filters: de Vries & Principe (1992), Neural Networks 5, 565;
-times of the boundary layer, D^2/nu: Basset (1888). The bank and its clock are ours.
+times of the boundary layer, D^2/nu: Basset (1888); Strouhal number: API RP 2A-WSD, B.5.3.1.2.13. The bank and its clocks are ours.
 """
 
 from collections.abc import Sequence
+from math import pi
 
 import numpy as np
 import torch
@@ -29,7 +32,9 @@ Array = NDArray[np.float64]
 STRIPS = 10  # a link; McLain & Rock found no gain beyond four
 TRAVEL = (0.25, 0.5, 1.0, 2.0, 4.0)  # diameters, from the vortex pair's growth to the street's
 LASTING = (1e-4, 1e-3, 1e-2)  # of D^2/nu
-STATES = 2 * len(TRAVEL) + len(LASTING) + 1  # numbers that a station carries from row to row: p, m, v and w itself
+STROUHAL, DAMPING = 0.2, 0.5  # cycles a diameter, as of long cylinders from Re 300 to 2e5; decay over angular frequency
+SWINGING = (2 * pi * STROUHAL * DAMPING, 2 * pi * STROUHAL)  # decay and angular frequency a diameter
+STATES = 2 * len(TRAVEL) + len(LASTING) + 3  # numbers that a station carries from row to row: p, m, v, a, b and w itself
 TINY = 1e-12  # rate of a step: none at all
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
@@ -62,15 +67,28 @@ def _hold(rate: Tensor) -> tuple[Tensor, Tensor]:
     return torch.exp(-r), -torch.expm1(-r) / r
 
 
+def _swing(rate: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """The same of a filter that swings, r (decay + i frequency) in place of r; real and imaginary parts of both."""
+    r = rate.clamp(min=TINY)
+    (decay, turn), size = SWINGING, SWINGING[0] ** 2 + SWINGING[1] ** 2
+    fade = torch.exp(-decay * r)
+    re, im = fade * torch.cos(turn * r), -fade * torch.sin(turn * r)
+    return re, im, ((1 - re) * decay - im * turn) / (size * r), (-im * decay - (1 - re) * turn) / (size * r)
+
+
 def next_state(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Tensor:
     """Return the state (..., STATES, links, s) after dt s in which the speed went straight to w (..., links, s) m/s, from that before."""
-    first, second, slow, before = torch.split(state, [len(TRAVEL), len(TRAVEL), len(LASTING), 1], dim=-3)
+    first, second, slow, a, b, before = torch.split(state, [len(TRAVEL), len(TRAVEL), len(LASTING), 1, 1, 1], dim=-3)
     w = w.unsqueeze(-3)
     stay, turn = _hold(torch.hypot(((w + before) / 2).expand_as(second), second) * dt / (_lengths(TRAVEL) * D[:, None]))
     p = w + (first - before) * stay - (w - before) * turn
     m = p + (second - first) * stay - (p - first) * turn
     stay, turn = _hold(dt * nu / (_lengths(LASTING) * D[:, None] ** 2).expand_as(slow))
-    return torch.cat([p, m, w + (slow - before) * stay - (w - before) * turn, w], dim=-3)
+    v = w + (slow - before) * stay - (w - before) * turn
+    clock = torch.hypot((w + before) / 2, torch.hypot(a, b))
+    re, im, turn, across = _swing(clock * dt / D[:, None])
+    swung = w + (a - before) * re - b * im - (w - before) * turn, (a - before) * im + b * re - (w - before) * across
+    return torch.cat([p, m, v, *swung, w], dim=-3)
 
 
 def _filter_bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
@@ -78,7 +96,7 @@ def _filter_bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Arra
     count = len(TRAVEL)
     found = np.empty((len(w), STATES, *w.shape[1:]))
     found[0, :-1], found[:, -1] = start, w
-    p, m, v = found[:, :count], found[:, count:2 * count], found[:, 2 * count:-1]
+    p, m, v = found[:, :count], found[:, count:2 * count], found[:, 2 * count:-3]
     change, square = np.diff(w, axis=0), (0.5 * (w[1:] + w[:-1])) ** 2
     per_way = -dt[1:, None, None, None] / (np.asarray(TRAVEL)[:, None, None] * D)
     rates = np.minimum(-dt[1:, None, None, None] * nu / (np.asarray(LASTING)[:, None, None] * D**2), -TINY)
@@ -95,7 +113,20 @@ def _filter_bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Arra
         np.add(first, w[k + 1], out=p[k + 1])
         np.add(p[k + 1], second, out=m[k + 1])
         np.add(third, w[k + 1], out=v[k + 1])
+    found[:, -3], found[:, -2] = _swinging(w, dt, D, start)
     return found
+
+
+def _swinging(w: Array, dt: Array, D: Array, start: Array) -> tuple[Array, Array]:
+    """a and b (n, links, s) m/s, row by row; the lag z - w turns and decays."""
+    z, rate = np.empty(w.shape, dtype=complex), complex(*SWINGING)
+    z[0] = start
+    square, change = (0.5 * (w[1:] + w[:-1])) ** 2, np.diff(w, axis=0)
+    for k in range(len(change)):
+        x = np.maximum(np.sqrt(square[k] + np.abs(z[k]) ** 2) * dt[k + 1] / D, TINY) * rate
+        fade = np.expm1(-x)
+        z[k + 1] = w[k + 1] + (z[k] - w[k]) * (1 + fade) + change[k] * fade / x
+    return z.real, z.imag
 
 
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
@@ -106,8 +137,13 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     if flow.motion.carried is not None:
         return w, list(_carried_memories(flow, flow.motion.carried, w).unbind(1))
     if flow.motion.steady or len(flow.motion) < 2:
-        return w, [w for _ in range(STATES)]
+        return w, _lasted(w)
     return w, flow.memo.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _of_run(flow, w))
+
+
+def _lasted(w: Tensor) -> list[Tensor]:
+    """The states in a flow that has lasted."""
+    return [*(w for _ in range(STATES - 2)), torch.zeros_like(w), w]
 
 
 def _of_run(flow: Flow, w: Tensor) -> list[Tensor]:
@@ -121,7 +157,7 @@ def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
     moves = each_under_way(flow)[:, None, None, None]
 
     def start() -> Tensor:
-        every = w[:, None].expand(-1, STATES - 1, -1, -1)
+        every = torch.stack(_lasted(w)[:-1], dim=1)
         return torch.cat([torch.where(moves, every, torch.zeros_like(every)), w[:, None]], dim=1)
 
     return carried.value(f"wake/{w.shape[2]}", start, lambda old: next_state(w, carried.steps(4), flow.D, flow.nu, old))
@@ -134,7 +170,12 @@ def travel_memories(state: Sequence[Tensor]) -> list[Tensor]:
 
 def time_memories(state: Sequence[Tensor]) -> list[Tensor]:
     """Return the memories over time."""
-    return list(state[2 * len(TRAVEL):-1])
+    return list(state[2 * len(TRAVEL):-3])
+
+
+def swinging_memories(state: Sequence[Tensor]) -> list[Tensor]:
+    """Return both parts of the memory that swings."""
+    return list(state[-3:-1])
 
 
 def ends(state: Sequence[Tensor]) -> tuple[Tensor, Tensor]:

@@ -18,7 +18,7 @@ from nnhydro.features.body_columns import body_columns
 from nnhydro.features.feature_set import Features, View
 from nnhydro.features.free_part import FreeRange, free_functions
 from nnhydro.features.strip_law import law_columns, tiers
-from nnhydro.features.strip_state import StripView, strip_states
+from nnhydro.features.strip_state import StripView, sets_of, strip_states
 from nnhydro.fitting.network.filtered_rows import reach, seen_rows
 from nnhydro.models.learned.learned import swiftness
 from nnhydro.physics.flow import Flow
@@ -94,7 +94,7 @@ def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segme
         here = torch.from_numpy(some)
         seen = Seen(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(flow)[here].amax(dim=0))
         parts.append(Linear(tensor(seen_rows(segment, every.numpy(), some)).float(), law.shape[2], law.shape[2] + body.shape[2],
-                            angles.shape[1], tiers(z.shape[2], of_three, law.shape[2]), seen))
+                            angles.shape[1], tiers(sets_of(strips, names), of_three, law.shape[2]), seen))
     first, *others = parts
     for other in others:
         first = first.and_of(other)

@@ -4,35 +4,28 @@
 
 A holds the columns of the strips' law and of the body, whose coefficients all joints share, and for each joint the odd features times its
 scale and the free functions, all passed through the filter that the torque has passed. h_p is the sum of A_p^2 / s_j^2; what is stated of
-the masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers with a weight each: Morison's
-two; what the strips' water remembers; what their surroundings and the arm's state add; what the mirror need not repeat. A member solves
-on the rows that it trains on; the weights are those with which the members do best on the recordings that they watch, by the loss of
-stacking.py and as much as a hybrid would use of it, found tier by tier: a tier is opened only where that gains WORTH. The last tier is
-decided first and for itself (`beside_the_base`): what is fixed to the tank is no correction of the water's loads, it belongs to the
-baseline that corrections fade to. One pass over the rows: memory is that of the normal matrices. Source: ridge regression, Hoerl &
-Kennard (1970); the tiers are ours.
+the masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers, each with a lambda that is
+chosen on recordings held out of the fit (tier_choice.py): Morison's two; drag that remembers; memory that swings; inertia that remembers;
+each set of surroundings; body and odd features. The free functions, which the mirror need not repeat, are decided first and for
+themselves (`beside_the_base`): what is fixed to the tank is no correction of the water's loads, it belongs to the baseline that corrections
+fade to. A member solves on the rows that it trains on. One pass over the rows: memory is that of the normal matrices. Source: ridge
+regression, Hoerl & Kennard (1970); the tiers are ours.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import final
 
 import torch
 from torch import Tensor
 
-from nnhydro.features.strip_law import MEAN, REMEMBERED, SURROUNDED
+from nnhydro.features.strip_law import ARM, FREE, SURROUNDED
 from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.rows import CHUNK, Rows
-from nnhydro.fitting.network.stacking import SHARES, held_out, least_loss
+from nnhydro.fitting.network.stacking import SHARES, held_out, losses
+from nnhydro.fitting.network.tier_choice import CLOSED, PENALTIES, Weights, choice_of_each, unwatched
 
-PENALTIES = tuple(10.0**k for k in range(1, -6, -1))  # lambda of a tier
-CLOSED = 1e9  # lambda that leaves a tier out
-MEAN_PENALTY = 1e-4
-FREE = 3
-TIERS = (MEAN, REMEMBERED, SURROUNDED, FREE)  # features/strip_law.py, and the free functions
-UNWATCHED = (MEAN_PENALTY, 1e-2, 1e-1, CLOSED)  # where no recording can be watched
-WORTH = {REMEMBERED: 1.0, SURROUNDED: 0.98, FREE: 0.9}  # of the error left without the tier
+FREE_WORTH = 0.9  # of the error left without the free functions
 STATED = 1e-3  # kappa: the square of what the model leaves, 2 % of the torque, some three rows being worth one
 MOST = 10_000  # watched rows looked at in a choice
 FLAT = 1e-12  # of the largest: columns that hardly move are left out
@@ -113,7 +106,6 @@ def _solved(A: Tensor, b: Tensor, shared: int, joints: int) -> Tensor:
     return torch.cat([first, *(block[:, -1] - block[:, :-1] @ first for block in blocks)])
 
 
-Weights = tuple[float, ...]  # lambda of each tier
 Solution = Callable[[Weights], Tensor]  # theta (q,)
 
 
@@ -144,38 +136,15 @@ def _part(theta: Tensor, linear: Linear, joints: int) -> LinearPart:
     return LinearPart(theta[:, :linear.shared], own[:, :odd], own[:, odd:])
 
 
-def _chosen_weights(left: Callable[[Weights], float], tiers: Sequence[int]) -> Weights:
-    """The weights of the `tiers` that leave least on watched recordings, opened one after the other, each adjusted once more at the end."""
-    weights = [MEAN_PENALTY, CLOSED, CLOSED, CLOSED]
-
-    def at(tier: int, value: float) -> Weights:
-        return (*weights[:tier], value, *weights[tier + 1:])
-
-    for tier in tiers:
-        without = left(tuple(weights))
-        best = min(PENALTIES, key=lambda value: left(at(tier, value)))
-        if left(at(tier, best)) < WORTH[tier] * without:
-            weights[tier] = best
-    for tier in tiers:
-        if weights[tier] < CLOSED:
-            near = [weights[tier] * factor for factor in (0.316, 1.0, 3.16)]
-            weights[tier] = min(near, key=lambda value: left(at(tier, value)))
-    return tuple(weights)
-
-
-def _left_on_watched(rows: Rows, columns: Tensor, watched: Tensor, fades: bool) -> Callable[[LinearPart], float]:
-    """What a linear part leaves on the recordings that its members watch: the loss of stacking.py on MOST rows, evenly spaced."""
+def _losses_on_watched(rows: Rows, columns: Tensor, watched: Tensor, fades: bool) -> Callable[[LinearPart], Tensor]:
+    """The losses (shares, recordings, joints) of a linear part on MOST rows, evenly spaced, that its members watch (stacking.py)."""
     index = watched.any(dim=0)[rows.unit].nonzero().ravel()
     index = index[::len(index) // MOST + 1]
     A, scale = (x[index].double() for x in (columns, rows.scale))
-    unit, shares = rows.unit[index], SHARES if fades else (1.0,)
+    unit, shares, left_out = rows.unit[index], SHARES if fades else (1.0,), float(watched.double().mean())
     mine = watched[:, unit]
     target = rows.target_of(index, mine)
-
-    def left(part: LinearPart) -> float:
-        return least_loss(target, held_out(part.of(A).transpose(0, 1), mine, scale, fades), unit, shares)
-
-    return left
+    return lambda part: losses(target, held_out(part.of(A).transpose(0, 1), mine, scale, left_out if fades else None), unit, shares)
 
 
 def left_over(rows: Rows, part: LinearPart, columns: Tensor, watched: Tensor, s: Tensor) -> float:
@@ -207,24 +176,29 @@ class _Members:
         prior = slice(linear.law_size, linear.law_size + stated)
         everything, seen = _sums(rows, linear.columns, shared, watched[:, rows.unit])
         size = torch.diagonal(everything.H)
-        tier = torch.full_like(size, SURROUNDED).long()
+        tier = torch.full_like(size, ARM).long()
         tier[:linear.law_size] = linear.tiers
         for own in torch.arange(shared, len(size)).chunk(joints) if linear.free_size else ():
             tier[own[-linear.free_size:]] = FREE
         solutions = [_solutions(sums, size, prior, tier, shared, joints) for sums in (everything, *(everything.without(x) for x in seen))]
         return _Members(solutions[1:], solutions[0], tier, linear, joints)
 
-    def _theta(self, weights: Weights) -> Tensor:
-        return torch.stack([solution(weights) for solution in self.each])
+    @property
+    def tiers(self) -> int:
+        """How many tiers there may be."""
+        return max(int(self.tier.max()) + 1, SURROUNDED)
 
-    def unseen(self, weights: Weights) -> LinearPart:
-        """Return what each member makes of the rows that it trains on."""
+    def _theta(self, weights: Sequence[Weights]) -> Tensor:
+        return torch.stack([solution(own) for solution, own in zip(self.each, weights, strict=True)])
+
+    def unseen(self, weights: Sequence[Weights]) -> LinearPart:
+        """Return what each member, with its weights, makes of the rows that it trains on."""
         return _part(self._theta(weights), self.linear, self.joints)
 
-    def in_use(self, weights: Weights) -> LinearPart:
+    def in_use(self, weights: Sequence[Weights]) -> LinearPart:
         """Return the same, moved so that the mean is that of all rows."""
-        theta = self._theta(weights)
-        return _part(theta + (self.whole(weights) - theta.mean(dim=0)), self.linear, self.joints)
+        theta, whole = self._theta(weights), torch.stack([self.whole(own) for own in weights])
+        return _part(theta + (whole - theta).mean(dim=0), self.linear, self.joints)
 
 
 def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades: bool = False) -> tuple[LinearPart, LinearPart]:
@@ -235,11 +209,10 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
     says whether there is a baseline to fade to. Free functions stay closed.
     """
     members = _Members.of(rows, linear, watched, stated)
-    chosen: Weights = UNWATCHED
+    count, chosen = len(watched), [unwatched(members.tiers)] * len(watched)
     if bool(watched[:, rows.unit].any()):
-        left = _left_on_watched(rows, linear.columns, watched, fades)
-        used = [one for one in TIERS[1:FREE] if bool((members.tier == one).any())]
-        chosen = _chosen_weights(cache(lambda weights: left(members.unseen(weights))), used)
+        left = _losses_on_watched(rows, linear.columns, watched, fades)
+        chosen = choice_of_each(lambda weights: left(members.unseen([weights] * count)), set(members.tier.tolist()), members.tiers, count)
     return members.unseen(chosen), members.in_use(chosen)
 
 
@@ -253,10 +226,14 @@ def beside_the_base(rows: Rows, linear: Linear, watched: Tensor, stated: int, s:
         return None
     members = _Members.of(rows, linear, watched, stated)
 
-    def left(weight: float) -> float:
-        return left_over(rows, members.unseen((*UNWATCHED[:FREE], weight)), linear.columns, watched, s)
+    def weights(free: float) -> list[Weights]:
+        """Return the weights of each member for one of the free functions."""
+        usual = unwatched(members.tiers)
+        return [(*usual[:FREE], free, *usual[FREE + 1:])] * len(watched)
 
-    found = {weight: left(weight) for weight in PENALTIES}
+    def left(free: float) -> float:
+        return left_over(rows, members.unseen(weights(free)), linear.columns, watched, s)
+
+    found = {free: left(free) for free in PENALTIES}
     best = min(found, key=found.__getitem__)
-    weights = (*UNWATCHED[:FREE], best)
-    return (members.unseen(weights), members.in_use(weights)) if found[best] < WORTH[FREE] * left(CLOSED) else None
+    return (members.unseen(weights(best)), members.in_use(weights(best))) if found[best] < FREE_WORTH * left(CLOSED) else None

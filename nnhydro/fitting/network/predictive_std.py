@@ -60,14 +60,14 @@ def _sample(mask: Tensor) -> Tensor:
 def _out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Tensor, ...]:
     """Residual r, scatter s, scale S (m, joints) N m, phi (m, 1), unit (m,) and target (m, joints) of rows that a member watches."""
     index = _sample(watched.any(dim=0)[rows.unit])
-    parts = []
+    parts, left_out = [], float(watched.double().mean())
     for piece in torch.split(index, CHUNK):
         x, scale = rows.x[piece].double(), rows.scale[piece].double()
         phi = model.familiarity(x)
         assert rows.linear is not None
         members = model.correction(x, scale, rows.linear[piece].double().transpose(0, 1))
         mine = watched[:, rows.unit[piece]]
-        predicted, target = held_out(members, mine, scale, model.baseline is not None), rows.target_of(piece, mine)
+        predicted, target = held_out(members, mine, scale, None if model.baseline is None else left_out), rows.target_of(piece, mine)
         whole = members if rows.parting is None else members + rows.parting[piece].double().transpose(0, 1)
         scatter = whole.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
         parts.append((target - predicted, scatter, scale, phi, rows.unit[piece], target))

@@ -1,13 +1,14 @@
 """How much of what was learned is used beside the baseline, judged recording by recording on recordings held out of the fit.
 
-    minimise over b in NETWORKS and, joint by joint, t_j in SHARES     mean over recordings of  r + WARY max(0, r - 1),
-    r = sum |target - t_j correction_b| / sum |target|,      trust_j = t_j / (t_j + (1 - t_j) f)
+    minimise over b in NETWORKS and, joint by joint, t_j in SHARES     mean over recordings of  r / <r_0> + WARY max(0, r/r_0 - 1),
+    r = sum |target - t_j correction_b|,   r_0 = sum |target|,         trust_j = t_j / (t_j + (1 - t_j) f)
 
-`target` is what the baseline leaves, correction_b what the members that did not train on a recording make of it with b times their
-networks, shrunk by the disagreement of all members (models/learned/shrinkage.py). A recording on which the hybrid would do worse than its
-baseline (r > 1) weighs against the others. The smallest share within a hair of the best is taken; the networks (b = 1) are left out (b = 0)
-only where that is better by more than a hair: the few members that watch a recording err more in their mean than all that are used. f is
-the part of the recordings that a member is fitted to: the model, of all of them, has credit for what its members did not know.
+Sums run over a recording, <> over recordings. `target` is what the baseline leaves, correction_b what the members that did not train on a
+recording make of it with b times their networks, shrunk by the disagreement of all members (models/learned/shrinkage.py). What is gained
+counts in N m, what is spoilt by how many times worse than its baseline a recording becomes: that is what is promised of a hybrid.
+The smallest share within a hair of the best is taken. The networks (b = 1) are left out (b = 0) only where that is better by more than a
+hair: the few members that watch a recording err more in their mean than all that are used. f is the part of the recordings that a member
+is fitted to: the model, of all of them, has credit for what its members did not know.
 Source: stacking, Wolpert (1992), Neural Networks 5, 241, Breiman (1996), Machine Learning 24, 49; the loss is ours.
 """
 
@@ -25,34 +26,34 @@ HAIR = 0.01
 TINY = 1e-300
 
 
-def error_ratios(target: Tensor, correction: Tensor, unit: Tensor) -> Tensor:
-    """Return r (recordings, joints) of `correction` for `target` (n, joints) N m, rows of the recordings `unit` (n,)."""
-    _, place = torch.unique(unit, return_inverse=True)
-    count = int(place.max()) + 1
-    none = torch.zeros(count, target.shape[1], dtype=torch.float64)
-    left, whole = (none.index_add(0, place, x.abs()) for x in (target - correction, target))
-    ratio: Tensor = left / whole.clamp(min=TINY)
-    return ratio
-
-
-def held_out(members: Tensor, mine: Tensor, scale: Tensor, fades: bool) -> Tensor:
+def held_out(members: Tensor, mine: Tensor, scale: Tensor, left_out: float | None) -> Tensor:
     """Return what the members (E, n, joints) N m say together of rows (n,) that those in `mine` (E, n) have watched, (n, joints) N m.
 
-    Where it fades (a hybrid), it is as much of it as is used: shrunk by the disagreement of all members.
+    Of a hybrid it is as much as is used, shrunk by the disagreement of all members, each of whom has left out the share `left_out` of the
+    recordings; None for a network.
     """
     weight = mine.double()[..., None]
     mean = (members * weight).sum(dim=0) / weight.sum(dim=0)
-    return shrink(mean, jackknife(members), scale) if fades else mean
+    return mean if left_out is None else shrink(mean, jackknife(members, left_out), scale)
 
 
-def loss(ratio: Tensor) -> Tensor:
-    """Return the mean ratio (joints,), what lies above 1 counting WARY times more."""
-    return (ratio + WARY * (ratio - 1).clamp(min=0.0)).mean(dim=0)
+def losses(target: Tensor, correction: Tensor, unit: Tensor, shares: Sequence[float] = SHARES) -> Tensor:
+    """Return r/<r_0> + WARY max(0, r/r_0 - 1) (shares, recordings, joints) of `correction` for `target` (n, joints) N m.
 
+    The rows are those of the recordings `unit` (n,).
+    """
+    _, place = torch.unique(unit, return_inverse=True)
+    none = torch.zeros(int(place.max()) + 1, target.shape[1], dtype=torch.float64)
 
-def least_loss(target: Tensor, correction: Tensor, unit: Tensor, shares: Sequence[float] = SHARES) -> float:
-    """Return the mean over joints of the least loss that one of the `shares` of `correction` (n, joints) N m leaves."""
-    return float(torch.stack([loss(error_ratios(target, t * correction, unit)) for t in shares]).amin(dim=0).mean())
+    def size(x: Tensor) -> Tensor:
+        """Return the sum of |x| (recordings, joints) over each recording."""
+        return none.index_add(0, place, x.abs())
+
+    before = size(target)
+    left = torch.stack([size(target - t * correction) for t in shares])
+    harm = (left / before.clamp(min=TINY) - 1).clamp(min=0.0)
+    found: Tensor = left / before.mean(dim=0).clamp(min=TINY) + WARY * harm
+    return found
 
 
 def credit(share: Tensor, fitted: float) -> Tensor:
@@ -67,9 +68,9 @@ def stacked(target: Tensor, candidates: Mapping[float, Tensor], unit: Tensor, sh
     """Return b and trust (joints,) for `target` (n, joints) N m and the corrections (n, joints) N m of each b among the `candidates`."""
     best, found = torch.inf, (1.0, torch.ones(target.shape[1], dtype=torch.float64))
     for b, correction in candidates.items():
-        losses = torch.stack([loss(error_ratios(target, t * correction, unit)) for t in shares])
-        least = losses.amin(dim=0)
+        found_losses = losses(target, correction, unit, shares).mean(dim=1)
+        least = found_losses.amin(dim=0)
         if float(least.mean()) < (1 - HAIR) * best:
-            first = (losses <= (1 + HAIR) * least).int().argmax(dim=0)
+            first = (found_losses <= (1 + HAIR) * least).int().argmax(dim=0)
             best, found = float(least.mean()), (b, torch.tensor(shares, dtype=torch.float64)[first])
     return found

@@ -23,7 +23,7 @@ from nnhydro.fitting.network.rows import CHUNK, Rows, free_range, law_of, rows_a
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.learned.free_part import FreePart
-from nnhydro.models.learned.learned import LearnedTorque
+from nnhydro.models.learned.learned import LEFT_OUT, LearnedTorque
 from nnhydro.models.learned.network import Ensemble
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.seen import SEEN, seen_record
@@ -98,7 +98,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         ensemble = gradient_fit(layout, rows, watched, config, state, save, progress)
         record: dict[str, Any] = {"config": config.model_dump(mode="json"), "epochs": state.epoch, "best_epoch": state.best_epoch.tolist(),
                                   "validation_error": state.best_error.tolist(), "recordings": [unit.name for unit in chosen],
-                                  SEEN: seen_record(chosen, base)}
+                                  SEEN: seen_record(chosen, base), LEFT_OUT: float(watched.double().mean())}
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
                              fixed)

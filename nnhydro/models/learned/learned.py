@@ -16,7 +16,7 @@ from torch import Tensor
 
 from nnhydro.features.feature_set import View, features
 from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_scale
-from nnhydro.features.wake import LASTING, TRAVEL
+from nnhydro.features.wake import LASTING, SWINGING, TRAVEL
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.free_part import FreePart
 from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
@@ -30,7 +30,8 @@ from nnhydro.recordings.arm import Arm
 
 WIDENING = 3.0  # a feature a third of its half range outside, or a link a third faster than ever, doubles the deviation
 FAR = 3.0  # half ranges outside: beyond them all that can be said is that it is far
-BANK = [list(TRAVEL), list(LASTING)]  # what the strips' water remembers: a model is of one bank
+BANK = [list(TRAVEL), list(LASTING), list(SWINGING)]  # what the strips' water remembers: a model is of one bank
+LEFT_OUT = "left_out"  # in the record of the fit: the share of the recordings that each member left out of it
 BASELINE, LAW, FREE = "baseline.", "law.", "free."  # before the names of a baseline's tensors, a law's, and a free part's
 
 
@@ -168,7 +169,7 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         ground = self._ground(motion, view).mean(dim=0)
         if self.baseline is None:
             return ground + correction.mean(dim=0)
-        doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(correction)
+        doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(correction, self.fit.get(LEFT_OUT, 0.0))
         return ground + shrink(correction.mean(dim=0), doubted, view.scale)
 
     def _std(self, view: View, x: Tensor, correction: Tensor) -> Tensor | None:

@@ -13,7 +13,7 @@ from nnhydro.errors import ConfigError
 from nnhydro.features.feature_set import dimensional, feature_sets, features
 from nnhydro.features.history import since_reversal
 from nnhydro.features.scaling import morison_scale
-from nnhydro.features.wake import LASTING, STATES, TRAVEL, memories, next_state, stations, time_memories, travel_memories
+from nnhydro.features.wake import LASTING, STATES, TRAVEL, memories, next_state, stations, swinging_memories, time_memories, travel_memories
 from nnhydro.models.learned.learned import view_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
@@ -212,13 +212,20 @@ def test_memories_over_time_are_exponentials_of_the_boundary_layer_time():
 def test_no_memory_leaves_the_range_of_the_speed_and_none_obeys_the_planted_equation():
     u = np.concatenate([np.zeros(1), np.full(60, 0.5), np.full(60, -0.8), np.zeros(60)])
     _, found = remembered(tow(u))
-    every = torch.stack(found[:-1])[:, :, 0, 0]
+    every = torch.stack([*travel_memories(found), *time_memories(found)])[:, :, 0, 0]
     assert float(every.max()) <= 0.5
     assert float(every.min()) >= -0.8
     planted = relax(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / 0.9, tensor([0.0])[0])
     lengths = np.geomspace(0.1, 10.0, 60)
     first = [relax(tensor(u), tensor(np.abs(u) * 0.01) / arm(1).D[0] / k, tensor([0.0])[0]) for k in lengths]
     assert min(float((m - x).abs().max()) for m in every for x in [planted, *first]) > 0.02
+
+
+def test_set_off_a_memory_swings_once_in_five_diameters_and_settles():
+    w, found = remembered(off(rows=4000))
+    a, b = (x[:, 0, 0] / w[-1, 0, 0] for x in swinging_memories(found))
+    assert 0.1 < float(a.max()) - 1 < 0.3, "it swings beyond the speed"
+    assert_close(torch.stack([a[-1], b[-1]]), torch.tensor([1.0, 0.0]).double(), rtol=1e-6, atol=1e-6)
 
 
 def test_row_by_row_the_bank_is_that_of_the_whole():
@@ -232,8 +239,9 @@ def test_row_by_row_the_bank_is_that_of_the_whole():
 
 
 def test_a_recording_that_begins_under_tow_begins_with_a_full_wake():
-    w, found = remembered(tow(np.full(50, 0.5)))
-    assert all(torch.allclose(m, w, rtol=1e-12) for m in found)
+    w, (*full, across, last) = remembered(tow(np.full(50, 0.5)))
+    assert all(torch.allclose(m, w, rtol=1e-12) for m in (*full, last))
+    assert float(across.abs().max()) < 1e-12
 
 
 def test_joints_that_move_from_the_first_row_on_have_no_wake_yet():
@@ -245,8 +253,9 @@ def test_joints_that_move_from_the_first_row_on_have_no_wake_yet():
 
 def test_steady_runs_have_a_full_wake():
     motion = states(2)
-    w, found = remembered(motion, arm(2))
-    assert all(torch.equal(m, w) for m in found)
+    w, (*full, across, last) = remembered(motion, arm(2))
+    assert all(torch.equal(m, w) for m in (*full, last))
+    assert not across.any()
 
 
 def test_after_a_reversal_the_wake_still_has_the_old_sign():

@@ -6,8 +6,20 @@ import pytest
 import torch
 from rigs import arm, assert_close, run, states
 
-from nnhydro.features.strip_law import MEAN, MORISON, REMEMBERED, SURROUNDED, law_columns, law_torque, size, tiers, unit_loads
-from nnhydro.features.strip_state import StripView, strip_states
+from nnhydro.features.strip_law import (
+    ACCELERATED,
+    MEAN,
+    MORISON,
+    REMEMBERED,
+    SURROUNDED,
+    SWUNG,
+    law_columns,
+    law_torque,
+    size,
+    tiers,
+    unit_loads,
+)
+from nnhydro.features.strip_state import StripView, sets_of, strip_states
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.physics.flow import Flow
@@ -34,7 +46,7 @@ def test_the_torque_is_the_sum_of_its_columns(links):
 def test_the_first_of_drag_and_of_inertia_are_morisons_by_strips():
     a, motion = arm(2), states(2)
     strips, z, of_three = view(motion)
-    columns, place = law_columns(strips, z, of_three), tiers(z.shape[2], of_three, law_columns(strips, z, of_three).shape[2])
+    columns, place = law_columns(strips, z, of_three), tiers(sets_of(strips, LAW), of_three, law_columns(strips, z, of_three).shape[2])
     drag, inertia = columns[:, :, place == MEAN].unbind(2)
     flow = Flow(a, motion)
     assert_close(inertia, AddedMass((1.0, 1.0)).torque(flow), rtol=0.01, atol=0.01)
@@ -44,17 +56,26 @@ def test_the_first_of_drag_and_of_inertia_are_morisons_by_strips():
 def test_every_coefficient_has_one_tier():
     strips, z, of_three = view(run(2))
     count, loads, k = law_columns(strips, z, of_three).shape[2], unit_loads(strips).shape[2], z.shape[2]
-    place = tiers(k, of_three, count)
+    place = tiers(sets_of(strips, LAW), of_three, count)
     assert count == MORISON * size(k, of_three) + (loads - MORISON) * (1 + k)
-    assert [(place == tier).sum() for tier in (MEAN, REMEMBERED)] == [MORISON, loads - MORISON]
-    assert (place == SURROUNDED).sum() == count - loads
+    assert (place == MEAN).sum() == MORISON
+    assert sum(int((place == tier).sum()) for tier in (REMEMBERED, SWUNG, ACCELERATED)) == loads - MORISON
+    assert sorted(set(place[place >= SURROUNDED].tolist())) == [SURROUNDED + number for number in range(len(LAW))]
+
+
+def test_inertia_that_remembers_is_what_acceleration_alone_makes():
+    strips, _, _ = view(replace(run(2), qdd=torch.zeros_like(run(2).qdd), du0=torch.zeros_like(run(2).du0)))
+    faster = view(run(2))[0]
+    place = tiers([], (), unit_loads(strips).shape[2])
+    same = [bool(torch.equal(a, b)) for a, b in zip(unit_loads(strips).unbind(2), unit_loads(faster).unbind(2), strict=True)]
+    assert all(same[i] for i in range(len(same)) if place[i] in (REMEMBERED, SWUNG))
 
 
 def test_a_motion_twice_as_fast_has_four_times_the_loads_but_for_viscosity_and_history():
     motion = run(1)
     fast = replace(motion, t=motion.t / 2, qd=motion.qd * 2, qdd=motion.qdd * 4, u0=motion.u0 * 2, du0=motion.du0 * 4)
     slow_loads, fast_loads = (unit_loads(StripView(Flow(arm(1), m)))[50:] for m in (motion, fast))
-    inviscid = 2 + (6 + 3 * 5) + (6 + 5)  # Morison, drag, inertia; then come history and viscosity
+    inviscid = 2 + (6 + 3 * 5 + 3 * 2) + (6 + 5)  # Morison, drag, inertia; then come history and viscosity
     assert_close(fast_loads[:, :, :inviscid], 4 * slow_loads[:, :, :inviscid], rtol=0.01, atol=1e-3 * float(fast_loads.abs().max()))
 
 

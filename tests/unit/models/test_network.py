@@ -15,7 +15,7 @@ from nnhydro.features.feature_set import feature_sets, features
 from nnhydro.features.strip_law import law_columns
 from nnhydro.features.strip_state import StripView, state_sets, strip_states
 from nnhydro.fitting.config import TrainingConfig
-from nnhydro.models.learned.learned import WIDENING, LearnedTorque, swiftness, view_of
+from nnhydro.models.learned.learned import LEFT_OUT, WIDENING, LearnedTorque, swiftness, view_of
 from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
 from nnhydro.models.learned.shrinkage import jackknife, shrink
 from nnhydro.models.learned.strip_law import StripLaw
@@ -175,7 +175,8 @@ def learned(a, hybrid, bound=2.0, seed=1, names=DEFAULTS.features, law=DEFAULTS.
     ensemble = random_ensemble((len(parity), *hidden, a.n_links), seed=seed, parallel=parallel)
     base = StripTheory(a, GIVEN, {}, "constant", planted(a)) if hybrid else None
     skip = torch.randn(3, len(parity), a.n_links, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
-    return LearnedTorque(a, GIVEN, {}, names, bound, floor, centre, spread, parity, -reach, reach, swiftness(Flow(a, shown)).amax(0),
+    swiftest, fit = swiftness(Flow(a, shown)).amax(0), {LEFT_OUT: 1 / 3}
+    return LearnedTorque(a, GIVEN, fit, names, bound, floor, centre, spread, parity, -reach, reach, swiftest,
                          skip * (parity < 0)[:, None], ensemble, base, random_law(a, shown, law))
 
 
@@ -254,7 +255,7 @@ def test_the_prediction_is_the_mean_of_the_members_of_a_hybrid_shrunk_towards_it
         torch.testing.assert_close(model.torque(run(2)), members.mean(0))
         return
     base, view = model.baseline.torque(run(2)), view_of(model.arm, run(2), model.floor)
-    doubted = (1 + WIDENING * model.excess(view, model.standardised_features(view))) ** 2 * jackknife(members - base)
+    doubted = (1 + WIDENING * model.excess(view, model.standardised_features(view))) ** 2 * jackknife(members - base, model.fit[LEFT_OUT])
     torch.testing.assert_close(model.torque(run(2)) - base, shrink((members - base).mean(0), doubted, view.scale))
     assert bool(((model.torque(run(2)) - base).abs() <= (members - base).mean(0).abs() + 1e-12).all())
 

@@ -1,5 +1,7 @@
 """A correction is used as far as it exceeds what its members, each of whom has left out other motions, disagree about."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 import torch
@@ -21,7 +23,7 @@ ONE = torch.ones(1, 1, dtype=torch.float64)
 def used(*members):
     """The share of the members' mean that is used, of a single number each, N m."""
     all_of_them = torch.tensor(members, dtype=torch.float64)[:, None, None]
-    return float(shrink(all_of_them.mean(dim=0), jackknife(all_of_them), ONE) / all_of_them.mean())
+    return float(shrink(all_of_them.mean(dim=0), jackknife(all_of_them, 1 / 3), ONE) / all_of_them.mean())
 
 
 def test_what_all_members_say_is_used_whole_and_what_they_quarrel_about_hardly():
@@ -33,10 +35,11 @@ def test_what_all_members_say_is_used_whole_and_what_they_quarrel_about_hardly()
     assert shares[-1] < 0.01
 
 
-def test_the_spread_is_the_jackknifes_for_a_mean_of_which_each_member_leaves_one_out():
+@pytest.mark.parametrize("away", [1, 2, 4])
+def test_the_spread_is_the_jackknifes_for_a_mean_of_which_each_member_leaves_a_few_out(away):
     x = torch.from_numpy(np.random.default_rng(1).standard_normal(12))
-    left_out = torch.stack([torch.cat([x[:i], x[i + 1:]]).mean() for i in range(12)])
-    torch.testing.assert_close(jackknife(left_out[:, None, None])[0, 0], x.var() / 12)
+    members = torch.stack([x[list(kept)].mean() for kept in combinations(range(12), 12 - away)])
+    torch.testing.assert_close(jackknife(members[:, None, None], away / 12)[0, 0], x.var() / 12)
 
 
 def test_the_correction_goes_smoothly_through_zero():

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from nnhydro.features.strip_law import REMEMBERED, SURROUNDED
-from nnhydro.fitting.network.linear_part import CLOSED, LinearPart, _chosen_weights, _solved, beside_the_base, linear_part
+from nnhydro.features.strip_law import ARM, REMEMBERED, SURROUNDED
+from nnhydro.fitting.network.linear_part import LinearPart, _solved, beside_the_base, linear_part
 from nnhydro.fitting.network.rows import Rows
+from nnhydro.fitting.network.tier_choice import CLOSED, choice_of_each, chosen_weights
 
 JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
 
@@ -38,48 +39,42 @@ def dense(rows, linear):
     return (torch.cat(x) for x in zip(*parts, strict=True))
 
 
-def ridge(A, z, h, penalty):
-    """argmin |A theta - z|^2 + penalty sum h theta^2 over all but the stated coefficients, of which 1e-3 theta^2 is said."""
-    weight = penalty * h
+def ridge(A, z, h, law, arm):
+    """argmin |A theta - z|^2 + sum lambda h theta^2 over all but the stated coefficients, of which 1e-3 theta^2 is said."""
+    weight = arm * h
+    weight[:LAW] = law * h[:LAW]
     weight[LAW:LAW + STATED] = 1e-3
     return torch.linalg.solve(A.T @ A + torch.diag(weight), A.T @ z)
 
 
-def by_hand(rows, linear, watched):
-    """The best penalty, the members' solutions on the rows that they train on, and that of all rows."""
+def chosen_by_all(monkeypatch, law, arm):
+    """Let all members choose these penalties of the law and of what the arm adds."""
+    weights = [CLOSED] * (SURROUNDED + 1)
+    weights[SURROUNDED], weights[ARM] = law, arm
+    monkeypatch.setattr("nnhydro.fitting.network.linear_part.choice_of_each", lambda *asked: [tuple(weights)] * asked[-1])
+
+
+@pytest.mark.parametrize(("law", "arm"), [(1e-3, 1e-3), (1.0, 1e-2)])
+def test_members_solve_on_the_rows_that_they_train_on_with_a_penalty_for_each_tier(law, arm, monkeypatch):
+    rows, linear, watched = problem()
+    chosen_by_all(monkeypatch, law, arm)
+    own, moved = linear_part(rows, linear, watched, STATED)
     A, z, unit = dense(rows, linear)
     h = (A**2).sum(dim=0)
-
-    def tried(penalty):
-        members, error = [], 0.0
-        for own in watched:
-            seen = own[unit]
-            members.append(ridge(A[~seen], z[~seen], h.clone(), penalty))
-            error += float(((z - A @ members[-1])[seen] ** 2).sum() / (z[seen] ** 2).sum())
-        return error, penalty, torch.stack(members), ridge(A, z, h.clone(), penalty)
-
-    first = min((tried(10.0**k) for k in range(1, -6, -1)), key=lambda pair: pair[0])
-    return min((tried(first[1] * factor) for factor in (0.316, 1.0, 3.16)), key=lambda pair: pair[0])[1:]
-
-
-@pytest.mark.parametrize("noise", [0.05, 3.0])
-def test_members_solve_on_the_rows_that_they_train_on_with_the_penalty_that_watched_rows_choose(noise):
-    rows, linear, watched = problem(noise=noise)
-    own, moved = linear_part(rows, linear, watched, STATED)
-    _, members, shown = by_hand(rows, linear, watched)
+    members = torch.stack([ridge(A[~seen[unit]], z[~seen[unit]], h, law, arm) for seen in watched])
     torch.testing.assert_close(own.shared, members[:, :SHARED], rtol=1e-4, atol=1e-5)
     torch.testing.assert_close(own.odd, members[:, SHARED:].reshape(3, JOINTS, ODD).transpose(1, 2), rtol=1e-4, atol=1e-5)
+    shown = ridge(A, z, h, law, arm)
     torch.testing.assert_close(moved.shared.mean(dim=0), shown[:SHARED], rtol=1e-4, atol=1e-5)
     torch.testing.assert_close(moved.odd.mean(dim=0), shown[SHARED:].reshape(JOINTS, ODD).T, rtol=1e-4, atol=1e-5)
 
 
-def test_what_is_stated_counts_where_rows_hardly_tell_the_coefficient():
+def test_what_is_stated_counts_where_rows_hardly_tell_the_coefficient(monkeypatch):
     rows, linear, watched = problem()
+    chosen_by_all(monkeypatch, 1e-3, 1e-3)
     linear.columns[..., LAW] *= 2e-3  # what was asked for is now five hundred deviations away, and half of it is believed
     own, _ = linear_part(rows, linear, watched, STATED)
-    _, members, _ = by_hand(rows, linear, watched)
-    assert 1.0 < float(members[0, LAW]) < 150.0
-    torch.testing.assert_close(own.shared, members[:, :SHARED], rtol=1e-3, atol=1e-4)
+    assert 1.0 < float(own.shared[0, LAW]) < 150.0
 
 
 def test_members_differ_from_their_mean_alike_in_both():
@@ -90,16 +85,11 @@ def test_members_differ_from_their_mean_alike_in_both():
         assert float((one.mean(dim=0) - other.mean(dim=0)).abs().max()) > 1e-6
 
 
-def test_more_noise_asks_for_a_larger_penalty():
-    quiet, loud = (by_hand(*problem(noise=noise))[0] for noise in (0.01, 8.0))
-    assert quiet < loud
-
-
 def test_where_nothing_can_be_watched_all_members_are_the_fit_to_all():
     rows, linear, watched = problem()
     own, moved = linear_part(rows, linear, watched & False, STATED)
     A, z, _ = dense(rows, linear)
-    want = ridge(A, z, (A**2).sum(dim=0), 1e-1)
+    want = ridge(A, z, (A**2).sum(dim=0), 1e-1, 1e-1)
     for part in (own, moved):
         torch.testing.assert_close(part.shared, want[:SHARED].expand(3, -1), rtol=1e-5, atol=1e-6)
 
@@ -154,9 +144,20 @@ def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
                 total *= value * (1 + 0.01 * abs(torch.tensor(weights[tier] / 1e-2).log10().item()))
         return total
 
-    weights = _chosen_weights(left, (REMEMBERED, SURROUNDED))
+    weights = chosen_weights(left, (REMEMBERED, SURROUNDED), SURROUNDED + 1)
     assert weights[REMEMBERED] == pytest.approx(1e-2)
     assert weights[SURROUNDED] == CLOSED, "one per cent is not worth it"
+
+
+def test_each_member_chooses_on_recordings_of_its_own_draw_and_all_agree_where_all_recordings_do():
+    def losses(weights, spread):
+        gain = torch.tensor([1.0, spread, 2 - spread]) if weights[REMEMBERED] < CLOSED else torch.tensor([1.0, 1.0, 1.0])
+        return gain[None, :, None].double()
+
+    agreed = choice_of_each(lambda weights: losses(weights, 1.0), {REMEMBERED}, SURROUNDED, 8)
+    assert {weights[REMEMBERED] for weights in agreed} == {CLOSED}
+    torn = choice_of_each(lambda weights: losses(weights, 0.5), {REMEMBERED}, SURROUNDED, 8)
+    assert len({weights[REMEMBERED] < CLOSED for weights in torn}) == 2
 
 
 def test_free_functions_are_learned_where_the_mirror_does_not_hold_and_left_out_where_it_does():
