@@ -80,9 +80,9 @@ class Diagnosis:
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
-        return self.baseline.arm.text(self._found() if self.findings else self._nothing_found())
+        return self.baseline.arm.text(self._findings_text() if self.findings else self._no_finding_text())
 
-    def _found(self) -> str:
+    def _findings_text(self) -> str:
         following = "" if self.following is None else f" {self.following.statement()}"
         bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
         with_them = "With it" if len(self.findings) == 1 else "With them"
@@ -92,7 +92,7 @@ class Diagnosis:
                   f"{100 * self.proof.after:.1f} %.{bands}{self._remains()}{noisy}{following}")
         return " ".join([*(f"{f.statement}{f.equivalents()}" for f in self.findings), gained])
 
-    def _nothing_found(self) -> str:
+    def _no_finding_text(self) -> str:
         if self.detected:
             hum = "".join(f" There is {line.sentence()}." for line in self.remainder.lines)
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."

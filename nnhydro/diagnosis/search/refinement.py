@@ -40,11 +40,15 @@ class Refined:
 
 
 def scaled_values(view: WeightedLibrary, found: Scored, k: int) -> dict[int, torch.Tensor]:
-    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds: of all (0), or each recording's own."""
-    library = view.library
+    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds: of all (0), or each recording's own.
+
+    They are those of the fit without the unknown, which would take a part of an effect for its own.
+    """
+    library, whitened = view.library, view.whitened
     at, h = found.places(view)[k], library.hypotheses[k]
     low, high = library.bounds(k)
-    beta = np.clip(found.fit.mean[at].reshape(-1, h.width), low, high) * library.scale[library.at(k)]
+    fit = posterior(whitened, view.joined(found.chosen), none(whitened).vector(whitened))
+    beta = np.clip(fit.mean[at].reshape(-1, h.width), low, high) * library.scale[library.at(k)]
     return dict(zip(view.acting_groups(k) if h.per_recording else [0], torch.from_numpy(beta), strict=True))
 
 
@@ -91,8 +95,8 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], hea
         if "frequency" not in h.spans:
             continue
         for f in frequencies:
-            line = _changed(h, {"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
-            turned = [_changed(line, {"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
+            line = _with_values(h, {"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
+            turned = [_with_values(line, {"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
                       if "direction" in h.spans]
             for new in (line, *turned):
                 made.setdefault((h.key, *(getattr(new.effect, name) for name in h.spans)), new)
@@ -119,8 +123,8 @@ def with_smallest_waves(search: Search, best: Scored, model: StripTheory) -> Ref
             continue
         others, start = [x for x in best.chosen if x != k], len(hypotheses)
         directions = {getattr(o.effect, "direction"): o.spans["direction"] for o in hypotheses if o.key == h.key and not o.own}  # noqa: B009
-        turned = [_changed(h, {"direction": direction}, {"direction": span}) for direction, span in directions.items()]
-        search = _grown(search, best, turned, model)
+        turned = [_with_values(h, {"direction": direction}, {"direction": span}) for direction, span in directions.items()]
+        search = _extend_library(search, best, turned, model)
         sets = {i: search.score((*others, i)) for i in (k, *range(start, start + len(turned)))}
         top = max(s.score for s in sets.values())
         near = {i: s for i, s in sets.items() if s.score > top - ALIKE}
@@ -128,7 +132,7 @@ def with_smallest_waves(search: Search, best: Scored, model: StripTheory) -> Ref
     return Refined(search, best)
 
 
-def _changed(h: Hypothesis, changes: Mapping[str, Any], spans: Mapping[str, Span]) -> Hypothesis:
+def _with_values(h: Hypothesis, changes: Mapping[str, Any], spans: Mapping[str, Span]) -> Hypothesis:
     """Return `h` with other nonlinear values and their neighbours."""
     return replace(h, effect=replace(h.effect, **changes), spans={**h.spans, **spans})
 
@@ -150,7 +154,7 @@ def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
     """Return `h` with the value `end` of `name`, and as far beyond it as `h` lies before it."""
     value = getattr(h.effect, name)[0]
     beyond = end**2 / value if min(value, end) > 0 else 2 * end - value
-    return _changed(h, {name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
+    return _with_values(h, {name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
 
 
 def _within_bounds(h: Hypothesis) -> bool:
@@ -165,7 +169,7 @@ def _about_fitted(search: Search, found: Scored, k: int, laws: Sequence[Hypothes
     about = [h.linearised_at(scaled_values(search.view, found, k), model) for h in laws]
     if not again:
         return about
-    there = _grown(search, found, about, model)
+    there = _extend_library(search, found, about, model)
     return [h.linearised_at(scaled_values(there.view, there.score((*others, start + i)), start + i), model) for i, h in enumerate(about)]
 
 
@@ -207,8 +211,8 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
         finer = {k: _finer(search, best, k, model, number == 0) for k in best.chosen}
         if not any(finer.values()):
             break
-        search, best, peaks = _exchanged(search, best, finer, model)
-        search, best, _ = _exchanged(search, best, peaks, model)
+        search, best, peaks = _exchange(search, best, finer, model)
+        search, best, _ = _exchange(search, best, peaks, model)
         if abs(best.score - before) < WORTH_A_ROUND:
             break
     model = calibrated_beside(search, best, model)
@@ -223,11 +227,11 @@ def calibrated_beside(search: Search, found: Scored, model: StripTheory) -> Stri
     if not any(isinstance(h.effect, InstrumentEffect) for h in laws.values()):
         return model
     fit = posterior(view.whitened, view.joined(found.chosen), none(view.whitened).vector(view.whitened))
-    base, alone = view.library.design.baseline, replace(found, fit=fit)
+    base = view.library.design.baseline
     made = base.at(base.within(fit.mean[: view.whitened.p]))
     for k, h in laws.items():
         if isinstance(h.effect, LoadEffect) and not h.per_recording and h.activity is None:
-            effect = h.with_values(scaled_values(view, alone, k)[0])
+            effect = h.with_values(scaled_values(view, found, k)[0])
             assert isinstance(effect, LoadEffect)
             made = replace(made, loads=made.loads.plus(f"found {k}", effect))
     return made
@@ -249,7 +253,7 @@ def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:
     return all(getattr(one.effect, name) == getattr(other.effect, name) for name in other.spans)
 
 
-def _grown(search: Search, best: Scored, more: Sequence[Hypothesis], model: StripTheory) -> Search:
+def _extend_library(search: Search, best: Scored, more: Sequence[Hypothesis], model: StripTheory) -> Search:
     """Return the search in the library with `more` hypotheses, which are no further laws."""
     view = search.view
     grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)
@@ -266,21 +270,21 @@ def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refin
         if not own:
             break
         start = len(search.view.library.hypotheses)
-        search = _grown(search, now, list(own.values()), model)
+        search = _extend_library(search, now, list(own.values()), model)
         now = search.score((*(k for k in now.chosen if k not in own), *range(start, start + len(own))))
         if now.score > found.best.score:
             found = Refined(search, now)
     return found
 
 
-def _exchanged(search: Search, best: Scored, finer: Mapping[int, Sequence[Hypothesis]],
+def _exchange(search: Search, best: Scored, finer: Mapping[int, Sequence[Hypothesis]],
                model: StripTheory) -> tuple[Search, Scored, dict[int, list[Hypothesis]]]:
     """Return the grown search, the best set with members exchanged for their `finer` hypotheses, and what of its members is at the peak."""
     if not any(finer.values()):
         return search, best, {}
     view = search.view
     start = len(view.library.hypotheses)
-    following = _grown(search, best, [h for hs in finer.values() for h in hs], model)
+    following = _extend_library(search, best, [h for hs in finer.values() for h in hs], model)
     now, peaks = following.score(best.chosen), dict[int, list[Hypothesis]]()
     for k, hs in finer.items():
         h, rest = view.library.hypotheses[k], [x for x in now.chosen if x != k]
