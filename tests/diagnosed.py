@@ -181,6 +181,8 @@ CAMPAIGNS = {
     "soft drive": springy,
     "drift": drifting,
     "late": late,
+    "a stop in one run": lambda: Campaign.of(ARM, made(count=6, more=lambda r, k: 40.0 * (k == 2) * np.maximum(
+        r.q - np.percentile(r.q, 80), 0.0))),
     "not zeroed once": lambda: Campaign.of(ARM, made(count=6, more=lambda r, k: 0.5 * (k == 3))),
     "column": lambda: simulated(True),
     "steady": table,

@@ -24,9 +24,8 @@ from nnhydro.physics.transmission import sensed
 
 ROUNDS, OWN_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
 STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
-ALIKE = 0.5  # nats: one standard deviation
+ALIKE = 0.5  # nats: one standard deviation; a round that changes less is the last
 HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
-WORTH_A_ROUND = 0.1  # nats that a round changes at least where another follows
 LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
 
 
@@ -206,14 +205,16 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
 
     What has values of each recording's own is at last taken about these.
     """
+    moving = set(best.chosen)
     for number in range(rounds):
-        before, model = best.score, calibrated_beside(search, best, model)
-        finer = {k: _finer(search, best, k, model, number == 0) for k in best.chosen}
+        before, model = best, calibrated_beside(search, best, model)
+        finer = {k: _finer(search, best, k, model, number == 0) for k in best.chosen if k in moving}
         if not any(finer.values()):
             break
         search, best, peaks = _exchange(search, best, finer, model)
         search, best, _ = _exchange(search, best, peaks, model)
-        if abs(best.score - before) < WORTH_A_ROUND:
+        moving = set(best.chosen) - set(before.chosen)
+        if abs(best.score - before.score) < ALIKE:
             break
     model = calibrated_beside(search, best, model)
     smallest = with_smallest_waves(search, best, model)
