@@ -137,11 +137,11 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     if flow.motion.carried is not None:
         return w, list(_carried_memories(flow, flow.motion.carried, w).unbind(1))
     if flow.motion.steady or len(flow.motion) < 2:
-        return w, _steady_states(w)
+        return w, _lasting_states(w)
     return w, flow.memo.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _of_run(flow, w))
 
 
-def _steady_states(w: Tensor) -> list[Tensor]:
+def _lasting_states(w: Tensor) -> list[Tensor]:
     """The states in a flow that has lasted."""
     return [*(w for _ in range(STATES - 2)), torch.zeros_like(w), w]
 
@@ -157,7 +157,7 @@ def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
     moves = each_under_way(flow)[:, None, None, None]
 
     def start() -> Tensor:
-        every = torch.stack(_steady_states(w)[:-1], dim=1)
+        every = torch.stack(_lasting_states(w)[:-1], dim=1)
         return torch.cat([torch.where(moves, every, torch.zeros_like(every)), w[:, None]], dim=1)
 
     return carried.value(f"wake/{w.shape[2]}", start, lambda old: next_state(w, carried.steps(4), flow.D, flow.nu, old))

@@ -23,7 +23,7 @@ from nnhydro.features.strip_law import ARM, FREE, SURROUNDED
 from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.rows import CHUNK, Rows
 from nnhydro.fitting.network.stacking import SHARES, held_out, losses
-from nnhydro.fitting.network.tier_choice import CLOSED, PENALTIES, Weights, choice_of_each, default_weights
+from nnhydro.fitting.network.tier_choice import CLOSED, PENALTIES, Weights, choice_of_each, usual_weights
 
 FREE_WORTH = 0.9  # of the error left without the free functions
 STATED = 1e-3  # kappa: the square of what the model leaves, 2 % of the torque, some three rows being worth one
@@ -209,7 +209,7 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
     says whether there is a baseline to fade to. Free functions stay closed.
     """
     members = _Members.of(rows, linear, watched, stated)
-    count, chosen = len(watched), [default_weights(members.tiers)] * len(watched)
+    count, chosen = len(watched), [usual_weights(members.tiers)] * len(watched)
     if bool(watched[:, rows.unit].any()):
         left = _losses_on_watched(rows, linear.columns, watched, fades)
         chosen = choice_of_each(lambda weights: left(members.unseen([weights] * count)), set(members.tier.tolist()), members.tiers, count)
@@ -228,7 +228,7 @@ def beside_the_base(rows: Rows, linear: Linear, watched: Tensor, stated: int, s:
 
     def weights(free: float) -> list[Weights]:
         """Return the weights of each member for one of the free functions."""
-        usual = default_weights(members.tiers)
+        usual = usual_weights(members.tiers)
         return [(*usual[:FREE], free, *usual[FREE + 1:])] * len(watched)
 
     def left(free: float) -> float:

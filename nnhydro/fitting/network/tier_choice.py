@@ -26,7 +26,7 @@ WORTH = 0.98  # of the loss without the tier; memory over travel is opened where
 SEED = 0
 
 
-def default_weights(tiers: int) -> Weights:
+def usual_weights(tiers: int) -> Weights:
     """Return the weights of `tiers` tiers where no recording can be watched."""
     return (*UNWATCHED, *(UNWATCHED[ARM] for _ in range(tiers - SURROUNDED)))
 
@@ -53,7 +53,7 @@ def chosen_weights(loss: Callable[[Weights], float], there: Collection[int], tie
 def choice_of_each(losses: Callable[[Weights], Tensor], there: Collection[int], tiers: int, members: int) -> list[Weights]:
     """Return the weights that each member chooses; `losses` gives (shares, recordings, joints) of weights that all members have."""
     known = cache(losses)
-    count = known(default_weights(tiers)).shape[1]
+    count = known(usual_weights(tiers)).shape[1]
     draws = torch.from_numpy(np.random.default_rng(SEED).exponential(size=(members, count)))
 
     def loss_on(draw: Tensor) -> Callable[[Weights], float]:
