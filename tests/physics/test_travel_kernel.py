@@ -16,7 +16,7 @@ from nnhydro.physics.travel.state_model import bspline_loads, state_loads, with_
 from nnhydro.physics.travel.term import TravelTerm
 
 pytest.importorskip("numba")
-EQUAL = 1e-12  # of the largest torque: the curve in torch, a sum of ramps that cancel, is itself no better than that
+EQUAL = 1e-11  # of the largest torque: the kernel sums ramps that cancel, the curve in torch adds up piece by piece
 
 
 def motion(seed, links, rows, kind):

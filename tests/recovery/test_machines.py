@@ -85,7 +85,7 @@ def screw_in_trapezoids(seed):
     way = np.concatenate([np.minimum(1.0, np.minimum(once, 1.5 - once) * slope / speed), np.zeros(200)])
     v = speed * np.resize(np.concatenate([way, -way]), len(t))
     x, a = np.cumsum(v) * 0.002, np.gradient(v, t)
-    force = 95.0 * a + 203.0 * v + 20.0 * np.tanh(v / 1e-3) - 4.0
+    force = 95.0 * a + 203.0 * v + 20.0 * np.tanh(v / 1e-3)
     return {"t_s": t, "q1_m": np.round(x / 2e-7) * 2e-7, "tau1_N": force + noise(seed, t, 1.5)}
 
 
@@ -123,7 +123,7 @@ MACHINES = {
     ball_screw: (AIR, {"joints": [{"type": "prismatic"}]}, link(mass_kg=95.0, known_to=0.1),
                  {"viscous_friction": 203.5, "coulomb_friction": 20.4, "torque_bias": -3.2}),
     screw_in_trapezoids: (AIR, {"joints": [{"type": "prismatic"}]}, link(mass_kg=96.5, known_to=0.05),
-                          {"viscous_friction": 203.0, "coulomb_friction": 20.0, "torque_bias": -4.0}),
+                          {"viscous_friction": 203.0, "coulomb_friction": 20.0}),
     rubbing_pendulum: (AIR, {}, link(mass_kg=0.8, com_m=0.3, inertia_kg_m2=0.0195, known_to=0.02), {"coulomb_friction": 0.03}),
     robot_joint: (AIR, {"gravity_m_s2": 0.0}, link(mass_kg=30.0, com_m=0.5, inertia_kg_m2=3.0, known_to=0.1),
                   {"viscous_friction": 22.0, "coulomb_friction": 14.0}),

@@ -201,5 +201,5 @@ def test_the_report_says_that_the_choice_of_effects_has_seen_what_the_fit_has_no
     from importlib.resources import files
 
     page = (files("nnhydro.report.widgets") / "diagnosis.html").read_text(encoding="utf-8")
-    assert "the choice of effects has seen all of them" in page
+    assert "The choice of effects has used all recordings" in page
     assert "took no part" not in page

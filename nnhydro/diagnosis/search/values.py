@@ -6,7 +6,8 @@ something left over):
 
     C_i -> C_i max(1, [H^-1 (sum_g s_g s_g') H^-1]_ii G / (G - 1) / C_ii),   s_g = D_g' r_g,  g the recordings, blocks where they are few
 
-and by what a smooth error of the models' form would move them, the same in every recording and so without scatter:
+to what they are known to over the noise of the evidence, which grants every law an error of its form, and by what a smooth error of the
+models' form would move them, the same in every recording and so without scatter:
 
     C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of BASELINE_FORM of the torque and of as much as it makes of the rest
 
@@ -20,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
-from nnhydro.diagnosis.model.sizes import Sizes
+from nnhydro.diagnosis.model.evidence import posterior
+from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit, fit_at
 from nnhydro.diagnosis.search.stepwise import LARGE_START, Scored, Search
 
@@ -91,7 +93,10 @@ def values_of(search: Search, found: Scored, k: int, beside: BestFit | None = No
     at = np.searchsorted(fit.own, np.arange(place.start, place.stop))
     whole = fit.posterior.covariance(fit.own)
     covariance = whole[np.ix_(at, at)]
-    widening = np.sqrt(np.maximum(_scatter(search, fit, whole, at) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    least = np.diag(posterior(view.whitened, view.joined(found.chosen), none(view.whitened).vector(view.whitened)).covariance(
+        np.arange(place.start, place.stop)))
+    wanted = np.maximum(_scatter(search, fit, whole, at), least)
+    widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))
     share = float(np.hypot(BASELINE_FORM, _smooth_share(found, fit)))
     covariance = covariance * widening[:, None] * widening + _form(fit, share, whole, at)
     mean = fit.posterior.mean[place]

@@ -19,10 +19,10 @@ from nnhydro.features.feature_set import Features, View
 from nnhydro.features.free_part import FreeRange, free_functions
 from nnhydro.features.strip_law import law_columns, tiers
 from nnhydro.features.strip_state import StripView, sets_of, strip_states
-from nnhydro.fitting.network.filtered_rows import reach, seen_rows
 from nnhydro.models.learned.learned import swiftness
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
+from nnhydro.recordings.filtering.filtered_rows import reach, seen_rows
 from nnhydro.recordings.segment import Segment
 
 STRETCH = 1024  # rows at a time

@@ -104,8 +104,12 @@ def test_train_benchmark_and_diagnose_give_finite_numbers_or_one_line(name):
     assert finite(answered(lambda: benchmark(made, ["constant", "rigid"], 2).document()))
     found = answered(lambda: diagnose(made).document())
     assert finite(found)
-    # the torques are those of no arm in any water: the physics errs by a quarter, and what resembles the difference is said with doubt
-    assert found is None or all(f["confidence"] < 0.9 for f in found["findings"])
+    # the torques are those of no arm in any water: the physics errs by a quarter. What resembles the difference is said with doubt, or
+    # is a friction with an interval of half its size, beside an alarm
+    assert found is None or found["unexplained"]["detected"] or all(f["confidence"] < 0.9 for f in found["findings"])
+    for finding in [] if found is None else found["findings"]:
+        wide = [(p["ci95"][1] - p["ci95"][0]) > abs(p["value"]) for p in finding["parameters"].values()]
+        assert finding["confidence"] < 0.9 or any(wide)
 
 
 def test_a_channel_that_reads_nothing_is_no_exact_measurement():

@@ -13,7 +13,6 @@ from nnhydro.errors import CampaignError
 from nnhydro.fitting.linear.least_squares import fit, joint_weights, solve
 from nnhydro.fitting.linear.prior import prior
 from nnhydro.fitting.linear.statistics import of_segment, residual_energy, total
-from nnhydro.fitting.network.filtered_rows import reach, seen_rows
 from nnhydro.fitting.travel.state_rows import general, rows_of
 from nnhydro.fitting.travel.travel_scale import COARSE, _energy, _statistics, _vertex, with_best_travel_scale
 from nnhydro.physics.flow import Flow
@@ -22,6 +21,7 @@ from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel.state_model import has_travel_scale, state_loads, with_tau_s
+from nnhydro.recordings.filtering.filtered_rows import reach, seen_rows
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 from nnhydro.recordings.segment import Segment
