@@ -33,7 +33,8 @@ from nnhydro.diagnosis.result import Diagnosis
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.refinement import across_held_links, at_lines, extra_starts, line_frequencies, refined, with_finer_singles
+from nnhydro.diagnosis.search.refinement import refined, with_finer_singles
+from nnhydro.diagnosis.search.starts import across_held_links, at_lines, extra_starts, line_frequencies
 from nnhydro.diagnosis.search.stepwise import Scored, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.diagnosis.trained_on import trained_on, with_record

@@ -31,13 +31,12 @@ def spread_by_baseline(search: Search, found: Scored, k: int) -> Array:
     fit = best_fit(search, found).posterior
     z = fit.mean[: whitened.p]
     variances, directions = np.linalg.eigh(fit.covariance(slice(0, whitened.p)))
-    open_ = variances > KNOWN**2
-    if not open_.any():
+    unsettled = variances > KNOWN**2
+    if not unsettled.any():
         return nothing
-    group = view.library.design.problem.group_of[:, None] * 0 if not h.per_recording else view.library.design.problem.group_of[:, None]
-    unit = np.unique(group)
-    scale = view.library.scale[view.library.at(k)]
-    beta = (fit.mean[found.places(view)[k]].reshape(-1, h.width) * scale)[: len(unit)]
+    group = view.library.design.problem.group_of
+    parts = [group == g for g in view.acting_groups(k)] if h.per_recording else [np.full(len(group), True)]
+    beta = fit.mean[found.places(view)[k]].reshape(-1, h.width) * view.library.scale[view.library.at(k)]
 
     def columns(model: StripTheory) -> Array:
         """Return the whitened columns (n, joints, p) of the effect at the reading of `model`."""
@@ -47,13 +46,10 @@ def spread_by_baseline(search: Search, found: Scored, k: int) -> Array:
 
     at_mean = columns(base.at(base.within(z)))
     total = nothing
-    for variance, direction in zip(variances[open_], directions.T[open_], strict=True):
+    for variance, direction in zip(variances[unsettled], directions.T[unsettled], strict=True):
         there = columns(base.at(base.within(z + np.sqrt(variance) * direction)))
-        moved = np.zeros((len(unit), h.width))
-        for i, g in enumerate(unit):
-            rows = group[:, 0] == g
-            X, target = there[rows].reshape(-1, h.width), at_mean[rows].reshape(-1, h.width) @ beta[min(i, len(beta) - 1)]
-            moved[i] = np.linalg.lstsq(X, target)[0]
+        moved = np.array([np.linalg.lstsq(there[rows].reshape(-1, h.width), at_mean[rows].reshape(-1, h.width) @ values)[0]
+                          for rows, values in zip(parts, beta, strict=True)])
         d = np.sqrt((moved**2).mean(axis=0)) - np.sqrt((beta**2).mean(axis=0)) if h.per_recording else moved[0] - beta[0]
         total = total + np.outer(d, d)
     return total

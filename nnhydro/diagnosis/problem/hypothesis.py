@@ -75,6 +75,10 @@ class Hypothesis:
         """Return the effect with linear `values` (at least p,) in the order of its columns."""
         return self.effect.with_linear(values[: len(self.effect.linear_names())])
 
+    def with_nonlinear(self, values: Mapping[str, Any], spans: Mapping[str, Span]) -> "Hypothesis":
+        """Return the hypothesis with other nonlinear `values`, tuples by name, and their neighbours `spans`."""
+        return replace(self, effect=replace(self.effect, **values), spans={**self.spans, **spans})
+
     def effect_in(self, group: int) -> AnyEffect:
         """Return the effect in the recording of number `group`: with its own values where it has such."""
         return self.with_values(self.own[group]) if group in self.own else self.effect

@@ -1,32 +1,19 @@
-"""Finer values of what was found: half-way grid values of nonlinear parameters, instruments linearised about their values."""
+"""Finer values of what was found: nonlinear parameters at the peak of the score, instruments linearised about their values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
-import torch
 
-from nnhydro.diagnosis.model.evidence import posterior
-from nnhydro.diagnosis.model.sizes import none
-from nnhydro.diagnosis.problem.design import Design
-from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span, refine_grid
-from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.library import Library
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
+from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
 from nnhydro.diagnosis.search.stepwise import Scored, Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
-from nnhydro.effects.effect import InstrumentEffect, LoadEffect
-from nnhydro.effects.sensor_view import SensorView
+from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.flow import Flow
-from nnhydro.physics.motion import Motion
-from nnhydro.physics.transmission import sensed
 
 ROUNDS, OWN_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
-STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
 ALIKE = 0.5  # nats: one standard deviation; a round that changes less is the last
-HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
-LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
 
 
 @final
@@ -36,78 +23,6 @@ class Refined:
 
     search: Search
     best: Scored
-
-
-def scaled_values(view: WeightedLibrary, found: Scored, k: int) -> dict[int, torch.Tensor]:
-    """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds: of all (0), or each recording's own.
-
-    They are those of the fit without the unknown, which would take a part of an effect for its own.
-    """
-    library, whitened = view.library, view.whitened
-    at, h = found.places(view)[k], library.hypotheses[k]
-    low, high = library.bounds(k)
-    fit = posterior(whitened, view.joined(found.chosen), none(whitened).vector(whitened))
-    beta = np.clip(fit.mean[at].reshape(-1, h.width), low, high) * library.scale[library.at(k)]
-    return dict(zip(view.acting_groups(k) if h.per_recording else [0], torch.from_numpy(beta), strict=True))
-
-
-def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: StripTheory) -> tuple[Hypothesis, ...]:
-    """Return hypotheses linearised about the values from which an instrument's card wants to be tried, too, on the longest stretch."""
-    moving = [s for s in problem.stretches if not s.segment.steady]
-    if not moving:
-        return ()
-    longest = max(moving, key=lambda stretch: len(stretch.segment))
-    flow = Flow(model.arm, Motion.of(longest.segment))
-    view = SensorView(flow, lambda f: sensed(model.loads.torque(f), f.motion.qd, model.arm))
-    return tuple(replace(h, effect=start, working_model=model, rough=True) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
-                 for start in h.effect.starts(view))
-
-
-def line_frequencies(design: Design) -> tuple[float, ...]:
-    """Return the frequencies, Hz, of the strongest lines in what the baseline alone leaves, at the resolution of the longest stretches.
-
-    Periodograms of all blocks, padded to one length and divided by their means, are summed; a wave of one frequency stands out in all.
-    """
-    from scipy.signal import find_peaks
-
-    problem = design.problem
-    total, grid = np.zeros(LINES_GRID), np.linspace(0.05, problem.edge, LINES_GRID)
-    for i, block in enumerate(problem.blocks):
-        stretch = problem.stretches[block.stretch]
-        if block.steady:
-            continue
-        x = problem.inverse(block, design.excess[problem.block_of == i])
-        padded = PADDING * len(x)
-        power = (np.abs(np.fft.rfft((x - x.mean(axis=0)) * np.hanning(len(x))[:, None], padded, axis=0)) ** 2).sum(axis=1)
-        total += np.interp(grid, np.fft.rfftfreq(padded, stretch.segment.dt), power / max(float(power.mean()), 1e-300))
-    peaks = find_peaks(total)[0]
-    return tuple(float(grid[k]) for k in sorted(peaks, key=lambda k: -total[k])[:LINES])
-
-
-def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
-    """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape.
-
-    What has a direction is tried in the directions `headings`, rad, too.
-    """
-    made: dict[tuple[Any, ...], Hypothesis] = {}
-    for h in hypotheses:
-        if "frequency" not in h.spans:
-            continue
-        for f in frequencies:
-            line = _with_values(h, {"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
-            turned = [_with_values(line, {"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
-                      if "direction" in h.spans]
-            for new in (line, *turned):
-                made.setdefault((h.key, *(getattr(new.effect, name) for name in h.spans)), new)
-    return tuple(made.values())
-
-
-def across_held_links(design: Design) -> tuple[float, ...]:
-    """Return the direction, rad from +X, across each link that is held at one angle in all recordings."""
-    phi = np.cumsum(np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches if not s.segment.steady] or
-                                   [np.zeros((0, design.problem.arm.n_links))]), axis=1)
-    mean = np.exp(1j * phi).mean(axis=0) if len(phi) else np.zeros(0)
-    return tuple(float(np.angle(1j * direction)) for direction in mean if abs(direction) > HELD)
 
 
 def with_smallest_waves(search: Search, best: Scored, model: StripTheory) -> Refined:
@@ -122,18 +37,13 @@ def with_smallest_waves(search: Search, best: Scored, model: StripTheory) -> Ref
             continue
         others, start = [x for x in best.chosen if x != k], len(hypotheses)
         directions = {getattr(o.effect, "direction"): o.spans["direction"] for o in hypotheses if o.key == h.key and not o.own}  # noqa: B009
-        turned = [_with_values(h, {"direction": direction}, {"direction": span}) for direction, span in directions.items()]
-        search = _extend_library(search, best, turned, model)
+        turned = [h.with_nonlinear( {"direction": direction}, {"direction": span}) for direction, span in directions.items()]
+        search = extend_library(search, best, turned, model)
         sets = {i: search.score((*others, i)) for i in (k, *range(start, start + len(turned)))}
         top = max(s.score for s in sets.values())
         near = {i: s for i, s in sets.items() if s.score > top - ALIKE}
         best = near[min(near, key=lambda i: float(sum((x**2).sum() for x in scaled_values(search.view, near[i], i).values())))]
     return Refined(search, best)
-
-
-def _with_values(h: Hypothesis, changes: Mapping[str, Any], spans: Mapping[str, Span]) -> Hypothesis:
-    """Return `h` with other nonlinear values and their neighbours."""
-    return replace(h, effect=replace(h.effect, **changes), spans={**h.spans, **spans})
 
 
 def _finer(search: Search, found: Scored, k: int, model: StripTheory, first: bool) -> list[Hypothesis]:
@@ -153,7 +63,7 @@ def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
     """Return `h` with the value `end` of `name`, and as far beyond it as `h` lies before it."""
     value = getattr(h.effect, name)[0]
     beyond = end**2 / value if min(value, end) > 0 else 2 * end - value
-    return _with_values(h, {name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
+    return h.with_nonlinear( {name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
 
 
 def _within_bounds(h: Hypothesis) -> bool:
@@ -168,7 +78,7 @@ def _about_fitted(search: Search, found: Scored, k: int, laws: Sequence[Hypothes
     about = [h.linearised_at(scaled_values(search.view, found, k), model) for h in laws]
     if not again:
         return about
-    there = _extend_library(search, found, about, model)
+    there = extend_library(search, found, about, model)
     return [h.linearised_at(scaled_values(there.view, there.score((*others, start + i)), start + i), model) for i, h in enumerate(about)]
 
 
@@ -221,45 +131,9 @@ def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUN
     return _about_own_values(smallest.search, smallest.best, model)
 
 
-def calibrated_beside(search: Search, found: Scored, model: StripTheory) -> StripTheory:
-    """Return the baseline calibrated beside `found` with the loads found: at its reading instruments are taken; `model` without any."""
-    view = search.view
-    laws = {k: view.library.hypotheses[k] for k in found.chosen}
-    if not any(isinstance(h.effect, InstrumentEffect) for h in laws.values()):
-        return model
-    fit = posterior(view.whitened, view.joined(found.chosen), none(view.whitened).vector(view.whitened))
-    base = view.library.design.baseline
-    made = base.at(base.within(fit.mean[: view.whitened.p]))
-    for k, h in laws.items():
-        if isinstance(h.effect, LoadEffect) and not h.per_recording and h.activity is None:
-            effect = h.with_values(scaled_values(view, found, k)[0])
-            assert isinstance(effect, LoadEffect)
-            made = replace(made, loads=made.loads.plus(f"found {k}", effect))
-    return made
-
-
-def _stale(view: WeightedLibrary, found: Scored, k: int) -> bool:
-    """Return whether the columns of instrument `k` were taken about no values or others than those fitted: they are not its reading."""
-    h = view.library.hypotheses[k]
-    if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
-        return False
-    if h.working_model is None:
-        return True
-    fitted, about = scaled_values(view, found, k)[0][: len(h.effect.linear_names())], h.effect.linear_values()
-    return float((fitted - about).norm()) > STALE * float(fitted.norm())
-
-
 def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:
     """Return whether both have the same nonlinear values."""
     return all(getattr(one.effect, name) == getattr(other.effect, name) for name in other.spans)
-
-
-def _extend_library(search: Search, best: Scored, more: Sequence[Hypothesis], model: StripTheory) -> Search:
-    """Return the search in the library with `more` hypotheses, which are no further laws."""
-    view = search.view
-    grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)
-    settled = {h.key for h in more if h.working_model is not None and not h.rough}
-    return Search(WeightedLibrary(view.whitened, grown, before=view), best.sizes, search.report, search.settled | settled)
 
 
 def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refined:
@@ -271,7 +145,7 @@ def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refin
         if not own:
             break
         start = len(search.view.library.hypotheses)
-        search = _extend_library(search, now, list(own.values()), model)
+        search = extend_library(search, now, list(own.values()), model)
         now = search.score((*(k for k in now.chosen if k not in own), *range(start, start + len(own))))
         if now.score > found.best.score:
             found = Refined(search, now)
@@ -285,7 +159,7 @@ def _exchange(search: Search, best: Scored, finer: Mapping[int, Sequence[Hypothe
         return search, best, {}
     view = search.view
     start = len(view.library.hypotheses)
-    following = _extend_library(search, best, [h for hs in finer.values() for h in hs], model)
+    following = extend_library(search, best, [h for hs in finer.values() for h in hs], model)
     now, peaks = following.score(best.chosen), dict[int, list[Hypothesis]]()
     for k, hs in finer.items():
         h, rest = view.library.hypotheses[k], [x for x in now.chosen if x != k]
@@ -295,7 +169,7 @@ def _exchange(search: Search, best: Scored, finer: Mapping[int, Sequence[Hypothe
         centre, score = next(((o, s) for o, s in scored if _same_shape(o, h)), (h, now.score))
         peak = at_peak(centre, score, [(o, s) for o, s in scored if o.working_model is centre.working_model])
         number = max(sets, key=lambda i: sets[i].score, default=k)
-        if number != k and (sets[number].score > now.score or h.rough or _stale(following.view, now, k)):
+        if number != k and (sets[number].score > now.score or h.rough or is_stale(following.view, now, k)):
             now = sets[number]
         else:
             number = k

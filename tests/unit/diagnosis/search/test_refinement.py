@@ -4,18 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosed import FRICTION, campaign, diagnosed
+from diagnosed import diagnosed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import arm
 
-from nnhydro.diagnosis.diagnose import search_design
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses, refine_grid
-from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.search.refinement import at_peak, calibrated_beside
-from nnhydro.physics.flow import Flow
-from nnhydro.physics.motion import Motion
+from nnhydro.diagnosis.search.refinement import at_peak
 
 WAKE = next(h for h in enumerate_hypotheses(arm(1), (3.0,)) if h.key[0] == "wake_development")
 (NAME,) = WAKE.spans
@@ -58,16 +53,3 @@ def test_a_wave_on_a_held_arm_is_as_large_as_its_drag_and_frequency_say():
     assert frequency == pytest.approx(0.965, abs=5e-4), "a twentieth of the resolution of 20 s"
     assert amplitude * (1 + told.recalibrated["cm"][0]) == pytest.approx(0.12 * 2, rel=0.03), "what a wave at rest shows is this product"
     assert told.proof.after < 0.022, "its drag is in the model: without the part that is not linear 2.9 % remain"
-
-
-def test_instruments_are_taken_at_the_reading_of_the_baseline_with_the_loads_found():
-    design = design_on(problem_of(campaign("rubbing")), None)
-    search = search_design(design, 0).search
-    keys = [search.key(k) for k in range(len(search.view.library.hypotheses))]
-    rubs, late = keys.index(("coulomb_friction", 1)), keys.index(("sensor_timing", 0))
-    both, alone = (calibrated_beside(search, search.score(chosen), None) for chosen in ((rubs, late), (late,)))
-    assert calibrated_beside(search, search.score((rubs,)), None) is None, "without an instrument nothing is asked of the reading"
-    motion = Motion.at([[0.3]] * 2, [[0.5], [-0.5]], [[0.0]] * 2)
-    forward, back = (made.loads.torque(Flow(design.problem.arm, motion))[:, 0] for made in (both, alone))
-    rubbing = (forward - back)[0] - (forward - back)[1]
-    assert float(rubbing) / 2 == pytest.approx(FRICTION, rel=0.15)

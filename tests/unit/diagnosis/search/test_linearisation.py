@@ -1,0 +1,42 @@
+"""Instruments are taken at the reading of the whole model that was found, and about the values of the fit without the unknown."""
+
+import pytest
+import torch
+from diagnosed import FRICTION, campaign
+
+from nnhydro.diagnosis.diagnose import search_design
+from nnhydro.diagnosis.problem.design import design_on
+from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion
+
+
+def test_instruments_are_taken_at_the_reading_of_the_baseline_with_the_loads_found():
+    design = design_on(problem_of(campaign("rubbing")), None)
+    search = search_design(design, 0).search
+    keys = [search.key(k) for k in range(len(search.view.library.hypotheses))]
+    rubs, late = keys.index(("coulomb_friction", 1)), keys.index(("sensor_timing", 0))
+    both, alone = (calibrated_beside(search, search.score(chosen), None) for chosen in ((rubs, late), (late,)))
+    assert calibrated_beside(search, search.score((rubs,)), None) is None, "without an instrument nothing is asked of the reading"
+    motion = Motion.at([[0.3]] * 2, [[0.5], [-0.5]], [[0.0]] * 2)
+    forward, back = (made.loads.torque(Flow(design.problem.arm, motion))[:, 0] for made in (both, alone))
+    rubbing = (forward - back)[0] - (forward - back)[1]
+    assert float(rubbing) / 2 == pytest.approx(FRICTION, rel=0.15)
+
+
+@pytest.mark.slow
+def test_a_delay_taken_about_its_fitted_value_is_up_to_date_and_one_about_none_or_half_of_it_is_not():
+    design = design_on(problem_of(campaign("late")), None)
+    found = search_design(design, 0)
+    search, late = found.search, next(k for k in range(len(found.search.view.library.hypotheses))
+                                      if found.search.key(k) == ("sensor_timing", 0))
+    h = search.view.library.hypotheses[late]
+    start = len(search.view.library.hypotheses)
+    values = scaled_values(search.view, found.decided.claimed, found.decided.claimed.chosen[0])[0]
+    assert float(values[0]) == pytest.approx(0.02, abs=0.001)
+    about = [h.linearised_at({0: share * values}, found.model) for share in (1.0, 0.5)]
+    search = extend_library(search, search.score((late,)), about, found.model)
+    stale = [is_stale(search.view, search.score((k,)), k) for k in (late, start, start + 1)]
+    assert stale == [True, False, True]
+    assert torch.equal(scaled_values(search.view, search.score((start,)), start)[0].isfinite(), torch.tensor([True]))
