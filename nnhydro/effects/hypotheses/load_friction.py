@@ -22,8 +22,7 @@ class LoadFriction(InstrumentEffect):
     family = "dry_friction"
     name = "load-dependent friction"
     mechanism = "Gear teeth and bearings are pressed together by the torque that they pass on, and rub the harder for it."
-    equation = ("reading_j = tau_j + T_0 tanh(qd_j / v_1) + mu |tau_j| tanh(qd_j / v_0),  v_0 = 0.02 rad/s, v_1 = 0.005 rad/s;  "
-                "tau_j from the reading where it was measured, else the model's")
+    equation = "reading_j = tau_j + T_0 tanh(qd_j / v_1) + mu |tau_j| tanh(qd_j / v_0),  v_0 = 0.02 rad/s, v_1 = 0.005 rad/s"
     source = ("Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load; "
               "T_0: Hamon, Gautier & Garrec (2010), from general knowledge, not checked")
     signature = Signature(
@@ -32,7 +31,6 @@ class LoadFriction(InstrumentEffect):
     )
     acts = "joint"
     stage = 1
-    reads_torque = True
     dissipates = True
 
     coefficient: Values = parameter("1", 0.05, (0.0, 0.9), "friction torque per unit of torque carried", per="arm")
@@ -44,27 +42,14 @@ class LoadFriction(InstrumentEffect):
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return |tau_j| sgn(qd_j) and sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
-        return self._shapes(seen, 0.0, 0.0)
-
-    def tangent(self, seen: SensorView) -> Tensor:
-        """Return the columns at the torque that is carried beside the friction of the effect's own values."""
-        return self._shapes(seen, self.coefficient[0], sum(self.level))
-
-    def _shapes(self, seen: SensorView, mu: float, level: float) -> Tensor:
-        """The columns where the joint rubs with `mu` and `level` N m: a measured torque holds the friction, too."""
-        at = self.joint - 1
-        rate = seen.motion.qd[:, at]
-        way, sliding = smooth_sign(rate, SIGN_WIDTH), smooth_sign(rate, DRY_WIDTH)
-        carried = seen.joint_torque(seen.tau)[:, at]
-        if seen.measured is not None:
-            rest = seen.joint_torque(torch.where(torch.isfinite(seen.measured), seen.measured, seen.tau))[:, at] - level * sliding
-            carried = rest / (1.0 + mu * way * torch.sign(rest))
-        shapes = torch.stack([carried.abs() * way, *[sliding] * len(self.level)], dim=1)
+        rate = seen.motion.qd[:, self.joint - 1]
+        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * smooth_sign(rate, SIGN_WIDTH)
+        shapes = torch.stack([load, *[smooth_sign(rate, DRY_WIDTH)] * len(self.level)], dim=1)
         return seen.as_read(at_joint(shapes, self.joint, seen.arm.n_links))
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading with the friction."""
-        return seen.tau + self.tangent(seen) @ self.linear_values()
+        return seen.tau + self.change(seen)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

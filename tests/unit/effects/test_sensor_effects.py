@@ -92,18 +92,6 @@ def test_the_link_follows_the_torque_that_was_measured_and_the_model_where_none_
     assert_close(small.apply(late) - late.tau, joints.columns(late)[..., 0] * 1e-6, rtol=1e-2, atol=1e-9)
 
 
-def test_friction_under_load_presses_with_what_the_measured_torque_carries_beside_the_friction_itself():
-    a, motion = arm(2), run(2, 400)
-    rub = made("load_friction", a, 1, coefficient=(0.3,), level=(0.2,))
-    true = view(a, motion)
-    read = rub.apply(true)
-    wrong = replace(true, torque_of=lambda flow: 0.5 * true.torque_of(flow))  # a model that is calibrated without the friction
-    measured = replace(wrong, measured=read)
-    assert_close(rub.tangent(measured), rub.columns(true), atol=1e-9)
-    assert_close(rub.apply(measured) - wrong.tau, read - true.tau, atol=1e-9)
-    assert float((rub.columns(wrong) - rub.columns(true)).abs().max()) > 0.1, "the model's torque alone would press with half of it"
-
-
 def test_flanks_are_wound_by_half_the_gap_at_the_torque_I_over_2_T_and_quick_ones_are_rigid():
     t = np.arange(4001) * 0.001
     tau = np.where(t < 2, 0.8, -0.4)
