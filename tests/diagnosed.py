@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
-from campaigns import angles_only, planted, recording, sensor_torque, steady_table, with_links
+from campaigns import angles_only, heavier, planted, recording, sensor_torque, steady_table, with_links
 from rigs import arm
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
@@ -184,6 +184,10 @@ CAMPAIGNS = {
     "a stop in one run": lambda: Campaign.of(ARM, made(count=6, more=lambda r, k: 40.0 * (k == 2) * np.maximum(
         r.q - np.percentile(r.q, 80), 0.0))),
     "not zeroed once": lambda: Campaign.of(ARM, made(count=6, more=lambda r, k: 0.5 * (k == 3))),
+    "filling": lambda: Campaign.of(ARM, [
+        replace(r, tau=r.tau + k / 7 * (heavy.tau - light.tau)) for k, (r, light, heavy) in enumerate(zip(
+            made(count=8), *(made(a, count=8, noise=lambda k: 0.0) for a in (ARM, heavier(ARM, 1.3))), strict=True))]),
+    "two short ones": lambda: Campaign.of(ARM, made(count=2, seconds=3.0, noise=lambda k: 0.01)),
     "column": lambda: simulated(True),
     "steady": table,
     "steady, offset": lambda: table(0.4),

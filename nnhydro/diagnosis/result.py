@@ -76,7 +76,9 @@ class Diagnosis:
             return f" {subject} depends on {'; '.join(on)}."
         few = list(self.remainder.recordings) or [name for place in self.location[:1] for name in place.recordings]
         few = [] if self.remainder.lines else few
-        return f" {subject} lies in {', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}." if few else ""
+        there = f"{', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}"
+        why = f" Mass, drag or added mass of the model are others in {there} than in the rest." if self.remainder.own_parameters else ""
+        return f" {subject} lies in {there}.{why}" if few else ""
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""

@@ -135,6 +135,14 @@ def _held_out(search: Search, found: Scored) -> str:
     return "recordings" if problem.groups >= FEWEST and not phased else "stretches of recordings"
 
 
+def fitted_error(search: Search, found: Scored, proof: Proof) -> float:
+    """Return the error of the set on all rows, fitted to all of them: what of the error held out is not for want of recordings."""
+    fit = best_fit(search, found)
+    D = fit.whitened.Y if fit.columns is None else np.concatenate([fit.whitened.Y, fit.columns.Xw], axis=2)
+    left = _in_time(search.view.library.design, (fit.whitened.y - D @ fit.posterior.mean[fit.own]) / fit.whitened.sw)
+    return float(sum(np.abs(x).sum() for x in left)) / max(proof.torque * sum(x.size for x in left), 1e-300)
+
+
 def noise_error(search: Search, proof: Proof, own: Array) -> float:
     """Return the error of a perfect model: `own` (n, joints) is the variance of the noise of every row."""
     problem, total = search.view.library.design.problem, 0.0

@@ -3,9 +3,9 @@
     S_k = sum_r I_rk / background_rk,     p = K Q(R, S_max),     Q the upper regularised gamma function
 
 I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
-recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, beside the trend of all recordings:
-the noise of angles rises to the band's edge. A state of the arm makes such a line only at the frequencies at which all recordings move, a
-free pendulum's own and its harmonics: where the acceleration has a line, none is told.
+recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, beside the trend of all
+recordings: the noise of angles rises to the band's edge. A state of the arm makes such a line only at the frequencies at which all
+recordings move, a free pendulum's own and its harmonics: where the acceleration has a line, none is told.
 Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
 """
 
@@ -71,7 +71,13 @@ def _trend(records: Sequence[tuple[Array, float]], highest: float) -> Callable[[
         return np.ones_like
     u, level = (np.concatenate(parts) for parts in zip(*found, strict=True))
     start = np.polynomial.Polynomial.fit(u, level, TREND)
-    bent = least_squares(lambda c: np.polynomial.Polynomial(c, start.domain, start.window)(u) - level, start.coef, loss="soft_l1").x
+
+    def away(c: Array) -> Array:
+        """Return how far the polynomial of the coefficients `c` lies from the ordinates."""
+        made: Array = np.polynomial.Polynomial(c, start.domain, start.window)(u) - level
+        return made
+
+    bent = least_squares(away, np.asarray(start.coef, np.float64), loss="soft_l1").x
     made = np.polynomial.Polynomial(bent, start.domain, start.window)
     return lambda f: np.asarray(np.exp(made(np.log(np.maximum(f, np.exp(u.min()))))), np.float64)
 

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL
 from nnhydro.diagnosis.decision.decide import Decision
-from nnhydro.diagnosis.decision.proof import Proof
+from nnhydro.diagnosis.decision.proof import Proof, fitted_error
 from nnhydro.diagnosis.model.evidence import Whitened
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.unexplained.own_parameters import recordings_of_own_parameters
 from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 from nnhydro.recordings.filtering.trajectory import white_level
@@ -54,6 +55,7 @@ class Unexplained:
     lines: tuple[Line, ...] = ()
     nearest: tuple[Decision, ...] = ()
     recordings: tuple[str, ...] = ()  # whose remainder is no noise of theirs
+    own_parameters: bool = False  # whether other parameters of the baseline would explain these
 
     def document(self, text: Callable[[str], str] = str) -> dict[str, Any]:
         """Return what diagnosis.json holds as unexplained; `text` puts columns and units into those of the arm."""
@@ -139,11 +141,13 @@ def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Seque
     lines = tuple(line for line, scale in zip(found_lines, _scale(design).tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
     real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
-    recordings = unlike_recordings(noise, design)
-    unlike = bool(recordings) or (proof.after > UNLIKE_NOISE * floor and proof.after - floor > MATERIAL)
+    own = recordings_of_own_parameters(search, found)
+    recordings = own or unlike_recordings(noise, design)
+    least = min(proof.after, fitted_error(search, found, proof))
+    unlike = bool(recordings) or (least > UNLIKE_NOISE * floor and least - floor > MATERIAL)
     ps = [p_of(search, found) if real else 1.0, P_UNLIKE_NOISE if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
     p = max(min(ps), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
     return Unexplained(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
-                       recordings)
+                       recordings, bool(own))

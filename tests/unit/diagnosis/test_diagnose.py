@@ -185,6 +185,20 @@ def test_what_lies_in_one_recording_alone_is_no_noise_and_the_verdict_names_the_
     assert recording in told.verdict()
 
 
+def test_recordings_in_which_the_model_has_other_parameters_are_no_noise_and_the_verdict_says_so():
+    told = diagnosed("filling")
+    assert told.detected
+    assert told.remainder.own_parameters
+    assert "run07" in told.remainder.recordings
+    assert "Mass, drag or added mass of the model are others in" in told.verdict()
+    for healthy in ("healthy", "noise ratio 10", "noise AR 0.95"):
+        assert not diagnosed(healthy).remainder.recordings, healthy
+
+
+def test_an_error_that_is_large_for_want_of_recordings_alone_is_no_alarm():
+    assert not diagnosed("two short ones").detected
+
+
 def test_the_verdict_says_what_else_the_cause_may_be():
     told = diagnosed("shaft, 12 speeds", "rigid")
     (finding,) = told.findings

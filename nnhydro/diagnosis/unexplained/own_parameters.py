@@ -1,0 +1,59 @@
+"""Recordings whose baseline is another: a tank that fills, a zero that was lost, a payload that grew.
+
+    r_g ~ N(0, s W^-1) at s_0   against   r_g ~ N(0, s W^-1 + Y_g Y_g') at s_1:    2 gain_g = n log(s_0 / s_1) + n - Q(s_1) - log|M(s_1)|
+    M = I + Y_g'W Y_g / s,   Q = (r'W r - b'M^-1 b / s) / s,   b = Y_g'W r_g,   s_0 = r'W r / n,  s_1 the most probable
+
+Noise may have any size in a recording, but what the baseline's own parameters make of it is none: r is what the best fit leaves, W its
+noise up to the size s. The change of parameters is in the spread of what they are known to.
+Source: MacKay (1992), Neural Computation 4, eq. 2.7.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import DETECTED, MATERIAL
+from nnhydro.diagnosis.search.best_fit import best_fit
+from nnhydro.diagnosis.search.stepwise import Scored, Search
+
+Array = NDArray[np.float64]
+ROUNDS = 10  # of the size of the noise
+FEWEST_ROWS = 4.0  # rows a parameter: of fewer the noise has no level of its own
+
+
+def gain_of_own_parameters(Y: Array, r: Array) -> tuple[float, Array]:
+    """Return the nats by which r (n,) is more probable with a change z (p,) of its parameters, columns Y (n, p), and the change."""
+    n, p = Y.shape
+    G, b, rr = Y.T @ Y, Y.T @ r, float(r @ r)
+    size = none = rr / n
+    z = np.zeros(p)
+    if not none > 0:
+        return 0.0, z
+    for _ in range(ROUNDS):
+        M = np.eye(p) + G / size
+        z = np.linalg.solve(M, b / size)
+        Q = (rr - float(b @ z)) / size
+        size *= max(Q / n, 1e-6)
+    M = np.eye(p) + G / size
+    z = np.linalg.solve(M, b / size)
+    Q = (rr - float(b @ z)) / size
+    return (n * float(np.log(none / size)) + n - Q - float(np.linalg.slogdet(M)[1])) / 2, z
+
+
+def recordings_of_own_parameters(search: Search, found: Scored) -> tuple[str, ...]:
+    """Return the recordings in which the baseline's parameters differ from those of all, beyond what they are known to."""
+    fit, design = best_fit(search, found), search.view.library.design
+    whitened, problem = fit.whitened, design.problem
+    p, joints = whitened.p, whitened.joints
+    laws = np.zeros_like(whitened.y) if fit.columns is None else fit.columns.Xw @ fit.posterior.mean[len(whitened.b):]
+    r = whitened.y - whitened.Y @ fit.posterior.mean[:p] - laws
+    differ = []
+    for g in range(problem.groups):
+        rows = problem.group_of == g
+        if not p or rows.sum() * joints < FEWEST_ROWS * p or (problem.frequency[rows] < 0).any():
+            continue
+        gain, z = gain_of_own_parameters(whitened.Y[rows].reshape(-1, p), r[rows].ravel())
+        change = design.Y[rows] @ z
+        share = np.sqrt((change**2).sum(axis=0) / np.maximum((design.tau[rows] ** 2).sum(axis=0), 1e-300))
+        if gain - np.log(problem.groups) >= DETECTED and (design.undriven or share.max() >= MATERIAL):
+            differ.append(g)
+    return tuple(dict.fromkeys(s.name for g in differ for s in problem.stretches if s.group == g))
