@@ -187,7 +187,7 @@ def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | Non
     made = []
     for factor in FACTORS:
         with suppress(NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError):
-            made.append(claims_at(campaign, names, found.design.problem.band.scaled(factor), baseline, claimed))
+            made.append(claims_at(campaign, names, found.design.problem.band.times(factor), baseline, claimed))
     return tuple(made)
 
 

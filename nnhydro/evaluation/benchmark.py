@@ -188,7 +188,7 @@ class Benchmark:
 
 def model_torque(model: TorqueModel, segment: Segment) -> Array:
     """Return the model's torque (n, joints) N m on a segment, through the same filter as the measured one."""
-    return segment.seen(model.torque(Motion.of(segment)).numpy())
+    return segment.filter(model.torque(Motion.of(segment)).numpy())
 
 
 def misfit_and_coverage(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, Coverage | None]:
@@ -203,7 +203,7 @@ def misfit_and_coverage(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, 
             continue
         keep, measured = segment.keep, segment.tau[segment.keep]
         found, std = model.torque_and_std(Motion.of(segment))
-        modelled = segment.seen(found.numpy())[keep]
+        modelled = segment.filter(found.numpy())[keep]
         misfits.append(Misfit.of(measured, modelled))
         covered += [] if std is None else [Coverage.of(measured, modelled, std.numpy()[keep])]
     return Misfit.total(misfits) if misfits else None, _total(covered)

@@ -19,7 +19,7 @@ from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
-from nnhydro.fitting.network.rows import Rows, base_rows, standardised, torque_rms, training_rows, watched_units
+from nnhydro.fitting.network.rows import Rows, base_rows, standardise, torque_rms, training_rows, watched_units
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.learned.network import Ensemble
 from nnhydro.models.torque_model import TorqueModel
@@ -88,7 +88,7 @@ def train_network(choice: Identifier, shown: Sequence[TrainingSet], how: Prepara
     config, arm = choice.config(), shown[0].arm
     floor = FLOOR * torque_rms(shown[0].units)
     rows = _join([part.rows(config, floor) for part in shown])
-    centre, spread, lowest, highest = standardised(rows)
+    centre, spread, lowest, highest = standardise(rows)
     watched = watched_units([unit for part in shown for unit in part.units], config)
     layout = Ensemble.fresh((rows.x.shape[1], choice.neurons, arm.n_links), MEMBERS, choice.seed, choice.layers == "parallel")
     ensemble = gradient_fit(layout, rows, watched, config, TrainingState.fresh(layout))

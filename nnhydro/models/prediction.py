@@ -140,7 +140,7 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
         motion = Motion.of(segment)
         far = [] if domain is None else [domain.outside(motion, model.arm)[:, None]]
         tau, std = model.torque_and_std(motion)
-        return [segment.seen(tau.numpy()), *far, *([] if std is None else [std.numpy()])]
+        return [segment.filter(tau.numpy()), *far, *([] if std is None else [std.numpy()])]
 
     found = on_rows(answers, model.arm.n_links, recording) or [np.empty((len(recording), model.arm.n_links))]
     tau, *others = found

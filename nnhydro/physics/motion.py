@@ -8,7 +8,7 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.recordings.segment import Segment
 
 
@@ -80,7 +80,7 @@ class Motion:
     du0: Tensor  # (n,) m/s^2
     steady: bool = False
     wake: Tensor | None = None  # (memories, n, links, strips) m/s, features/wake.py
-    carried: Carried | None = None
+    carried: StepMemory | None = None
     base: Base | None = None  # None: joint 1 moves along +Y alone
     current: Water | None = None  # the water's own motion, as it was measured; None: at rest
 

@@ -21,7 +21,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 from nnhydro.physics.travel.term import TravelTerm
 
 Array = NDArray[np.float64]
@@ -95,7 +95,7 @@ class TravelKernels:
             """Return the torques (joints,) N m of one instant, the strips' forces N and moments N m being given."""
             flow = Flow(arm, one_row(q, qd, qdd, u0, du0))
             force, moment = strips[None, 0::2], strips[None, 1::2]
-            return (sensed(rest.torque(flow) + flow.normal_columns(force, moment).sum(-1), qd[None], arm)[0],)
+            return (sensor_torque(rest.torque(flow) + flow.normal_columns(force, moment).sum(-1), qd[None], arm)[0],)
 
         program, (tau,) = trace(torque, example(arm.n_links, 2 * arm.n_links))
         return numba_rows(program, list(tau), [*fields(arm.n_links), EngineColumns("strips", 2 * arm.n_links, BLOCK + 1)],

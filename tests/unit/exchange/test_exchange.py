@@ -219,7 +219,7 @@ def test_every_term_is_either_held_by_mujoco_or_named_as_missing():
     for kind, cls in term_kinds().items():
         if kind in ("rigid_body",) or not hasattr(cls, "started"):
             continue
-        made = mujoco_xml(StripTheory(a, GIVEN, {}, "x", Loads({"rigid_body": RigidBody.of_arm(a), "one": cls.started(a)})))
+        made = mujoco_xml(StripTheory(a, GIVEN, {}, "x", Loads({"rigid_body": RigidBody.of_arm(a), "one": cls.at_start(a)})))
         told = made.holds if kind in HELD else made.lacks
         assert any(line.startswith("one:") for line in told), kind
 
