@@ -9,7 +9,7 @@ from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, show
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import Diagnosis
-    from nnhydro.evaluation.benchmark import Benchmark
+    from nnhydro.evaluation.benchmark import BenchmarkResult
 
 Json = dict[str, Any]
 
@@ -45,7 +45,7 @@ def demo(
              "MY_CAMPAIGN --out RESULTS and nnhydro diagnose MY_CAMPAIGN --out FOUND")
 
 
-def _compare(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
+def _compare(out: Path, seed: int) -> tuple["BenchmarkResult", list[Path]]:
     """Train and compare; return the benchmark and the files written."""
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS, MEMBERS

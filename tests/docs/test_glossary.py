@@ -98,7 +98,7 @@ def test_a_bare_participle_is_recognised(name, bare):
     assert bare_participle(name) is bare
 
 
-FACADES = {"Benchmark", "Diagnosis", "Finding", "Prediction"}  # public results, each of the class inside that bears its name
+FACADES = {"Diagnosis", "Finding"}  # public results, each of the class inside that bears its name
 
 
 def test_a_class_name_stands_once_in_the_package():
