@@ -27,9 +27,9 @@ def predict(
 
     The output includes the faults of this rig's sensors and has one finite row for each row of the input.
     """
+    from nnhydro.deployment.compiled.torque import quickest
     from nnhydro.dynamics.hub import wrench_columns
     from nnhydro.errors import require
-    from nnhydro.models.compiled.torque import quickest
     from nnhydro.models.prediction import predict as torques
     from nnhydro.models.prediction import write_prediction
     from nnhydro.models.storage import load_model

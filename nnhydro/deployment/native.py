@@ -22,12 +22,12 @@ from scipy.optimize import minimize
 from torch import Tensor
 
 from nnhydro.deployment.c_program import c_function
+from nnhydro.deployment.onnx.expressions import Program, Value
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.deployment.step import MemoryStep, record_step, whole_sums
 from nnhydro.dynamics.inertia import mass_and_bias
 from nnhydro.dynamics.joint_model import JointModel
 from nnhydro.errors import ModelError, NnhydroError, require
-from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.tracing import trace
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.motion import Motion
 

@@ -17,16 +17,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from nnhydro.deployment.onnx.expressions import Program, Value
+from nnhydro.deployment.onnx.onnx_file import RecordedGraph
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.dynamics.joint_model import MECHANICAL, mechanics, steppable
 from nnhydro.errors import ModelError, require
-from nnhydro.models.compiled.torque import trial_runs
-from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.onnx_file import RecordedGraph
-from nnhydro.models.export.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import StepMemory
-from nnhydro.physics.motion import Motion
+from nnhydro.physics.motion import Motion, trial_runs
 
 NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
 ENCODER: Final = "encoder_offset"

@@ -22,12 +22,11 @@ from nnhydro.dynamics.hub import HubWrench, hub_wrench
 from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solve_inertia, tangent
 from nnhydro.dynamics.joint_model import JointModel, joint_model
 from nnhydro.errors import ModelError, require
-from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Memory, StepMemory
-from nnhydro.physics.motion import Base, Motion
+from nnhydro.physics.motion import Base, Motion, trial_runs
 from nnhydro.recordings.arm import Arm
 
 BASE: Final = ("base_x_m_s", "dbase_x_m_s2", "base_yaw_rad", "base_yaw_rad_s", "dbase_yaw_rad_s2")

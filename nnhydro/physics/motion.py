@@ -130,3 +130,13 @@ def _current_of(segment: Segment) -> Water | None:
     if segment.current is None or segment.dcurrent is None:
         return None
     return Water(tensor(segment.current), tensor(segment.dcurrent))
+
+
+def trial_runs(links: int, rows: int = 60) -> list[Motion]:
+    """Return two runs of `rows` instants with reversals: the arm from rest, and under a carriage that was moving before."""
+    t = torch.linspace(0.0, 3.0, rows, dtype=torch.float64)
+    w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
+    phase = w * t[:, None]
+    q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
+    still = torch.zeros_like(t)
+    return [Motion(t, q, qd, qdd, still, still), Motion(t, q, qd, qdd, 0.4 + 0.1 * torch.sin(2 * t), 0.2 * torch.cos(2 * t))]

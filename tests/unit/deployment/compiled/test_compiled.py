@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import LINKS, arm, run, states
 
+from nnhydro.deployment.compiled import engines
+from nnhydro.deployment.compiled.torque import WORTH, CompiledModel, compile_model, quickest
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.models.baselines import BASELINES, baseline
-from nnhydro.models.compiled import engines
-from nnhydro.models.compiled.torque import WORTH, CompiledModel, compile_model, quickest
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -113,7 +113,7 @@ def test_a_friction_that_needs_more_than_arithmetic_is_compiled_by_numba():
 
 def test_the_sine_of_numba_is_exact_to_rounding():
     numba = pytest.importorskip("numba")
-    from nnhydro.models.compiled import sine
+    from nnhydro.deployment.compiled import sine
 
     both = numba.vectorize(["float64(float64)"])(lambda x: sine.sin(x)), numba.vectorize(["float64(float64)"])(lambda x: sine.cos(x))
     for reach in (1.6, 30.0, 1e4, 1e7):

@@ -10,11 +10,11 @@ from rigs import arm
 
 import nnhydro
 from nnhydro.cli.main import run
+from nnhydro.deployment.formats.curves import coefficient_rows
+from nnhydro.deployment.formats.mujoco import HELD, mujoco_xml
+from nnhydro.deployment.formats.urdf import arm_yaml, read_urdf
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ArmError, ConfigError, ModelError
-from nnhydro.exchange.curves import coefficient_rows
-from nnhydro.exchange.mujoco import HELD, mujoco_xml
-from nnhydro.exchange.urdf import arm_yaml, read_urdf
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_kinds

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor, stack
 
-from nnhydro.models.compiled.engines import EngineColumns, Function, numba_rows
-from nnhydro.models.compiled.memoryless import example, fields, flat, one_row
-from nnhydro.models.compiled.travel_loads import TravelLoads
-from nnhydro.models.export.tracing import trace
+from nnhydro.deployment.compiled.engines import EngineColumns, Function, numba_rows
+from nnhydro.deployment.compiled.memoryless import example, fields, flat, one_row
+from nnhydro.deployment.compiled.travel_loads import TravelLoads
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
