@@ -4,7 +4,7 @@
 
 v are the inputs of a set, standardised; S the Morison scale, that makes the output a torque coefficient (eq. 3-1-3); P the mirror of the
 rig, which doubles the training set. Common layers feed both torques, parallel ones a torque each (figures 4-4, 4-5). No law of the strips,
-no linear part, no memory: that is ours (identification/linear_part.py). Source: Rivera (1995), section 2.4, after Sorensen (1993); S and P
+no linear part, no memory: that is ours (fitting/network/linear_part.py). Source: Rivera (1995), section 2.4, after Sorensen (1993); S and P
 ours.
 """
 

@@ -1,12 +1,12 @@
 """The network as a scikit-learn estimator on a plain table of features: for pipelines, grid searches and cross-validation by groups.
 
-    y = c + x K + s g(x)          g the ensemble of tanh networks of models/network.py, fitted to what the linear part leaves
+    y = c + x K + s g(x)          g the ensemble of tanh networks of models/learned/network.py, fitted to what the linear part leaves
 
     x   features, standardised;  K, c  ridge regression in closed form;  s  rms of what it leaves, one an output
 
 Some rows, whole groups where `groups` are given, are only watched: the penalty of K, when each member stops, and whether it may add to the
 linear part at all is decided there. With `parity` (+1 or -1 a feature) the estimate is odd under the mirror that multiplies the features by
-it: c = 0, K has odd features only, g is odd by construction. Source: as models/network.py; the closed-form start is ours.
+it: c = 0, K has odd features only, g is odd by construction. Source: as models/learned/network.py; the closed-form start is ours.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """Models with coefficients over the travel: kinematics, then the strips with their memory, then all else and the way to the sensors.
 
-First and last are kernels traced from the model; the strips are physics/travel_kernel.py. Blocks of rows pass through the three while they
+First and last are kernels traced from the model; the strips are physics/travel/kernel.py. Blocks of rows pass through the three while they
 lie in the cache. Needs numba.
 """
 

@@ -4,7 +4,7 @@
 
     x     features, standardised on the training recordings and held within the range seen there
     P     parity: -1 for features that change sign in the mirror image of the rig, so that torques change sign with the mirror exactly
-    l     the linear part, odd as well: a law of the strips and the odd features (models/learned.py)
+    l     the linear part, odd as well: a law of the strips and the odd features (models/learned/learned.py)
     S     Morison scale (features/scaling)                                                             [N m]
     base  0 for the network, a calibrated physics model for the hybrid                                 [N m]
 
