@@ -12,11 +12,12 @@ from typing import Any, final
 import numpy as np
 
 from nnhydro.diagnosis.calibration.rehearsal import confident, rehearse
-from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, RELEVANT
+from nnhydro.diagnosis.constants import DETECTED, MATERIAL
 from nnhydro.diagnosis.corrected_model import corrected_model
 from nnhydro.diagnosis.decision.decide import Decided, decide
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
-from nnhydro.diagnosis.decision.proof import Proof, noise_error, prove
+from nnhydro.diagnosis.decision.proof import noise_error
+from nnhydro.diagnosis.decision.withdrawal import withdraw_useless
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
@@ -134,7 +135,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     names = draw_names([name for name in campaign.names if name not in copies], most, seed)
     found = search_design(design_on(problem_of(campaign, names, cutoff_hz), baseline), seed, without, progress)
     progress("held-out errors")
-    found, proof = _prove(found, seed)
+    decided, proof = withdraw_useless(found.search, found.decided, found.model, seed)
+    found = replace(found, decided=decided)
     search, claimed = found.search, found.decided.claimed
     findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
@@ -157,28 +159,6 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
                      _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
                      _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following, _recalibration(base.at(z_before)),
                      versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
-
-
-def _prove(found: SearchedCampaign, seed: int) -> tuple[SearchedCampaign, Proof]:
-    """What was found with its errors on recordings held out; no claim is made that makes them no smaller, the worst withdrawn first."""
-    decided = found.decided
-    while True:
-        proof = prove(found.search, decided.claimed, found.model, seed)
-        without = {k: proof.without[found.search.key(k)] for k in decided.claimed.chosen}
-        worst = min(without, key=lambda k: without[k], default=None)
-        if worst is None:
-            return replace(found, decided=decided), proof
-        useless = proof.before - proof.after < RELEVANT * max(proof.before, FORM)
-        if not useless and without[worst] > proof.after:
-            return replace(found, decided=decided), proof
-        reason = (f"errors on {proof.held_out} held out go from {100 * (proof.before if useless else without[worst]):.1f} to "
-                  f"{100 * proof.after:.1f} % with it: nobody could act on it")
-        gone = decided.claimed.chosen if useless else (worst,)
-        keys = set(map(found.search.key, gone))
-        decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
-                          for d in decided.decisions)
-        decided = Decided(found.search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
-                          {k: share for k, share in decided.shares.items() if k not in gone})
 
 
 def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:
