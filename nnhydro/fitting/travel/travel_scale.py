@@ -72,7 +72,7 @@ def _statistics(loads: Loads, segment: Segment, arm: Arm, scales: Array) -> list
 
 def _energy(stats: Statistics, before: Prior, weight: Array) -> float:
     theta = solve(stats, before, weight).theta
-    z = np.linalg.lstsq(before.F, theta - before.mean, rcond=None)[0] if before.F.size else np.zeros(0)
+    z = before.z(theta)
     return float(weight @ residual_energy(stats, theta) + z @ z)
 
 
