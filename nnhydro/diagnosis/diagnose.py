@@ -150,7 +150,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     floor = noise_error(search, proof, own)
     rest = unexplained_of(search, claimed, proof, found.decided.decisions, floor, found.noise)
     base = found.design.baseline
-    z_before, z_after = (base.within(best_fit(search, one).z) for one in (search.score(()), claimed))
+    z_before, z_after = (base.within(best_fit(search, model_set).z) for model_set in (search.score(()), claimed))
     noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)

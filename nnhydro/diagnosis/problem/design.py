@@ -155,7 +155,7 @@ class Design:
             if s.motion_noise is None:
                 return np.zeros((*torque.shape, NOISE_DRAWS))
             noisy = [replace(s, q=s.q + q, qd=s.qd + qd, qdd=s.qdd + qdd) for q, qd, qdd in s.motion_noise]
-            return np.stack([loads.torque(Flow(arm, Motion.of(one))).numpy() - torque for one in noisy], axis=2)
+            return np.stack([loads.torque(Flow(arm, Motion.of(segment))).numpy() - torque for segment in noisy], axis=2)
 
         power = (self.rows(squares) ** 2).mean(axis=2)
         made: Array = np.empty_like(power)
