@@ -108,8 +108,14 @@ class Design:
 
     @cached_property
     def scale(self) -> Array:
-        """The torque's rms (joints,) that sets the scale of effects: measured, or of what the baseline leaves where nothing is driven."""
-        measured = np.sqrt(((self.excess if self.undriven else self.tau) ** 2).sum(axis=0) / self.time)
+        """The torque's rms (joints,) that sets the scale of effects: as measured; where nothing is driven, what the baseline leaves.
+
+        Nothing driven is resisted by the drag that the baseline has, too: an effect may be as large, however much of it drag can take.
+        """
+        if self.undriven:
+            measured = np.maximum(np.sqrt((self.excess**2).sum(axis=0) / self.time), self.resistance)
+        else:
+            measured = np.sqrt((self.tau**2).sum(axis=0) / self.time)
         made: Array = np.maximum(measured, 1e-3 * max(float(measured.max()), 1e-12))
         return made
 
@@ -128,6 +134,20 @@ class Design:
         """Duration of all rows, s, steady rows counted as 1: sums of squares over it are mean squares."""
         p = self.problem
         return float(sum((b.stop - b.start) * (1.0 if b.steady else p.stretches[b.stretch].segment.dt) for b in p.blocks))
+
+    @cached_property
+    def resistance(self) -> Array:
+        """The rms (joints,) of what the baseline's torque depends on rates."""
+        def by_rates(stretch: Stretch) -> Array:
+            """Return the torque less that of the same angles and accelerations without rates, (n, joints) N m."""
+            flow = Flow(self.problem.arm, Motion.of(stretch.segment))
+            still = replace(flow, motion=replace(flow.motion, qd=0 * flow.motion.qd))
+            loads = self.baseline.physics.loads
+            made: Array = (loads.torque(flow) - loads.torque(still)).numpy()
+            return made
+
+        made: Array = np.sqrt((self.rows(by_rates) ** 2).sum(axis=0) / self.time)
+        return made
 
     @cached_property
     def parts(self) -> Array:

@@ -15,6 +15,8 @@ from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, problem_of
 from nnhydro.errors import CampaignError, ConfigError, RecordingError
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -101,6 +103,17 @@ def test_a_stationary_torque_of_the_drive_is_told_from_a_free_arm():
     free = Campaign.of(ARM, [replace(r, tau=np.zeros_like(r.tau)) for r in WHOLE.recordings()])
     problem = problem_of(free, edge=3.0)
     assert design_of(problem, base).undriven
+
+
+def test_of_a_free_arm_an_effect_may_be_as_large_as_its_drag_however_little_the_baseline_leaves():
+    free = Campaign.of(ARM, [replace(r, tau=np.zeros_like(r.tau)) for r in WHOLE.recordings()])
+    problem = problem_of(free, edge=3.0)
+    design = design_of(problem, baseline_of("constant", ARM, problem.units(), Preparation(LowPass(3.0))))
+    turning = Motion.of(problem.stretches[0].segment)
+    alone = design.baseline.physics.loads.terms["normal_drag"].torque(Flow(ARM, turning)).numpy()
+    assert (design.scale >= design.resistance).all()
+    assert design.resistance[0] > 0.5 * alone[:, 0].std()
+    assert design.resistance[0] < 2 * design.part_scale[0]
 
 
 def test_steady_tables_are_rows_as_they_are_and_may_be_all_there_is():
