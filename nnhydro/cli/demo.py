@@ -8,7 +8,7 @@ import typer
 from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, show
 
 if TYPE_CHECKING:
-    from nnhydro.diagnosis.result import Diagnosis
+    from nnhydro.diagnosis.result import DiagnosisResult
     from nnhydro.evaluation.benchmark import BenchmarkResult
 
 Json = dict[str, Any]
@@ -74,7 +74,7 @@ def _compare(out: Path, seed: int) -> tuple["BenchmarkResult", list[Path]]:
     return result, paths
 
 
-def _diagnose(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]]:
+def _diagnose(out: Path, seed: int) -> tuple["DiagnosisResult", Json, Json, list[Path]]:
     """Diagnose the concealed campaign, and only then open its answer; return diagnosis, its score, the answer and the files written."""
     from nnhydro.blind_tests.reveal import read_suite, reveal
     from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key

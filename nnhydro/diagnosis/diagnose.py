@@ -14,7 +14,7 @@ import numpy as np
 from nnhydro.diagnosis.calibration.rehearsal import confident, rehearse
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
 from nnhydro.diagnosis.corrected_model import corrected_model
-from nnhydro.diagnosis.decision.decide import Decided, decide
+from nnhydro.diagnosis.decision.decide import Claims, decide
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
 from nnhydro.diagnosis.decision.proof import noise_error
 from nnhydro.diagnosis.decision.withdrawal import withdraw_useless
@@ -22,25 +22,25 @@ from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
 from nnhydro.diagnosis.findings.finding import finding_of
-from nnhydro.diagnosis.model.evidence import Whitened
-from nnhydro.diagnosis.model.sizes import fitted
+from nnhydro.diagnosis.model.evidence import WhiteRows
+from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import NOISE_ROUNDS, calibrated_noise
-from nnhydro.diagnosis.noise.spectrum import Noise, reestimated
+from nnhydro.diagnosis.noise.spectrum import Noise, reestimate
 from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.refinement import refined, with_finer_singles
+from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
 from nnhydro.diagnosis.search.starts import across_held_links, at_lines, extra_starts, line_frequencies
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.residual_location import locate
-from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
+from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
 from nnhydro.errors import NnhydroError
 from nnhydro.fitting.identify import versions
 from nnhydro.models.strip_theory import StripTheory
@@ -59,9 +59,9 @@ class SearchedCampaign:
     design: Design
     noise: Noise
     search: Search
-    decided: Decided
+    decided: Claims
     model: StripTheory
-    null: Scored
+    null: ScoredSet
 
 
 def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
@@ -97,15 +97,15 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     search, best, library = parts.search, parts.best, parts.search.view.library
     del parts  # with the columns of the search before
     for _ in range(NOISE_ROUNDS - 1):
-        noise = reestimated(design, noise, search.whitened, search.view.joined(best.chosen), best.sizes.vector(search.whitened))
-        whitened = Whitened(design, unknown.smooth, noise.v)
-        _, sizes = fitted(whitened, None, sizes)
+        noise = reestimate(design, noise, search.whitened, search.view.join(best.chosen), best.sizes.vector(search.whitened))
+        whitened = WhiteRows(design, unknown.smooth, noise.v)
+        _, sizes = fit_sizes(whitened, None, sizes)
         del search
         search = Search(WeightedLibrary(whitened, library), sizes, progress)
         best = search.score(best.chosen)
     best = search.climb(best)
     progress("finer values")
-    finer = refined(search, best, model)
+    finer = refine(search, best, model)
     search = finer.search
     parts = in_parts(search, search.climb(finer.best), model)
     search = parts.search
@@ -122,7 +122,7 @@ def _recalibration(model: StripTheory) -> dict[str, list[float]]:
 @one_thread()
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
              without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
-             rehearsals: int = 0, limits: Limits | None = None) -> Diagnosis:
+             rehearsals: int = 0, limits: Limits | None = None) -> DiagnosisResult:
     """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.
 
     Of more than `most` recordings the others take no part. `cutoff_hz` is the upper edge of the band, by default from the data.
@@ -155,10 +155,10 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
-    return Diagnosis(before, corrected, base.name, time.perf_counter() - start,
-                     _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                     _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following, _recalibration(base.at(z_before)),
-                     versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+    return DiagnosisResult(before, corrected, base.name, time.perf_counter() - start,
+                           _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
+                           _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following,
+                           _recalibration(base.at(z_before)), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
 def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:
@@ -181,7 +181,7 @@ def _plan_next(found: SearchedCampaign, campaign: Campaign, seed: int, limits: L
         return None, {"next_experiment": f"not planned: {error}"}
 
 
-def _p_value(found: SearchedCampaign, rest: Unexplained) -> float:
+def _p_value(found: SearchedCampaign, rest: Remainder) -> float:
     """p of "nothing is missing": by the claims, by the unknown beside the baseline alone, by what remains."""
     gains = [d.statistic for d in found.decided.decisions if d.claimed]
     claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1.0)) for g in gains]

@@ -7,13 +7,13 @@ claim without which E is lowest, as long as E does not rise without it.
 from dataclasses import replace
 
 from nnhydro.diagnosis.constants import FORM, RELEVANT
-from nnhydro.diagnosis.decision.decide import Decided
+from nnhydro.diagnosis.decision.decide import Claims
 from nnhydro.diagnosis.decision.proof import Proof, prove
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
 
 
-def withdraw_useless(search: Search, decided: Decided, model: StripTheory, seed: int) -> tuple[Decided, Proof]:
+def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
     """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them."""
     while True:
         proof = prove(search, decided.claimed, model, seed)
@@ -30,5 +30,5 @@ def withdraw_useless(search: Search, decided: Decided, model: StripTheory, seed:
         keys = set(map(search.key, gone))
         decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
                           for d in decided.decisions)
-        decided = Decided(search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
-                          {k: share for k, share in decided.shares.items() if k not in gone})
+        decided = Claims(search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
+                         {k: share for k, share in decided.shares.items() if k not in gone})
