@@ -5,7 +5,8 @@ A member k of the best set S is claimed if
        the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
        and LOOK_ALIKE of what a larger one gains for which its card may be taken
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
-    3. recordings that the fit has not seen are predicted better, also without the one that gains most
+    3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
+       where many recordings show the same, the unknown predicts the others as well as a law
     4. one of its values differs from 0 by PRECISE standard deviations, and none lies beyond a physical bound
     5. it moves the torque by RELEVANT of its rms, in a part of the campaign also by FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
@@ -115,13 +116,14 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
     least = max(RELEVANT, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
-    without_best = float(held.sum() - held.max()) if len(held) > 2 else float(held.sum())
+    total = float(held.sum())
+    foreseen = total - float(held.max()) + FORM * total if len(held) > 2 and total > 0 else total
     tests = (
         (gain, threshold, f"gains {gain:.1f} nats beside the others ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (without_best, 0.0, "recordings that the fit has not seen are predicted no better"),
+        (foreseen, 0.0, "recordings that the fit has not seen are predicted no better"),
         (listed_probability(search, now, k), 0.5, "by what it leaves unexplained, a cause on no card is more probable"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "what it explains is no smaller part of what remains unknown than any law's"),
     )

@@ -3,11 +3,13 @@
     S_k = sum_r I_rk / background_rk,     p = K Q(R, S_max),     Q the upper regularised gamma function
 
 I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
-recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out. A state of the arm cannot
-make such a line: recordings move at frequencies of their own. Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
+recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, beside the trend of all recordings:
+the noise of angles rises to the band's edge. A state of the arm makes such a line only at the frequencies at which all recordings move, a
+free pendulum's own and its harmonics: where the acceleration has a line, none is told.
+Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -20,6 +22,7 @@ Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
+TREND = 3  # degree of the trend of the logarithms
 P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
 TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
@@ -49,18 +52,56 @@ class Line:
         return f"a hum of {self.amplitude:.2g} N m at {self.frequency_hz:.2f} Hz in the torque of joint {self.joint}, whatever the motion"
 
 
-def _ratios(x: Array, dt: float, highest: float) -> tuple[Array, Array, Array]:
+def _trend(records: Sequence[tuple[Array, float]], highest: float) -> Callable[[Array], Array]:
+    """The smooth part of the spectra of records (x, dt) up to `highest` Hz, which a line in a few ordinates does not bend.
+
+        ln I(f) = sum_(i <= TREND) c_i (ln f)^i        by least squares with a soft L1 loss
+    """
+    from scipy.optimize import least_squares
+
+    found = []
+    for x, dt in records:
+        window = np.hanning(len(x) + 2)[1:-1]
+        f = np.fft.rfftfreq(len(x), dt)
+        power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
+        inside = (f > 0) & (f <= highest) & (power > 0)
+        if inside.sum() > AROUND:
+            found.append((np.log(f[inside]), np.log(power[inside]) - np.log(power[inside]).mean()))
+    if not found:
+        return np.ones_like
+    u, level = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    start = np.polynomial.Polynomial.fit(u, level, TREND)
+    bent = least_squares(lambda c: np.polynomial.Polynomial(c, start.domain, start.window)(u) - level, start.coef, loss="soft_l1").x
+    made = np.polynomial.Polynomial(bent, start.domain, start.window)
+    return lambda f: np.asarray(np.exp(made(np.log(np.maximum(f, np.exp(u.min()))))), np.float64)
+
+
+def _ratios(x: Array, dt: float, highest: float, trend: Callable[[Array], Array] = np.ones_like) -> tuple[Array, Array, Array]:
     """Frequencies (k,) Hz up to `highest`, ordinates over their background, and amplitudes N m of lines that would make them."""
     window = np.hanning(len(x) + 2)[1:-1]
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
     f: Array = np.asarray(np.fft.rfftfreq(len(x), dt), np.float64)
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
-    padded = np.pad(power, AROUND, mode="reflect")
+    smooth = trend(f)
+    padded = np.pad(power / smooth, AROUND, mode="reflect")
     around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH])
     background = np.median(around, axis=0) / np.log(2)
-    ratios: Array = power / np.maximum(background, 1e-300)
+    ratios: Array = power / smooth / np.maximum(background, 1e-300)
     return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
+
+
+def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np.bool_]:
+    """Return at which frequencies of `grid`, Hz, the accelerations of the recordings together have a line."""
+    from scipy.special import gammaincc
+
+    made = np.zeros(len(grid), dtype=bool)
+    for name in parts[0].state:
+        if name.startswith("ddq"):
+            spectra = [_ratios(part.state[name], part.dt, highest) for part in parts]
+            S = np.sum([np.interp(grid, f, ratio) for f, ratio, _ in spectra], axis=0)
+            made |= len(grid) * gammaincc(len(parts), S / HEAVY) <= P_LINE
+    return made
 
 
 def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat: Sequence[Residual] | None = None) -> Line | None:
@@ -78,12 +119,14 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat:
     if highest <= LOWEST:
         return None
     spectra = [_ratios(p.r[:, joint], p.dt, highest) for p in used]
-    whitened = spectra if flat is None else [_ratios(p.r[:, joint], p.dt, highest) for p in flat if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
+    looked_in = used if flat is None else [p for p in flat if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
+    trend = _trend([(p.r[:, joint], p.dt) for p in looked_in], highest)
+    whitened = [_ratios(p.r[:, joint], p.dt, highest, trend) for p in looked_in]
     longest = max(len(p.r) * p.dt for p in used)
     grid = np.arange(LOWEST, highest, 1 / longest)
     at = [np.interp(grid, f, ratio) for f, ratio, _ in whitened]
     S, K = np.sum(at, axis=0), len(grid)
-    shared = np.max(at, axis=0) <= MOST * S
+    shared = (np.max(at, axis=0) <= MOST * S) & ~_moves(used, grid, highest)
     if not shared.any():
         return None
     best = int(np.argmax(np.where(shared, S, 0.0)))

@@ -67,3 +67,24 @@ def test_too_few_or_too_short_recordings_tell_nothing():
     assert strongest(recordings(3, count=3), 0) is None
     short = [Residual("a", np.zeros((30, 1)), {}, 0.01)] * 8
     assert strongest(short, 0) is None
+
+
+def test_noise_of_angles_that_rises_to_the_edge_of_the_band_is_no_hum_however_few_frequencies_it_has():
+    def rising(seed, edge=2.4, rows=232, dt=0.025):
+        c = np.random.default_rng(seed).standard_normal((16, rows))
+        f = np.arange(rows) / (2 * rows * dt)
+        c = np.where(f < edge, c * (1 + (f / 1.2) ** 4), 0.0)
+        return [Residual(f"run{k}", idct(one, norm="ortho")[:, None], {}, dt) for k, one in enumerate(c)]
+
+    p = [strongest(rising(seed), 0, 2.4).p_value for seed in range(30)]
+    assert sum(x < 0.0025 for x in p) <= 1
+
+
+def test_at_frequencies_at_which_the_arm_itself_swings_in_all_recordings_no_hum_is_told():
+    def swinging(with_motion):
+        made = recordings(4, hum=lambda k, t: 0.6 * np.sin(2 * np.pi * 3.1 * t + k))
+        moved = [np.sin(2 * np.pi * 3.1 * 0.02 * np.arange(len(p.r)) + k) + 0.01 * p.r[:, 0] for k, p in enumerate(made)]
+        return [replace(p, state={"ddq1_rad_s2": x if with_motion else p.r[:, 0]}) for p, x in zip(made, moved, strict=True)]
+
+    assert strongest(swinging(False), 1).p_value < 1e-6
+    assert strongest(swinging(True), 1).p_value > 0.01
