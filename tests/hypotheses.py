@@ -11,7 +11,7 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 
 catalogue()
 
@@ -39,12 +39,12 @@ class Squeak(LoadEffect):
 
 def made(id_, a, joint=0, **values):
     options = {name: values.pop(name) for name in list(values) if not isinstance(values[name], tuple)}
-    return replace(REGISTER[id_].started(a, joint=joint, **options), **values)
+    return replace(REGISTER[id_].at_start(a, joint=joint, **options), **values)
 
 
 def view(a, motion, name="constant"):
     loads = baseline(name).start(a)
-    return SensorView(Flow(a, motion), lambda flow: sensed(loads.torque(flow), flow.motion.qd, flow.arm))
+    return SensorView(Flow(a, motion), lambda flow: sensor_torque(loads.torque(flow), flow.motion.qd, flow.arm))
 
 
 def of_time(t, tau, a=None):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from nnhydro.diagnosis.constants import RHO
-from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import Sizes
 from nnhydro.diagnosis.model.unknown import Unknown
 from nnhydro.diagnosis.search.library import Library
@@ -73,7 +73,7 @@ def unknown(of, seed=1, m=3):
 def whitened(of, seed=2, even=False, rows=None, m=3, level=1.0):
     """The rows of a design over noise of unlike variances, or of the variance `level` everywhere."""
     v = np.full_like(of.y, level) if even else np.random.default_rng(seed).uniform(0.5, 2.0, of.y.shape)
-    return Whitened(of, unknown(of, m=m), v, rows)
+    return WhiteRows(of, unknown(of, m=m), v, rows)
 
 
 def library(of, laws, seed=3):

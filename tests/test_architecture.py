@@ -17,7 +17,7 @@ import nnhydro
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "nnhydro"
 ORDER = ("runtime", "recordings", "physics", "effects", "features", "models", "dynamics", "deployment", "fitting",
-         "evaluation", "simulation", "blind_tests", "exchange", "diagnosis", "report", "api", "cli")
+         "evaluation", "simulation", "blind_tests", "diagnosis", "report", "api", "cli")
 # inside diagnosis: what decides sees what is modelled, never the other way round
 FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "calibration.rehearsal",
           "unexplained", "experiment", "corrected_model", "trained_on", "result", "diagnose", "options", "calibration.power")

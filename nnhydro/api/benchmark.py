@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Benchmark(ResultView):
     """Every model on recordings held out of its fit; the data frame has a row a model, best first, shares as fractions of 1."""
 
-    result: evaluation.Benchmark
+    result: evaluation.BenchmarkResult
 
     @property
     def ranking(self) -> list[str]:

@@ -9,7 +9,7 @@ from nnhydro.api.model import Model
 from nnhydro.api.result_view import ResultView
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
 from nnhydro.diagnosis.options import DiagnosisOptions
-from nnhydro.diagnosis.result import Diagnosis as Result
+from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis.page import write_diagnosis
 from nnhydro.report.diagnosis.tables import alternatives_sheet, errors_sheet, findings_sheet, location_sheet, parameters_sheet
@@ -63,7 +63,7 @@ class Finding(ResultView):
 class Diagnosis(ResultView):
     """What is missing, where, and how good the model with it is; the data frame has a row a finding."""
 
-    result: Result
+    result: DiagnosisResult
     campaign: Campaign
 
     @property

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, final
 from nnhydro.api.campaign import read_frame
 from nnhydro.api.prediction import Prediction
 from nnhydro.api.result_view import ResultView
+from nnhydro.deployment.compiled.torque import CompiledModel, compile_model
+from nnhydro.deployment.formats.curves import curves_csv
+from nnhydro.deployment.formats.mujoco import mujoco_xml
+from nnhydro.deployment.onnx.onnx_file import export_onnx
 from nnhydro.errors import ConfigError, require
-from nnhydro.exchange.curves import curves_csv
-from nnhydro.exchange.mujoco import mujoco_xml
 from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.fitting.identify import identify as fit
 from nnhydro.fitting.network.gradient_fit import Progress
 from nnhydro.fitting.network.train import train as fit_network
 from nnhydro.models import prediction, storage
-from nnhydro.models.compiled.torque import CompiledModel, compile_model
-from nnhydro.models.export.onnx_file import export_onnx
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign

@@ -33,7 +33,7 @@ class Prediction(ResultView):
     outside: Array | None = None  # (n,) 0 to 1, how far each row lies outside what the model was trained on
 
     @staticmethod
-    def of(found: prediction.Prediction) -> "Prediction":
+    def of(found: prediction.PredictedTorque) -> "Prediction":
         """Return what the model computed, ready to be shown."""
         return Prediction(found.name, found.t, found.tau, found.std, found.sliding, found.outside)
 
@@ -67,4 +67,4 @@ class Prediction(ResultView):
 
     def save(self, path: str | Path) -> Path:
         """Write the torques to the CSV file `path`, whole or not at all; returns the path."""
-        return write_prediction(prediction.Prediction(self.name, self.t, self.tau, self.std, self.sliding, self.outside), Path(path))
+        return write_prediction(prediction.PredictedTorque(self.name, self.t, self.tau, self.std, self.sliding, self.outside), Path(path))

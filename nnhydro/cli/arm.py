@@ -19,8 +19,8 @@ def arm(
 
     Lists what a URDF does not contain: offsets of angles, friction, the water.
     """
+    from nnhydro.deployment.formats.urdf import arm_yaml, read_urdf
     from nnhydro.errors import ConfigError, require
-    from nnhydro.exchange.urdf import arm_yaml, read_urdf
     from nnhydro.runtime.files import write_own
 
     try:

@@ -8,8 +8,8 @@ import typer
 from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, show
 
 if TYPE_CHECKING:
-    from nnhydro.diagnosis.result import Diagnosis
-    from nnhydro.evaluation.benchmark import Benchmark
+    from nnhydro.diagnosis.result import DiagnosisResult
+    from nnhydro.evaluation.benchmark import BenchmarkResult
 
 Json = dict[str, Any]
 
@@ -45,7 +45,7 @@ def demo(
              "MY_CAMPAIGN --out RESULTS and nnhydro diagnose MY_CAMPAIGN --out FOUND")
 
 
-def _compare(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
+def _compare(out: Path, seed: int) -> tuple["BenchmarkResult", list[Path]]:
     """Train and compare; return the benchmark and the files written."""
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS, MEMBERS
@@ -74,7 +74,7 @@ def _compare(out: Path, seed: int) -> tuple["Benchmark", list[Path]]:
     return result, paths
 
 
-def _diagnose(out: Path, seed: int) -> tuple["Diagnosis", Json, Json, list[Path]]:
+def _diagnose(out: Path, seed: int) -> tuple["DiagnosisResult", Json, Json, list[Path]]:
     """Diagnose the concealed campaign, and only then open its answer; return diagnosis, its score, the answer and the files written."""
     from nnhydro.blind_tests.reveal import read_suite, reveal
     from nnhydro.blind_tests.seal import KEY_FILE, open_sealed, read_key

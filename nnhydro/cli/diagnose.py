@@ -9,7 +9,7 @@ from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
 from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, table, use_of, warn_of_errors
 
 if TYPE_CHECKING:
-    from nnhydro.diagnosis.result import Diagnosis
+    from nnhydro.diagnosis.result import DiagnosisResult
     from nnhydro.recordings.campaign import Campaign
     from nnhydro.report.diagnosis.batch import BatchOutcome, DiagnosisRequest
     from nnhydro.runtime.workers import Workers
@@ -66,7 +66,7 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
              f"{', ...' if len(seen) > 4 else ''}): its errors on these are no predictions")
 
 
-def next_steps(result: "Diagnosis", out: Path, campaign: Path, column_map: Path | None) -> str:
+def next_steps(result: "DiagnosisResult", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
     from nnhydro.diagnosis.experiment.proposal import FAIR
     from nnhydro.diagnosis.result import NEXT, TOO_NOISY

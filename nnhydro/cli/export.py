@@ -53,7 +53,7 @@ def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
 
 def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
     """Write the MuJoCo file; return what it holds and lacks, and the verdict."""
-    from nnhydro.exchange.mujoco import mujoco_xml
+    from nnhydro.deployment.formats.mujoco import mujoco_xml
     from nnhydro.runtime.files import write_own
 
     made = mujoco_xml(loaded)
@@ -64,7 +64,7 @@ def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 
 def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
     """Write the coefficient curves; return their number of rows and the verdict."""
-    from nnhydro.exchange.curves import curves_csv
+    from nnhydro.deployment.formats.curves import curves_csv
     from nnhydro.runtime.files import write_own
 
     text = curves_csv(loaded)

@@ -8,7 +8,7 @@ import typer
 from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
 
 if TYPE_CHECKING:
-    from nnhydro.models.prediction import Prediction
+    from nnhydro.models.prediction import PredictedTorque
 
 STRICT = 0.05  # share of the rows that may lie outside where --strict is given
 
@@ -27,9 +27,9 @@ def predict(
 
     The output includes the faults of this rig's sensors and has one finite row for each row of the input.
     """
+    from nnhydro.deployment.compiled.torque import quickest
     from nnhydro.dynamics.hub import wrench_columns
     from nnhydro.errors import require
-    from nnhydro.models.compiled.torque import quickest
     from nnhydro.models.prediction import predict as torques
     from nnhydro.models.prediction import write_prediction
     from nnhydro.models.storage import load_model
@@ -69,7 +69,7 @@ def predict(
     conclude(_verdict(predictions, out), following=_next_steps(model, odd, predictions))
 
 
-def _next_steps(model: Path, odd: list[str], predictions: "list[Prediction]") -> str:
+def _next_steps(model: Path, odd: list[str], predictions: "list[PredictedTorque]") -> str:
     """What comes next: mending the motions, recording such motions, else a look at the model."""
     if odd:
         return "mend what is named above, then nnhydro predict again   (--strict refuses such motions)"
@@ -90,7 +90,7 @@ def _require_familiar(model: Path, odd: list[str], shares: dict[str, float | Non
                 "on: record such motions, or leave --strict out")
 
 
-def _verdict(predictions: "list[Prediction]", out: Path) -> str:
+def _verdict(predictions: "list[PredictedTorque]", out: Path) -> str:
     """What was predicted, and how much of it lies outside what the model was trained on."""
     total = sum(len(prediction.t) for prediction in predictions)
     text = f"Torques of {len(predictions)} motion{'s' if len(predictions) > 1 else ''}, {total} rows, in {out}"

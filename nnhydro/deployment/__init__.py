@@ -1,1 +1,1 @@
-"""Models for controllers and simulators without Python: one step in time with its state, as C99, machine code or ONNX."""
+"""Models for controllers and other programs: one step in time as C99, CasADi, machine code or ONNX, and files such as MuJoCo and URDF."""

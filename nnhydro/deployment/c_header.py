@@ -18,11 +18,11 @@ from torch import Tensor
 
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
+from nnhydro.deployment.onnx.onnx_file import RecordedGraph
 from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, record_step, record_torques, whole_sums
 from nnhydro.errors import require
-from nnhydro.models.compiled.torque import trial_runs
-from nnhydro.models.export.onnx_file import RecordedGraph
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.motion import trial_runs
 from nnhydro.runtime.files import write_own
 from nnhydro.runtime.stamp import refuse_foreign
 

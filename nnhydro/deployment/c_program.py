@@ -11,9 +11,9 @@ from typing import Any, Final
 
 from nnhydro.deployment.c_kernels import END
 from nnhydro.deployment.c_tables import table_program
+from nnhydro.deployment.compiled.source import Writer
+from nnhydro.deployment.onnx.expressions import Program, Value
 from nnhydro.errors import require
-from nnhydro.models.compiled.source import Writer
-from nnhydro.models.export.expressions import Program, Value
 
 PRECISIONS: Final = {"double": "double", "single": "float"}
 MANY: Final = 6_000  # terms: beyond, statements no longer fit the processor's cache of instructions

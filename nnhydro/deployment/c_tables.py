@@ -1,6 +1,6 @@
 """A large program of scalars as C: loops over tables instead of one statement a scalar, so that it stays in the cache and vectorises.
 
-All values lie in one vector v. Every round of the schedule (models/export/schedule.py) first computes the sums that it needs, long ones
+All values lie in one vector v. Every round of the schedule (deployment/onnx/schedule.py) first computes the sums that it needs, long ones
 over the same atoms as small matrices, the others term by term, then each kind of function as one loop. A matrix whose rows come in pairs
 that differ in the signs of some atoms only (a network and its mirror image) is computed once for both:
 
@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.deployment.c_kernels import DOTTED, OPTIONS, dense
-from nnhydro.models.export.expressions import Program, Row, Value, row_of
-from nnhydro.models.export.schedule import rounds
+from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
+from nnhydro.deployment.onnx.schedule import rounds
 
 LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 RUN: Final = 5  # places that follow each other: shorter runs go one by one

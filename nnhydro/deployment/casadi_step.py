@@ -11,9 +11,9 @@ from functools import reduce
 from pathlib import Path
 from typing import Any, Final
 
+from nnhydro.deployment.onnx.expressions import Program, Scalar, Value
 from nnhydro.deployment.step import record_step, whole_sums
 from nnhydro.errors import missing_extra, require
-from nnhydro.models.export.expressions import Program, Scalar, Value
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.runtime.files import write_own
 from nnhydro.runtime.stamp import refuse_foreign

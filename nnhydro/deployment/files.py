@@ -5,9 +5,9 @@ from typing import Any
 
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.casadi_step import export_casadi
+from nnhydro.deployment.onnx.onnx_file import export_onnx
 from nnhydro.deployment.step import MemoryStep, record_step, without_instruments
 from nnhydro.dynamics.joint_model import steppable
-from nnhydro.models.export.onnx_file import export_onnx
 from nnhydro.models.torque_model import TorqueModel
 
 

@@ -22,13 +22,13 @@ from scipy.optimize import minimize
 from torch import Tensor
 
 from nnhydro.deployment.c_program import c_function
+from nnhydro.deployment.onnx.expressions import Program, Value
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.deployment.step import MemoryStep, record_step, whole_sums
 from nnhydro.dynamics.inertia import mass_and_bias
 from nnhydro.dynamics.joint_model import JointModel
 from nnhydro.errors import ModelError, NnhydroError, require
-from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.tracing import trace
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ class NativeArm:
             def torque(qdd: Tensor) -> Tensor:
                 """Return the torques (1, joints + 1, joints) N m at as many accelerations (1, joints + 1, joints) rad/s^2."""
                 many = {name: x.expand(rows, *x.shape[1:]) for name, x in before.items()}
-                carried = Carried(dt.clamp(min=0.0).expand(rows), many, fresh=(dt < 0).expand(rows))
+                carried = StepMemory(dt.clamp(min=0.0).expand(rows), many, fresh=(dt < 0).expand(rows))
                 motion = Motion(torch.zeros(rows, dtype=torch.float64), q.expand(rows, n), qd.expand(rows, n), qdd.reshape(rows, n),
                                 u0.expand(rows), du0.expand(rows), steady=True, carried=carried)
                 return step.model.torque(motion)[None]

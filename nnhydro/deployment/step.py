@@ -17,16 +17,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from nnhydro.deployment.onnx.expressions import Program, Value
+from nnhydro.deployment.onnx.onnx_file import RecordedGraph
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.dynamics.joint_model import MECHANICAL, mechanics, steppable
 from nnhydro.errors import ModelError, require
-from nnhydro.models.compiled.torque import trial_runs
-from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.onnx_file import RecordedGraph
-from nnhydro.models.export.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.physics.carried import Carried
-from nnhydro.physics.motion import Motion
+from nnhydro.physics.carried import StepMemory
+from nnhydro.physics.motion import Motion, trial_runs
 
 NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
 ENCODER: Final = "encoder_offset"
@@ -48,7 +47,7 @@ class MemoryStep:
     def layout(self) -> dict[str, tuple[int, ...]]:
         """Name and shape of each memory, in the order in which they lie in the vector `memory`."""
         zero = torch.zeros(1, self.model.arm.n_links, dtype=torch.float64)
-        carried = Carried(torch.zeros(1, dtype=torch.float64))
+        carried = StepMemory(torch.zeros(1, dtype=torch.float64))
         self._answer(Motion(zero[:, 0], zero, zero, zero, zero[:, 0], zero[:, 0], True, None, carried))
         return {name: tuple(x.shape[1:]) for name, x in carried.after.items()}
 
@@ -75,11 +74,12 @@ class MemoryStep:
     def torques(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, and its std where there is one, at an instant whose own memory is `memory` (size,)."""
         zero = torch.zeros(1, dtype=torch.float64)
-        return self._answer(Motion(zero, q[None], qd[None], qdd[None], u0, du0, True, None, Carried(zero, self.memory_parts(memory), True)))
+        step = StepMemory(zero, self.memory_parts(memory), True)
+        return self._answer(Motion(zero, q[None], qd[None], qdd[None], u0, du0, True, None, step))
 
     def __call__(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, its std where there is one, and the next memory (size,)."""
-        carried = Carried(dt.clamp(min=0.0), self.memory_parts(memory), fresh=dt < 0)
+        carried = StepMemory(dt.clamp(min=0.0), self.memory_parts(memory), fresh=dt < 0)
         answer = self._answer(Motion(torch.zeros(1, dtype=torch.float64), q[None], qd[None], qdd[None], u0, du0, True, None, carried))
         following = [carried.after[name].reshape(-1) for name in self.layout]
         return (*answer, torch.cat(following) if following else torch.zeros(0, dtype=torch.float64))

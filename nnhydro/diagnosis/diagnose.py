@@ -12,34 +12,35 @@ from typing import Any, final
 import numpy as np
 
 from nnhydro.diagnosis.calibration.rehearsal import confident, rehearse
-from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, RELEVANT
+from nnhydro.diagnosis.constants import DETECTED, MATERIAL
 from nnhydro.diagnosis.corrected_model import corrected_model
-from nnhydro.diagnosis.decision.decide import Decided, decide
+from nnhydro.diagnosis.decision.decide import Claims, decide
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
-from nnhydro.diagnosis.decision.proof import Proof, noise_error, prove
+from nnhydro.diagnosis.decision.proof import noise_error
+from nnhydro.diagnosis.decision.withdrawal import withdraw_useless
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
 from nnhydro.diagnosis.findings.finding import finding_of
-from nnhydro.diagnosis.model.evidence import Whitened
-from nnhydro.diagnosis.model.sizes import fitted
+from nnhydro.diagnosis.model.evidence import WhiteRows
+from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import NOISE_ROUNDS, calibrated_noise
-from nnhydro.diagnosis.noise.spectrum import Noise, reestimated
+from nnhydro.diagnosis.noise.spectrum import Noise, reestimate
 from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.refinement import refined, with_finer_singles
+from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
 from nnhydro.diagnosis.search.starts import across_held_links, at_lines, extra_starts, line_frequencies
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.residual_location import locate
-from nnhydro.diagnosis.unexplained.unexplained import Unexplained, p_of, unexplained_of, unknown_parts
+from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
 from nnhydro.errors import NnhydroError
 from nnhydro.fitting.identify import versions
 from nnhydro.models.strip_theory import StripTheory
@@ -58,9 +59,9 @@ class SearchedCampaign:
     design: Design
     noise: Noise
     search: Search
-    decided: Decided
+    decided: Claims
     model: StripTheory
-    null: Scored
+    null: ScoredSet
 
 
 def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
@@ -96,15 +97,15 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     search, best, library = parts.search, parts.best, parts.search.view.library
     del parts  # with the columns of the search before
     for _ in range(NOISE_ROUNDS - 1):
-        noise = reestimated(design, noise, search.whitened, search.view.joined(best.chosen), best.sizes.vector(search.whitened))
-        whitened = Whitened(design, unknown.smooth, noise.v)
-        _, sizes = fitted(whitened, None, sizes)
+        noise = reestimate(design, noise, search.whitened, search.view.join(best.chosen), best.sizes.vector(search.whitened))
+        whitened = WhiteRows(design, unknown.smooth, noise.v)
+        _, sizes = fit_sizes(whitened, None, sizes)
         del search
         search = Search(WeightedLibrary(whitened, library), sizes, progress)
         best = search.score(best.chosen)
     best = search.climb(best)
     progress("finer values")
-    finer = refined(search, best, model)
+    finer = refine(search, best, model)
     search = finer.search
     parts = in_parts(search, search.climb(finer.best), model)
     search = parts.search
@@ -121,7 +122,7 @@ def _recalibration(model: StripTheory) -> dict[str, list[float]]:
 @one_thread()
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
              without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
-             rehearsals: int = 0, limits: Limits | None = None) -> Diagnosis:
+             rehearsals: int = 0, limits: Limits | None = None) -> DiagnosisResult:
     """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.
 
     Of more than `most` recordings the others take no part. `cutoff_hz` is the upper edge of the band, by default from the data.
@@ -134,7 +135,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     names = draw_names([name for name in campaign.names if name not in copies], most, seed)
     found = search_design(design_on(problem_of(campaign, names, cutoff_hz), baseline), seed, without, progress)
     progress("held-out errors")
-    found, proof = _prove(found, seed)
+    decided, proof = withdraw_useless(found.search, found.decided, found.model, seed)
+    found = replace(found, decided=decided)
     search, claimed = found.search, found.decided.claimed
     findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
@@ -148,37 +150,15 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     floor = noise_error(search, proof, own)
     rest = unexplained_of(search, claimed, proof, found.decided.decisions, floor, found.noise)
     base = found.design.baseline
-    z_before, z_after = (base.within(best_fit(search, one).z) for one in (search.score(()), claimed))
+    z_before, z_after = (base.within(best_fit(search, model_set).z) for model_set in (search.score(()), claimed))
     noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
-    return Diagnosis(before, corrected, base.name, time.perf_counter() - start,
-                     _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                     _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following, _recalibration(base.at(z_before)),
-                     versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
-
-
-def _prove(found: SearchedCampaign, seed: int) -> tuple[SearchedCampaign, Proof]:
-    """What was found with its errors on recordings held out; no claim is made that makes them no smaller, the worst withdrawn first."""
-    decided = found.decided
-    while True:
-        proof = prove(found.search, decided.claimed, found.model, seed)
-        without = {k: proof.without[found.search.key(k)] for k in decided.claimed.chosen}
-        worst = min(without, key=lambda k: without[k], default=None)
-        if worst is None:
-            return replace(found, decided=decided), proof
-        useless = proof.before - proof.after < RELEVANT * max(proof.before, FORM)
-        if not useless and without[worst] > proof.after:
-            return replace(found, decided=decided), proof
-        reason = (f"errors on {proof.held_out} held out go from {100 * (proof.before if useless else without[worst]):.1f} to "
-                  f"{100 * proof.after:.1f} % with it: nobody could act on it")
-        gone = decided.claimed.chosen if useless else (worst,)
-        keys = set(map(found.search.key, gone))
-        decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
-                          for d in decided.decisions)
-        decided = Decided(found.search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
-                          {k: share for k, share in decided.shares.items() if k not in gone})
+    return DiagnosisResult(before, corrected, base.name, time.perf_counter() - start,
+                           _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
+                           _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following,
+                           _recalibration(base.at(z_before)), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
 def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:
@@ -187,7 +167,7 @@ def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | Non
     made = []
     for factor in FACTORS:
         with suppress(NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError):
-            made.append(claims_at(campaign, names, found.design.problem.band.scaled(factor), baseline, claimed))
+            made.append(claims_at(campaign, names, found.design.problem.band.times(factor), baseline, claimed))
     return tuple(made)
 
 
@@ -201,7 +181,7 @@ def _plan_next(found: SearchedCampaign, campaign: Campaign, seed: int, limits: L
         return None, {"next_experiment": f"not planned: {error}"}
 
 
-def _p_value(found: SearchedCampaign, rest: Unexplained) -> float:
+def _p_value(found: SearchedCampaign, rest: Remainder) -> float:
     """p of "nothing is missing": by the claims, by the unknown beside the baseline alone, by what remains."""
     gains = [d.statistic for d in found.decided.decisions if d.claimed]
     claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1.0)) for g in gains]

@@ -6,7 +6,7 @@ from typing import final
 
 from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.experiment.rig_limits import Limits
-from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.recordings.campaign import Campaign
 
 
@@ -22,6 +22,6 @@ class DiagnosisOptions:
     rehearsals: int = 0  # draws of each finding and of each alternative that calibrate the confidence
     limits: Limits | None = None  # what the rig can do; the ranges of the recordings
 
-    def diagnose(self, campaign: Campaign, progress: Callable[[str], None] = lambda line: None) -> Diagnosis:
+    def diagnose(self, campaign: Campaign, progress: Callable[[str], None] = lambda line: None) -> DiagnosisResult:
         """Return the diagnosis of `campaign` with these choices; raises as `nnhydro.diagnosis.diagnose.diagnose`."""
         return engine.diagnose(campaign, **vars(self), progress=progress)

@@ -7,9 +7,9 @@ from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.decision.proof import Proof
 from nnhydro.diagnosis.experiment.proposal import Proposal
-from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.findings.finding import NamedEffect
 from nnhydro.diagnosis.unexplained.residual_location import Location
-from nnhydro.diagnosis.unexplained.unexplained import Unexplained
+from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.models.torque_model import TorqueModel
 
 SCHEMA = "nnhydro/diagnosis/1"
@@ -20,7 +20,7 @@ TOO_NOISY = 1 / 3  # of the torque: above such a noise floor nothing is said to 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class DiagnosisResult:
     """The mismatch between a baseline and a campaign: is there one, where, what was left out, and the proof."""
 
     baseline: TorqueModel
@@ -31,8 +31,8 @@ class Diagnosis:
     noise_floor: float
     proof: Proof
     location: list[Location]
-    findings: list[Finding]
-    remainder: Unexplained
+    findings: list[NamedEffect]
+    remainder: Remainder
     decisions: tuple[Decision, ...]
     checks: dict[str, Any]
     other_bands: tuple[OtherBand, ...]

@@ -22,12 +22,11 @@ from nnhydro.dynamics.hub import HubWrench, hub_wrench
 from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solve_inertia, tangent
 from nnhydro.dynamics.joint_model import JointModel, joint_model
 from nnhydro.errors import ModelError, require
-from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.physics.carried import Carried, Memory
-from nnhydro.physics.motion import Base, Motion
+from nnhydro.physics.carried import Memory, StepMemory
+from nnhydro.physics.motion import Base, Motion, trial_runs
 from nnhydro.recordings.arm import Arm
 
 BASE: Final = ("base_x_m_s", "dbase_x_m_s2", "base_yaw_rad", "base_yaw_rad_s", "dbase_yaw_rad_s2")
@@ -123,7 +122,7 @@ class Dynamics:
             want = self.model.torque(run)
             for k in range(len(run)):
                 dt = run.t[k:k + 1] - run.t[max(k - 1, 0)]
-                carried = Carried(dt, memory)
+                carried = StepMemory(dt, memory)
                 row = Motion(run.t[k:k + 1], run.q[k:k + 1], run.qd[k:k + 1], run.qdd[k:k + 1], run.u0[k:k + 1], run.du0[k:k + 1],
                              steady=True, carried=carried)
                 worst = max(worst, float((self.model.torque(row)[0] - want[k]).abs().max()))
@@ -132,20 +131,20 @@ class Dynamics:
             require(far < FOLLOWS, f"this model holds a memory that cannot be stepped through time: steps differ by {far:.1e} from the "
                     "whole run: use a model without that term", ModelError)
 
-    def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
+    def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None,
                 base: Base | None = None) -> Motion:
         return Motion(torch.zeros(len(q), dtype=torch.float64), q, qd, qdd, u0, du0, steady=True, carried=carried, base=base)
 
-    def _memory_of(self, state: ArmState | None, count: int, dt: float | None = None) -> Carried | None:
+    def _memory_of(self, state: ArmState | None, count: int, dt: float | None = None) -> StepMemory | None:
         """The memory of `state` for `count` rows, `dt` s later, or as it is."""
         if state is None or not state.memory:
             return None
         have = len(next(iter(state.memory.values())))
         require(have in (1, count), f"the state holds the memory of {have} arm(s), the question is about {count}", ModelError)
         memory = {name: x.expand(count, *x.shape[1:]) for name, x in state.memory.items()}
-        return Carried(torch.full((count,), dt or 0.0, dtype=torch.float64), memory, held=dt is None)
+        return StepMemory(torch.full((count,), dt or 0.0, dtype=torch.float64), memory, held=dt is None)
 
-    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None, base: Base | None = None) -> Any:
+    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None, base: Base | None = None) -> Any:
         """The torques (m, k, joints) at k accelerations of each state, as a function of them (m, k, joints)."""
         def torque(qdd: Tensor) -> Tensor:
             """Return the torques (m, k, joints) N m at the accelerations `qdd` (m, k, joints) rad/s^2."""
@@ -157,7 +156,7 @@ class Dynamics:
             own = None
             if carried is not None:
                 memory = None if carried.before is None else {name: each(x) for name, x in carried.before.items()}
-                own = Carried(each(carried.dt), memory, carried.held)
+                own = StepMemory(each(carried.dt), memory, carried.held)
             turned = None if base is None else base.rows(torch.arange(m).repeat_interleave(k))
             motion = self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own, turned)
             return self.model.torque(motion).reshape(m, k, n)
@@ -170,7 +169,7 @@ class Dynamics:
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
         return form.out(self.model.torque(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form))))
 
-    def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: Carried | None,
+    def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None,
                base: Base | None = None) -> Tensor:
         torque = self._at(q, qd, u0, du0, carried, base)
         if self.affine:
@@ -227,7 +226,7 @@ class Dynamics:
         return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._step_memory(q_, qd_, u0_, None, 0.0))
 
     def _step_memory(self, q: Tensor, qd: Tensor, u0: Tensor, before: Memory | None, dt: float) -> Memory:
-        carried = Carried(torch.full((len(q),), dt, dtype=torch.float64), before)
+        carried = StepMemory(torch.full((len(q),), dt, dtype=torch.float64), before)
         with torch.no_grad():
             self.model.torque(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried))
         return carried.after

@@ -92,7 +92,7 @@ def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | 
             continue
         grids = {name: tuple(share * torque_peak[place - 1] for share in grid) if torque_peak and name in effect.torque_scaled else grid
                  for name, grid in effect.grids().items()}
-        started = effect.started(arm, joint=place)
+        started = effect.at_start(arm, joint=place)
         found += [_with(law, dict(zip(grids, point, strict=True)))
                   for law in (started, *started.narrower()) for point in product(*grids.values())]
     return tuple(found)

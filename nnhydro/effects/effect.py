@@ -23,14 +23,14 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm
-from nnhydro.physics.parametrised import Parametrised, Values, parameter
+from nnhydro.physics.parametrised import ParametricTerm, Values, parameter
 from nnhydro.recordings.arm import Arm
 
 __all__ = ["REGISTER", "Effect", "InstrumentEffect", "LoadEffect", "Signature", "Values", "at_joint", "effect", "parameter"]
 
 
 @dataclass(frozen=True)
-class Effect(Parametrised):
+class Effect(ParametricTerm):
     """The card, and where the effect acts: `joint` counts from 1 (for `acts` = "link" it is the link), 0 is the whole arm."""
 
     id: ClassVar[str]

@@ -84,7 +84,7 @@ class Standing:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Benchmark:
+class BenchmarkResult:
     """Every model on the same held-out units."""
 
     campaigns: tuple[Campaign, ...]
@@ -188,7 +188,7 @@ class Benchmark:
 
 def model_torque(model: TorqueModel, segment: Segment) -> Array:
     """Return the model's torque (n, joints) N m on a segment, through the same filter as the measured one."""
-    return segment.seen(model.torque(Motion.of(segment)).numpy())
+    return segment.filter(model.torque(Motion.of(segment)).numpy())
 
 
 def misfit_and_coverage(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, Coverage | None]:
@@ -203,7 +203,7 @@ def misfit_and_coverage(model: TorqueModel, unit: Unit) -> tuple[Misfit | None, 
             continue
         keep, measured = segment.keep, segment.tau[segment.keep]
         found, std = model.torque_and_std(Motion.of(segment))
-        modelled = segment.seen(found.numpy())[keep]
+        modelled = segment.filter(found.numpy())[keep]
         misfits.append(Misfit.of(measured, modelled))
         covered += [] if std is None else [Coverage.of(measured, modelled, std.numpy()[keep])]
     return Misfit.total(misfits) if misfits else None, _total(covered)
@@ -294,7 +294,7 @@ def _material(campaigns: tuple[Campaign, ...], config: TrainingConfig, fold_coun
 @one_thread()
 def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (), fold_count: int = 5, seed: int = 0,
               config: TrainingConfig | None = None, report: Report | None = None, protocol: str = DEFAULT,
-              workers: Workers = HERE) -> Benchmark:
+              workers: Workers = HERE) -> BenchmarkResult:
     """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.
 
     `models`: baselines, `network`, `hybrid`, comparators or model folders (all physics that suits the arm, network and hybrid by default).
@@ -318,4 +318,4 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
     floors = [floor.error for campaign, how in zip(campaigns, material.hows, strict=True)
               if (floor := noise_floor(campaign, how)) is not None]
     mean_floor = float(np.mean(floors)) if floors else None
-    return Benchmark(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable, seen)
+    return BenchmarkResult(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable, seen)

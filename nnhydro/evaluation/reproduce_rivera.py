@@ -161,7 +161,7 @@ def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = l
     segment = unit.segments()[0]
     assert segment.tau is not None
     return RiveraReproduction(inputs, neurons, training, judge.error(base), gains, gain_error, _slenderness(usual, fitted, left, base),
-                              unit.name, segment.t, segment.tau, segment.seen(best.torque(Motion.of(segment)).numpy()))
+                              unit.name, segment.t, segment.tau, segment.filter(best.torque(Motion.of(segment)).numpy()))
 
 
 def table(result: RiveraReproduction) -> list[tuple[str, str, str]]:

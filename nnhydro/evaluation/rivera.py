@@ -4,7 +4,7 @@
 
 v are the inputs of a set, standardised; S the Morison scale, that makes the output a torque coefficient (eq. 3-1-3); P the mirror of the
 rig, which doubles the training set. Common layers feed both torques, parallel ones a torque each (figures 4-4, 4-5). No law of the strips,
-no linear part, no memory: that is ours (identification/linear_part.py). Source: Rivera (1995), section 2.4, after Sorensen (1993); S and P
+no linear part, no memory: that is ours (fitting/network/linear_part.py). Source: Rivera (1995), section 2.4, after Sorensen (1993); S and P
 ours.
 """
 
@@ -19,7 +19,7 @@ from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
-from nnhydro.fitting.network.rows import Rows, base_rows, standardised, torque_rms, training_rows, watched_units
+from nnhydro.fitting.network.rows import Rows, base_rows, standardise, torque_rms, training_rows, watched_units
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.learned.network import Ensemble
 from nnhydro.models.torque_model import TorqueModel
@@ -88,7 +88,7 @@ def train_network(choice: Identifier, shown: Sequence[TrainingSet], how: Prepara
     config, arm = choice.config(), shown[0].arm
     floor = FLOOR * torque_rms(shown[0].units)
     rows = _join([part.rows(config, floor) for part in shown])
-    centre, spread, lowest, highest = standardised(rows)
+    centre, spread, lowest, highest = standardise(rows)
     watched = watched_units([unit for part in shown for unit in part.units], config)
     layout = Ensemble.fresh((rows.x.shape[1], choice.neurons, arm.n_links), MEMBERS, choice.seed, choice.layers == "parallel")
     ensemble = gradient_fit(layout, rows, watched, config, TrainingState.fresh(layout))

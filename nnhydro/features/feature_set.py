@@ -39,7 +39,7 @@ class Features:
     odd: Tensor
     even: Tensor
 
-    def joined(self) -> Tensor:
+    def matrix(self) -> Tensor:
         """Return all features (n, a + b), odd ones first."""
         return torch.cat([self.odd, self.even], dim=1)
 

@@ -16,7 +16,7 @@ from torch import Tensor
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.features.scaling import speed_scale
 from nnhydro.features.wake import STILL, each_under_way, under_way
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.travel.step import FOREVER
 from nnhydro.physics.travel.wake_memory import relax
@@ -56,7 +56,7 @@ def since_reversal(flow: Flow) -> tuple[Tensor, Tensor]:
     return torch.from_numpy(s), torch.from_numpy(t)
 
 
-def _carried_since(flow: Flow, carried: Carried, w: Tensor) -> tuple[Tensor, Tensor]:
+def _carried_since(flow: Flow, carried: StepMemory, w: Tensor) -> tuple[Tensor, Tensor]:
     """Travel and time since each link end of arms that are stepped through time last turned back, (n, links, 2)."""
     dt, back = carried.steps(3), BACK * flow.D[:, None]
 
@@ -96,7 +96,7 @@ def travel(view: View) -> Features:
     return Features(joined[:, :0], joined)
 
 
-def _carried_low_pass(flow: Flow, carried: Carried, w: Tensor, lag: float) -> Tensor:
+def _carried_low_pass(flow: Flow, carried: StepMemory, w: Tensor, lag: float) -> Tensor:
     moves = each_under_way(flow)[:, None, None]
     return carried.value(f"low-pass/{lag}", lambda: torch.where(moves, w, torch.zeros_like(w)),
                          lambda old: w + (old - w) * torch.exp(-carried.steps(3) / lag))

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
@@ -152,7 +152,7 @@ def _of_run(flow: Flow, w: Tensor) -> list[Tensor]:
     return list(torch.from_numpy(_filter_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy())).unbind(1))
 
 
-def _carried_memories(flow: Flow, carried: Carried, w: Tensor) -> Tensor:
+def _carried_memories(flow: Flow, carried: StepMemory, w: Tensor) -> Tensor:
     """States (n, STATES, links, s) of arms that are stepped through time; w (n, links, s) m/s."""
     moves = each_under_way(flow)[:, None, None, None]
 

@@ -115,7 +115,7 @@ def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Arr
                      highest=np.where(np.isfinite(free.highest), free.highest, FARTHEST))
     found = fit(stats, before, correlation)
     left = np.maximum(residual_energy(stats, found.theta), 1e-12 * np.maximum(stats.s, 1e-300))
-    z = np.linalg.lstsq(before.F, found.theta - before.mean, rcond=None)[0]
+    z = before.z(found.theta)
     size = sum(float((tau**2).sum()) for tau in torques)
     nats = -float((stats.n / correlation[index] / 2 * np.log(left)).sum()) - float(z @ z) / 2 - CHANGE * way.changes
     return WayFit(way, nats, float(np.sqrt(left.sum() / max(size, 1e-300))))

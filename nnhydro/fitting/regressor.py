@@ -1,12 +1,12 @@
 """The network as a scikit-learn estimator on a plain table of features: for pipelines, grid searches and cross-validation by groups.
 
-    y = c + x K + s g(x)          g the ensemble of tanh networks of models/network.py, fitted to what the linear part leaves
+    y = c + x K + s g(x)          g the ensemble of tanh networks of models/learned/network.py, fitted to what the linear part leaves
 
     x   features, standardised;  K, c  ridge regression in closed form;  s  rms of what it leaves, one an output
 
 Some rows, whole groups where `groups` are given, are only watched: the penalty of K, when each member stops, and whether it may add to the
 linear part at all is decided there. With `parity` (+1 or -1 a feature) the estimate is odd under the mirror that multiplies the features by
-it: c = 0, K has odd features only, g is odd by construction. Source: as models/network.py; the closed-form start is ours.
+it: c = 0, K has odd features only, g is odd by construction. Source: as models/learned/network.py; the closed-form start is ours.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ from torch import Tensor
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
 from nnhydro.fitting.network.rows import Rows
-from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
+from nnhydro.models.learned.network import Ensemble, odd_output, soft_bound
 
 Array = NDArray[np.float64]
 PENALTIES = tuple(10.0**-k for k in range(8))  # of the ridge, times the number of rows
@@ -141,13 +141,13 @@ class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # s
         alone = ((rows.target / s) ** 2).sum(dim=1).expand(len(look), -1).mul(look).sum(dim=1) / look.sum(dim=1)
         helps = (state.best_error < alone).double()[:, None, None]
         self.n_iter_ = state.epoch
-        self.ensemble_ = ensemble.scaled(helps.expand(-1, 1, left.shape[1]))
+        self.ensemble_ = ensemble.times(helps.expand(-1, 1, left.shape[1]))
 
     def predict(self, X: ArrayLike, return_std: bool = False) -> Any:
         """Return the estimate (n,) or (n, outputs); with `return_std` also the scatter of the members, of the same shape."""
         check_is_fitted(self)
         x = self._inputs(validate_data(self, X, reset=False, dtype=np.float64))
-        g = soft_bound(mirrored(self.ensemble_, torch.from_numpy(x), torch.from_numpy(self.sign_)), FREE).numpy()
+        g = soft_bound(odd_output(self.ensemble_, torch.from_numpy(x), torch.from_numpy(self.sign_)), FREE).numpy()
         mean, std = self.offset_ + x @ self.linear_ + self.scale_ * g.mean(axis=0), self.scale_ * g.std(axis=0)
         if self.one_output_:
             mean, std = mean[:, 0], std[:, 0]

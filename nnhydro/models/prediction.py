@@ -26,7 +26,7 @@ MOST_ROWS = 1_000_000  # of an even grid across a gap
 
 @final
 @dataclass(frozen=True, eq=False)
-class Prediction:
+class PredictedTorque:
     """Sensor torques `tau` (n, joints) N m at the times `t` (n,) s, and their standard deviation where the model knows it."""
 
     name: str
@@ -128,7 +128,7 @@ def on_rows(answers: Answers, links: int, recording: Recording) -> list[Array] |
     return found
 
 
-def predict(model: TorqueModel, recording: Recording) -> Prediction:
+def predict(model: TorqueModel, recording: Recording) -> PredictedTorque:
     """Return the sensor torques of `model` for the motion of `recording` (its torque is ignored), row for row.
 
     Raises RecordingError where the arm has another number of joints, or where the motion is not finite or not in order of time.
@@ -140,16 +140,16 @@ def predict(model: TorqueModel, recording: Recording) -> Prediction:
         motion = Motion.of(segment)
         far = [] if domain is None else [domain.outside(motion, model.arm)[:, None]]
         tau, std = model.torque_and_std(motion)
-        return [segment.seen(tau.numpy()), *far, *([] if std is None else [std.numpy()])]
+        return [segment.filter(tau.numpy()), *far, *([] if std is None else [std.numpy()])]
 
     found = on_rows(answers, model.arm.n_links, recording) or [np.empty((len(recording), model.arm.n_links))]
     tau, *others = found
     outside = None if domain is None or not others else others.pop(0)[:, 0]
     times = np.asarray(recording.t if recording.stamps is None else recording.stamps)
-    return Prediction(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside)
+    return PredictedTorque(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside)
 
 
-def write_prediction(prediction: Prediction, path: Path, inputs: Iterable[Path] = (),
+def write_prediction(prediction: PredictedTorque, path: Path, inputs: Iterable[Path] = (),
                      more: dict[str, NDArray[np.float64]] | None = None) -> Path:
     """Write t_s, tau1_Nm, ... (tau1_std_Nm, ... and outside where known) and `more` to `path`, whole or not at all; times keep every digit.
 

@@ -3,7 +3,7 @@
     friction: [{coulomb_Nm: 0.12, viscous_Nm_s: 0.05, known_to: 0.2}, {}]        one entry a joint; what is left out is not stated
     drive: {rotor_inertia_kg_m2: [0.02, 0.01], known_to: 0.1}
 
-Every baseline holds them, a calibrated one within what is known of them (identification/prior.py): each value is one standard deviation
+Every baseline holds them, a calibrated one within what is known of them (fitting/linear/prior.py): each value is one standard deviation
 of `known_to` times itself.
 """
 

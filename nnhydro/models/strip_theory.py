@@ -11,7 +11,7 @@ from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.transmission import sensed, to_drives
+from nnhydro.physics.transmission import sensor_torque, to_drives
 
 
 @final
@@ -27,8 +27,8 @@ class StripTheory(TorqueModel):
     def torque(self, motion: Motion) -> Tensor:
         """Return the sensor torques (n, joints) N m."""
         if not self.instruments:
-            return sensed(self.loads.torque(Flow(self.arm, motion)), motion.qd, self.arm)
-        view = SensorView(Flow(self.arm, motion), lambda flow: sensed(self.loads.torque(flow), flow.motion.qd, self.arm))
+            return sensor_torque(self.loads.torque(Flow(self.arm, motion)), motion.qd, self.arm)
+        view = SensorView(Flow(self.arm, motion), lambda flow: sensor_torque(self.loads.torque(flow), flow.motion.qd, self.arm))
         return with_effects(view, self.instruments).tau
 
     def by_term(self, motion: Motion) -> dict[str, Tensor]:

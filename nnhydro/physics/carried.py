@@ -17,7 +17,7 @@ Memory = Mapping[str, Tensor]  # by name, rows first
 
 @final
 @dataclass(frozen=True, eq=False)
-class Carried:
+class StepMemory:
     """`before` is what was remembered `dt` (n,) s ago (None at the first instant), `after` what is remembered now, filled on the way.
 
     `held`: `before` is that of this very instant and stays as it is. Rows that are `fresh` begin anew, whatever stands in `before`.

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ModelError, require
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel.wake_memory import relax
 
@@ -43,7 +43,7 @@ def bent_sign(motion: Motion, joint: int, bending: float) -> Tensor:
     return relax(torch.sign(between), travel / bending, torch.zeros(1, dtype=torch.float64))
 
 
-def _carried_sign(carried: Carried, qd: Tensor, name: str, bending: float) -> Tensor:
+def _carried_sign(carried: StepMemory, qd: Tensor, name: str, bending: float) -> Tensor:
     """z (n,) of a contact that is stepped through time, with the rate (n,) rad/s that it remembers besides."""
 
     def next_memory(old: Tensor) -> Tensor:

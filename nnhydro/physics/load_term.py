@@ -16,7 +16,7 @@ from torch import Tensor
 
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.parametrised import PER, Parametrised, Values, parameter
+from nnhydro.physics.parametrised import PER, ParametricTerm, Values, parameter
 
 __all__ = ["PER", "LinearTerm", "LoadTerm", "Values", "parameter", "term_kinds", "term_of"]
 
@@ -24,7 +24,7 @@ HERE = "nnhydro.physics."
 
 
 @dataclass(frozen=True)
-class LoadTerm(Parametrised, ABC):
+class LoadTerm(ParametricTerm, ABC):
     """A cause of joint torque. Subclasses are final frozen dataclasses; their fields made by `parameter` are tuples of floats."""
 
     @abstractmethod

@@ -8,7 +8,7 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.recordings.segment import Segment
 
 
@@ -80,7 +80,7 @@ class Motion:
     du0: Tensor  # (n,) m/s^2
     steady: bool = False
     wake: Tensor | None = None  # (memories, n, links, strips) m/s, features/wake.py
-    carried: Carried | None = None
+    carried: StepMemory | None = None
     base: Base | None = None  # None: joint 1 moves along +Y alone
     current: Water | None = None  # the water's own motion, as it was measured; None: at rest
 
@@ -130,3 +130,13 @@ def _current_of(segment: Segment) -> Water | None:
     if segment.current is None or segment.dcurrent is None:
         return None
     return Water(tensor(segment.current), tensor(segment.dcurrent))
+
+
+def trial_runs(links: int, rows: int = 60) -> list[Motion]:
+    """Return two runs of `rows` instants with reversals: the arm from rest, and under a carriage that was moving before."""
+    t = torch.linspace(0.0, 3.0, rows, dtype=torch.float64)
+    w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
+    phase = w * t[:, None]
+    q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
+    still = torch.zeros_like(t)
+    return [Motion(t, q, qd, qdd, still, still), Motion(t, q, qd, qdd, 0.4 + 0.1 * torch.sin(2 * t), 0.2 * torch.cos(2 * t))]

@@ -32,7 +32,7 @@ def parameter(unit: str, start: float, bounds: tuple[float, float], meaning: str
 
 
 @dataclass(frozen=True)
-class Parametrised:
+class ParametricTerm:
     """Subclasses are frozen dataclasses; their fields made by `parameter` are tuples of floats, the others options."""
 
     kind: ClassVar[str] = ""  # name in model files
@@ -56,7 +56,7 @@ class Parametrised:
         return tuple(f for f in fields(cls) if "unit" not in f.metadata)
 
     @classmethod
-    def started(cls, arm: Arm, **options: Any) -> Self:
+    def at_start(cls, arm: Arm, **options: Any) -> Self:
         """Return the term with every parameter at its start value, sized for `arm`."""
         sizes = {"link": arm.n_links, "joint": arm.n_links, "arm": 1, "other joint": arm.n_links - 1}
         return cls(**{f.name: (f.metadata["start"],) * sizes[f.metadata["per"]] for f in cls.parameters()}, **options)

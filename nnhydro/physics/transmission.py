@@ -42,7 +42,7 @@ def gear_factor(drive_torque: Tensor, qd: Tensor, arm: Arm) -> Tensor:
     return torch.stack(factors, dim=1)
 
 
-def sensed(tau: Tensor, qd: Tensor, arm: Arm) -> Tensor:
+def sensor_torque(tau: Tensor, qd: Tensor, arm: Arm) -> Tensor:
     """Return what the torque sensors read (n, joints) N m for joint torques `tau` and joint rates `qd`, both (n, joints)."""
     drive = to_drives(tau, arm)
     return drive * gear_factor(drive, qd, arm)
@@ -54,7 +54,7 @@ def sensed_columns(columns: Tensor, total: Tensor, qd: Tensor, arm: Arm) -> Tens
 
 
 def joint_torque(sensor: Tensor, qd: Tensor, arm: Arm) -> Tensor:
-    """Return the joint torques (n, joints) N m behind the sensor torques `sensor`: the inverse of `sensed`."""
+    """Return the joint torques (n, joints) N m behind the sensor torques `sensor`: the inverse of `sensor_torque`."""
     # the factor is positive, so the sign of the power can be taken from the sensor torque itself
     drive = sensor / gear_factor(sensor, qd, arm)
     if arm.drive.kind == "direct":

@@ -62,6 +62,6 @@ class Segment:
         """Number of joints."""
         return int(self.q.shape[1])
 
-    def seen(self, model: Array) -> Array:
+    def filter(self, model: Array) -> Array:
         """Return `model` (n, ...), a torque or columns of one on this grid, as it is compared: through the same filter as the torque."""
         return model if self.low_pass is None else self.low_pass.apply(model, self.dt)

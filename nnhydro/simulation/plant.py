@@ -17,7 +17,7 @@ from torch import Tensor
 
 from nnhydro.dynamics.travel_terms import fast_stepper
 from nnhydro.errors import ConfigError, require
-from nnhydro.physics.carried import Carried, Memory
+from nnhydro.physics.carried import Memory, StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm
@@ -37,7 +37,7 @@ class Plant:
 
     def begin(self, q: Tensor, qd: Tensor, u0: Tensor) -> Memory:
         """Return what is remembered where a run begins in the states q, qd (m, joints), u0 (m,); empty where nothing is."""
-        carried = Carried(torch.zeros(len(q), dtype=torch.float64))
+        carried = StepMemory(torch.zeros(len(q), dtype=torch.float64))
         self._torque(Motion(carried.dt, q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), steady=True, carried=carried))
         return carried.after
 
@@ -45,7 +45,7 @@ class Plant:
         """Return what is remembered in the states q, qd (m, joints), u0 (m,), `dt` s after `memory`."""
         if not memory:
             return memory
-        carried = Carried(torch.full((len(q),), dt, dtype=torch.float64), memory)
+        carried = StepMemory(torch.full((len(q),), dt, dtype=torch.float64), memory)
         self._torque(Motion(carried.dt, q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), steady=True, carried=carried))
         return carried.after
 
@@ -66,8 +66,8 @@ class Plant:
         def rows(x: Tensor) -> Tensor:
             return x.repeat_interleave(n + 1, dim=0)
 
-        carried = Carried(torch.full((m * (n + 1),), dt, dtype=torch.float64), {name: rows(x) for name, x in memory.items()},
-                          held=dt == 0) if memory else None
+        carried = StepMemory(torch.full((m * (n + 1),), dt, dtype=torch.float64), {name: rows(x) for name, x in memory.items()},
+                             held=dt == 0) if memory else None
         motion = Motion(rows(t), rows(q), rows(qd), unit.repeat(m, 1), rows(u0), rows(du0), steady=carried is not None, carried=carried)
         torque = self._torque(motion).reshape(m, n + 1, n)
         rest = torque[:, 0]

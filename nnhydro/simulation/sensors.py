@@ -16,7 +16,7 @@ from pydantic import Field
 from nnhydro.conventions import TIME, column
 from nnhydro.errors import require
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.validation import Settings
 from nnhydro.simulation.recipe.per_joint import PerJoint, PerJointMagnitude, spread
@@ -138,7 +138,7 @@ def _motion_columns(run: Run, arm: Arm, sensors: Sensors, t: Array) -> dict[str,
 def record(run: Run, arm: Arm, sensors: Sensors, substeps: int, rng: np.random.Generator) -> RecordedRun:
     """Return what `sensors` record of `run` at every `substeps`-th of its rows."""
     t = _instants(run, sensors, substeps, rng)
-    true = sensed(tensor(run.tau), tensor(run.state.qd), arm).numpy()
+    true = sensor_torque(tensor(run.tau), tensor(run.state.qd), arm).numpy()
     clean = _lag(run, sensors.with_bias(true), sensors, t)
     noisy = clean + sensors.noise_std(clean) * rng.standard_normal(clean.shape)
     keep = _surviving_rows(t, sensors, rng)

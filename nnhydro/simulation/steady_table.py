@@ -12,7 +12,7 @@ from nnhydro.conventions import column
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 from nnhydro.recordings.arm import Arm
 from nnhydro.simulation.motions.motion_kind import State
 from nnhydro.simulation.motions.steady import SteadyRuns
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 def steady_torque(state: State, arm: Arm, loads: Loads) -> Array:
     """Return what perfect torque sensors read in the steady runs `state`, (n, joints) N m."""
     motion = Motion.at(*state)
-    return np.asarray(sensed(loads.torque(Flow(arm, motion)), tensor(state.qd), arm).numpy())
+    return np.asarray(sensor_torque(loads.torque(Flow(arm, motion)), tensor(state.qd), arm).numpy())
 
 
 def steady_table(runs: SteadyRuns, arm: Arm, loads: Loads, sensors: Sensors, sample_rate_hz: float,

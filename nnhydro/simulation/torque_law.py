@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.dynamics.joint_model import JointModel
-from nnhydro.physics.carried import Carried, Memory
+from nnhydro.physics.carried import Memory, StepMemory
 from nnhydro.physics.motion import Motion
 
 
@@ -37,7 +37,7 @@ class Inside:
     def torque(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, dt: float) -> Tensor:
         """Return the joint torques (m, joints) N m, `dt` s after the instant asked before."""
         none = torch.zeros(len(q), dtype=torch.float64)
-        carried = Carried(none + dt, self.memory)
+        carried = StepMemory(none + dt, self.memory)
         with torch.no_grad():
             tau = self.model.torque(Motion(none, q, qd, qdd, u0, du0, steady=True, carried=carried))
         self.memory = carried.after

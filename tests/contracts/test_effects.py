@@ -21,7 +21,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 from nnhydro.recordings.filtering.preprocessing import Preparation
 
 FAMILIES = {
@@ -47,7 +47,7 @@ def found(id_, a):
 def view(a, motion, water=True):
     loads = baseline("constant" if water else "rigid").start(a)
     place = tensor(np.linspace(-1, 1, len(motion)))
-    return SensorView(Flow(a, motion), lambda flow: sensed(loads.torque(flow), flow.motion.qd, flow.arm), place)
+    return SensorView(Flow(a, motion), lambda flow: sensor_torque(loads.torque(flow), flow.motion.qd, flow.arm), place)
 
 
 def columns(hypothesis, a, motion):
@@ -128,7 +128,7 @@ def test_candidates_make_sense_for_the_arm(id_):
 @IDS
 def test_a_joint_that_is_not_there_is_refused(id_):
     with pytest.raises(ModelError, match=id_):
-        EFFECTS[id_].started(arm(2), joint=1 if EFFECTS[id_].acts == "arm" else 0)
+        EFFECTS[id_].at_start(arm(2), joint=1 if EFFECTS[id_].acts == "arm" else 0)
 
 
 @IDS

@@ -43,14 +43,14 @@ def is_zero(term, a, motion):
 @KINDS
 @LINKS
 def test_the_stored_document_gives_the_same_term_back(kind, links):
-    term = varied(TERMS[kind].started(arm(links)))
+    term = varied(TERMS[kind].at_start(arm(links)))
     assert term_of(term.document()) == term
     assert term_of(json.loads(json.dumps(term.document()))) == term
 
 
 @KINDS
 def test_a_document_with_a_strange_parameter_is_refused(kind):
-    document = TERMS[kind].started(arm(2)).document()
+    document = TERMS[kind].at_start(arm(2)).document()
     with pytest.raises(ModelError, match=kind):
         term_of({**document, "parameters": {**document["parameters"], "no_such_thing": [1.0]}})
 
@@ -61,7 +61,7 @@ def test_a_document_with_a_strange_parameter_is_refused(kind):
 @pytest.mark.parametrize("make", [states, run])
 def test_the_torque_has_a_row_a_sample_and_a_column_a_joint(kind, links, n, make):
     a = arm(links)
-    tau = torque(TERMS[kind].started(a), a, rows(make(links), n))
+    tau = torque(TERMS[kind].at_start(a), a, rows(make(links), n))
     assert tau.shape == (n, links)
     assert tau.dtype == torch.float64
 
@@ -70,7 +70,7 @@ def test_the_torque_has_a_row_a_sample_and_a_column_a_joint(kind, links, n, make
 def test_a_term_loads_an_arm_that_moves_or_water_that_does(kind):
     a, motion = arm(2), run(2)
     swell = Water(torch.stack([motion.t, motion.t], 1), torch.ones(len(motion), 2, dtype=torch.float64))
-    assert not is_zero(TERMS[kind].started(a), a, replace(motion, current=swell))
+    assert not is_zero(TERMS[kind].at_start(a), a, replace(motion, current=swell))
 
 
 numbers = st.sampled_from([0.0, 1e-300, -1e-12, 1e-6, 0.5, -2.0, 1e3, -1e4])
@@ -85,14 +85,14 @@ def test_the_torque_is_finite_for_any_motion(kind, data):
     u0, du0 = (data.draw(st.lists(numbers, min_size=3, max_size=3)) for _ in range(2))
     motion = Motion.at(q, qd, qdd, u0, du0)
     for steady in (True, False):
-        assert torch.isfinite(torque(TERMS[kind].started(a), a, replace(motion, steady=steady))).all()
+        assert torch.isfinite(torque(TERMS[kind].at_start(a), a, replace(motion, steady=steady))).all()
 
 
 @LINEAR
 @LINKS
 def test_columns_times_values_are_the_torque(kind, links):
     a = arm(links)
-    flow, term = Flow(a, run(links)), varied(TERMS[kind].started(a))
+    flow, term = Flow(a, run(links)), varied(TERMS[kind].at_start(a))
     columns, values = term.columns(flow), term.linear_values()
     assert columns.shape == (60, links, len(values))
     assert_close((columns * values).sum(-1), term.torque(flow))
@@ -102,7 +102,7 @@ def test_columns_times_values_are_the_torque(kind, links):
 @LINKS
 def test_a_columns_is_the_torque_of_one_unit_of_its_parameter(kind, links):
     a = arm(links)
-    flow, term = Flow(a, run(links)), varied(TERMS[kind].started(a))
+    flow, term = Flow(a, run(links)), varied(TERMS[kind].at_start(a))
     columns = term.columns(flow)
     for p, unit in enumerate(torch.eye(columns.shape[-1], dtype=torch.float64)):
         assert_close(term.with_linear(unit).torque(flow), columns[..., p])
@@ -111,7 +111,7 @@ def test_a_columns_is_the_torque_of_one_unit_of_its_parameter(kind, links):
 @LINEAR
 @LINKS
 def test_linear_values_can_be_taken_out_changed_and_put_back(kind, links):
-    term = varied(TERMS[kind].started(arm(links)))
+    term = varied(TERMS[kind].at_start(arm(links)))
     assert term.with_linear(term.linear_values()) == term
     doubled = term.with_linear(2 * term.linear_values())
     assert_close(doubled.linear_values(), 2 * term.linear_values())
@@ -142,20 +142,20 @@ def test_the_file_of_a_term_is_short_and_names_its_source(kind):
 
 def of_the_water(kind):
     """Is there no such load without water?"""
-    return is_zero(TERMS[kind].started(arm(2)), arm(2, density=0.0), run(2))
+    return is_zero(TERMS[kind].at_start(arm(2)), arm(2, density=0.0), run(2))
 
 
 def dissipative(kind):
     """Does the load ignore accelerations, and vanish where nothing moves?"""
     a, motion = arm(2), hub_at_rest(run(2))
-    term = TERMS[kind].started(a)
+    term = TERMS[kind].at_start(a)
     return is_zero(term, a, at_rest(2)) and torch.equal(torque(term, a, motion), torque(term, a, without_acceleration(motion)))
 
 
 @pytest.mark.parametrize("kind", list(filter(of_the_water, TERMS)))
 @LINKS
 def test_a_load_of_the_water_is_nothing_at_rest_and_proportional_to_density(kind, links):
-    term, motion = TERMS[kind].started(arm(links)), run(links)
+    term, motion = TERMS[kind].at_start(arm(links)), run(links)
     assert is_zero(term, arm(links), at_rest(links))
     assert_close(torque(term, arm(links, density=2000.0), motion), 2 * torque(term, arm(links), motion))
 
@@ -163,7 +163,7 @@ def test_a_load_of_the_water_is_nothing_at_rest_and_proportional_to_density(kind
 def remembers(kind):
     """Does the load depend on the motion before?"""
     a, motion = arm(2), run(2)
-    term = TERMS[kind].started(a)
+    term = TERMS[kind].at_start(a)
     cut = replace(motion, **{name: getattr(motion, name)[20:] for name in ("t", "q", "qd", "qdd", "u0", "du0")})
     return not torch.allclose(torque(term, a, motion)[20:], torque(term, a, cut))
 
@@ -173,7 +173,7 @@ def remembers(kind):
 @pytest.mark.parametrize("make", [states, run])
 def test_a_dissipative_load_never_adds_energy(kind, links, make):
     a, motion = arm(links), hub_at_rest(make(links, seed=51))
-    power = (torque(TERMS[kind].started(a), a, motion) * motion.qd).sum(-1)
+    power = (torque(TERMS[kind].at_start(a), a, motion) * motion.qd).sum(-1)
     assert (power >= -1e-12).all()  # what the drives supply is lost
 
 
@@ -183,7 +183,7 @@ def test_a_dissipative_load_with_a_memory_takes_energy_over_a_run_from_rest(kind
     a = arm(links)
     for seed in range(51, 56):
         motion = hub_at_rest(run(links, seed=seed))
-        assert torch.trapezoid((torque(TERMS[kind].started(a), a, motion) * motion.qd).sum(-1), motion.t) > 0
+        assert torch.trapezoid((torque(TERMS[kind].at_start(a), a, motion) * motion.qd).sum(-1), motion.t) > 0
 
 
 def test_some_loads_are_of_the_water_and_some_dissipate():
@@ -197,7 +197,7 @@ def test_a_sum_of_terms_says_which_carries_how_much_and_is_stored_whole():
     loads = Loads({})
     assert not loads.torque(flow).any()
     for kind, cls in TERMS.items():
-        loads = loads.plus(kind, cls.started(a))
+        loads = loads.plus(kind, cls.at_start(a))
     assert_close(sum(loads.by_term(flow).values()), loads.torque(flow))
     assert Loads.parse(loads.document()) == loads
     with pytest.raises(ModelError, match="give this one another name"):
@@ -211,7 +211,7 @@ def test_an_unknown_kind_is_refused_with_the_known_ones():
 
 def test_parameters_that_are_no_numbers_are_refused():
     kind, cls = next((kind, cls) for kind, cls in TERMS.items() if cls.parameters())
-    document = cls.started(arm(2)).document()
+    document = cls.at_start(arm(2)).document()
     name = cls.parameters()[0].name
     with pytest.raises(ModelError, match="not a list of numbers"):
         term_of({**document, "kind": kind, "parameters": {**document["parameters"], name: ["much", "more"]}})

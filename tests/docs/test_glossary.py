@@ -54,10 +54,6 @@ PAST = {"told", "held", "kept", "said", "found", "made", "shown", "drawn", "know
         "met", "chosen", "hidden", "stuck", "won", "lost", "bound", "fed", "paid", "heard", "borne", "split", "written", "grown", "worn"}
 VERBS_AND_NOUNS = {"split", "speed", "need", "feed", "proceed", "exceed", "embed"}
 PUBLIC = {"compiled"}  # of nnhydro.Model: scripts of users call it
-YET = {  # names of earlier versions: this set may only shrink
-    "binned", "carried", "chosen", "confined", "decided", "fitted", "joined", "judged", "left", "mirrored", "parametrised", "pooled",
-    "predicted", "reestimated", "refined", "replaced", "scaled", "scored", "seen", "sensed", "solved", "stacked", "standardised",
-    "started", "stored", "taken", "unexplained", "weighted", "whitened", "windowed"}
 
 
 def called(tree):
@@ -89,7 +85,7 @@ def test_no_retired_word_stands_in_a_name_or_a_sentence():
 def test_functions_and_classes_are_called_by_verbs_and_nouns():
     found = {parts(name)[0]: path.relative_to(ROOT) for path in SOURCES for name in called(parsed(path))
              if bare_participle(name)}
-    new = {word: str(path) for word, path in found.items() if word not in YET | PUBLIC}
+    new = {word: str(path) for word, path in found.items() if word not in PUBLIC}
     assert new == {}, "write a verb (prepare) or the noun returned (scores)"
 
 
@@ -99,9 +95,6 @@ def test_a_bare_participle_is_recognised(name, bare):
     assert bare_participle(name) is bare
 
 
-FACADES = {"Benchmark", "Diagnosis", "Finding", "Prediction"}  # public results, each of the class inside that bears its name
-
-
 def test_a_class_name_stands_once_in_the_package():
     files = {}
     for path in SOURCES:
@@ -109,7 +102,7 @@ def test_a_class_name_stands_once_in_the_package():
             if isinstance(node, ast.ClassDef):
                 files.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
     twice = {name: found for name, found in files.items() if len(found) > 1}
-    assert {name for name, found in twice.items() if name not in FACADES or not any("/api/" in file for file in found)} == set()
+    assert twice == {}
 
 
 def test_no_retired_word_stands_in_a_page():

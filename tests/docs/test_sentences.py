@@ -1,5 +1,6 @@
-"""Sentences for users are short: the pages of the manual, the studies, and what `nnhydro --help` says of each command."""
+"""Sentences for users are short: the manual, decisions, studies, cards of data sets, messages, and what `nnhydro --help` says."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from nnhydro.cli.main import run
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted({ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("guide/*.md"),
-                *(ROOT / "docs").glob("contributing/*.md"), *(ROOT / "training").rglob("README.md")})
+                *(ROOT / "docs").glob("contributing/*.md"), *(ROOT / "docs").glob("decisions/*.md"), *(ROOT / "datasets").rglob("*.md"),
+                *(ROOT / "nnhydro").rglob("*.md"), *(ROOT / "training").rglob("README.md")})
 MOST = 25  # words, between full stops, colons and semicolons
 
 
@@ -29,6 +31,24 @@ def words(sentence):
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_sentence_has_25_words_at_most(path):
     assert [s for s in sentences(path.read_text(encoding="utf-8")) if words(s) > MOST] == []
+
+
+def messages(path):
+    """What a module may say to its user, docstrings and equations apart; a value counts as one word."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    described = [node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)]
+    docstrings = {id(node.body[0].value) for node in described if node.body and isinstance(node.body[0], ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            yield node.value
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(str(part.value) if isinstance(part, ast.Constant) else "value" for part in node.values)
+
+
+def test_a_message_has_25_words_a_sentence_at_most():
+    found = [s for path in sorted((ROOT / "nnhydro").rglob("*.py")) for text in messages(path) if "= " not in text and "->" not in text
+             for s in sentences(text) if words(s) > MOST]
+    assert found == []
 
 
 def test_sentences_are_counted():

@@ -16,8 +16,8 @@ from nnhydro.blind_tests.reveal import _predicted_files, read_suite
 from nnhydro.blind_tests.scoring import score
 from nnhydro.blind_tests.seal import open_sealed, read_key, seal
 from nnhydro.blind_tests.summary import summary
+from nnhydro.deployment.formats.urdf import read_urdf
 from nnhydro.errors import ConfigError, NnhydroError
-from nnhydro.exchange.urdf import read_urdf
 from nnhydro.fitting.config import read_config
 from nnhydro.fitting.network.gradient_fit import TrainingState
 from nnhydro.models.learned.network import Ensemble

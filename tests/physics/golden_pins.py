@@ -21,7 +21,7 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.seal_friction import seal_torque
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.transmission import sensed, to_drives
+from nnhydro.physics.transmission import sensor_torque, to_drives
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.filtering.low_pass import LowPass
 
@@ -197,7 +197,7 @@ def full_chain() -> Iterator[Pinned]:
     yield "pulley ratio 1.5", to_drives(parts["hydro"], wide), [c["T_base_hydro_pulley_ratio_1.5"] for c in cases]
     for key, efficiency in (("sensor_torque_lossless", 1.0), ("sensor_torque_with_efficiency", p["gear_efficiency"])):
         gear = {"ratio": p["gear_ratio"], "efficiency": efficiency, "torque_at": "motor"}
-        yield key, sensed(parts["total"], flow.motion.qd, arm_of(d, p["rigid"], drive=BELT, gear=gear)), [c[key] for c in cases]
+        yield key, sensor_torque(parts["total"], flow.motion.qd, arm_of(d, p["rigid"], drive=BELT, gear=gear)), [c[key] for c in cases]
 
 
 def friction() -> Iterator[Pinned]:

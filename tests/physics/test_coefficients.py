@@ -25,7 +25,7 @@ START = {"Cd": 0.0, "Cm": 1.0}
 
 
 def state(a, motion):
-    return StateDrag.started(a).state(Flow(a, motion))
+    return StateDrag.at_start(a).state(Flow(a, motion))
 
 
 @pytest.mark.parametrize("name", ["Cd", "Cm"])
@@ -152,7 +152,7 @@ def test_a_stretched_arm_is_not_shielded_a_folded_one_is():
 def test_KC_of_a_swing_is_two_pi_amplitude_over_diameter():
     t = np.linspace(0, 6, 3001)
     flow = swing(t, 0.3 * (1 - np.cos(np.pi * t)), 0.3 * np.pi * np.sin(np.pi * t), 0.3 * np.pi**2 * np.cos(np.pi * t))
-    here = StateDrag.started(flow.arm).state(flow)
+    here = StateDrag.at_start(flow.arm).state(flow)
     wanted = 2 * np.pi * 0.3 * here.strips.x / 0.071
     assert_close(here.KC[-100], wanted, rtol=1e-3, atol=0.12)  # a reversal is believed after 0.03 D
 
@@ -171,7 +171,7 @@ def test_an_unknown_law_or_number_is_refused(text):
 
 def test_laws_act_in_the_terms_and_survive_storage():
     a, motion = arm(2), run(2)
-    plain, halved = StateDrag.started(a), StateDrag.started(a, laws=["constant=0.5"])
+    plain, halved = StateDrag.at_start(a), StateDrag.at_start(a, laws=["constant=0.5"])
     assert_close(halved.torque(Flow(a, motion)), 0.5 * plain.torque(Flow(a, motion)))
     carried = state_loads(a, laws=("constant=0.5",)), state_loads(a)
     for name in ("state_added_mass", "state_at_rest"):
@@ -179,4 +179,4 @@ def test_laws_act_in_the_terms_and_survive_storage():
         assert_close(some, 0.5 * whole)
         assert float(whole.abs().max()) > 0.01
     with pytest.raises(ModelError, match="coefficient law"):
-        StateDrag.started(a, laws=("no_such",))
+        StateDrag.at_start(a, laws=("no_such",))

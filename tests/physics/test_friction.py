@@ -25,13 +25,13 @@ def friction_torque(term, qd, **motion):
 
 @pytest.mark.parametrize("law", FRICTION)
 def test_the_drive_must_supply_friction_with_the_sign_of_the_joints_own_rate(law):
-    tau = friction_torque(law.started(arm(3)), [1.0, -2.0, 0.0])
+    tau = friction_torque(law.at_start(arm(3)), [1.0, -2.0, 0.0])
     assert (torch.sign(tau) == tensor([[1.0, -1.0, 0.0]])).all()
 
 
 @pytest.mark.parametrize("law", FRICTION)
 def test_friction_knows_nothing_of_the_carriage_or_the_water(law):
-    term = law.started(arm(2))
+    term = law.at_start(arm(2))
     assert torch.equal(friction_torque(term, [1.0, -2.0], u0=2.0), friction_torque(term, [1.0, -2.0]))
 
 

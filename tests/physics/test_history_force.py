@@ -22,7 +22,7 @@ def tow(t, u0, du0):
 
 
 def force_per_metre(flow):
-    return HistoryForce.started(flow.arm).loads(flow)[0][:, 0] / flow.L
+    return HistoryForce.at_start(flow.arm).loads(flow)[0][:, 0] / flow.L
 
 
 def test_uniform_acceleration_from_rest_has_the_closed_form():
@@ -63,19 +63,19 @@ def test_a_long_oscillation_has_the_phase_and_size_of_stokes_and_wang():
 def test_a_turning_link_has_the_moment_of_a_triangle_of_velocity():
     t = np.linspace(0, 1, 201)
     flow = swing(t, t**2 / 2, t, np.ones(201))
-    force, moment = HistoryForce.started(flow.arm).loads(flow)
+    force, moment = HistoryForce.at_start(flow.arm).loads(flow)
     assert_close(moment, force * 2 / 3 * 0.65)
 
 
 def test_steady_rows_have_no_history():
-    assert not HistoryForce.started(arm(2)).torque(Flow(arm(2), states(2))).any()
+    assert not HistoryForce.at_start(arm(2)).torque(Flow(arm(2), states(2))).any()
 
 
 @given(seed=st.integers(0, 200))
 def test_it_never_gives_energy_over_a_run_from_rest_with_the_hub_held(seed):
     motion = hub_at_rest(run(1, rows=600, seed=seed))
     flow = Flow(arm(1), motion)
-    power = (HistoryForce.started(arm(1)).torque(flow) * motion.qd).sum(1)
+    power = (HistoryForce.at_start(arm(1)).torque(flow) * motion.qd).sum(1)
     work = torch.cumulative_trapezoid(power, motion.t)
     assert float(work.min()) > -1e-4 * float(work.abs().max())
 

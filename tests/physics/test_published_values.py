@@ -44,7 +44,7 @@ def test_the_inertia_of_oscillating_flow_falls_from_KC_3_on(at, value):
 @pytest.mark.parametrize("kind", ["reynolds_smooth", "reynolds_rough"])
 def test_a_law_of_the_Reynolds_number_is_one_where_the_constant_was_measured(kind):
     law, a = law_of(kind), arm(2)
-    state = StateDrag.started(a).state(Flow(a, run(2)))
+    state = StateDrag.at_start(a).state(Flow(a, run(2)))
     factor, Re = law.drag(state), state.Re
     wanted = reynolds.drag_coefficient(Re, "rough" in kind) / reynolds.drag_coefficient(tensor([1e5]), "rough" in kind)
     assert torch.allclose(factor, wanted)

@@ -33,7 +33,7 @@ def test_fits_start_within_what_physics_allows():
 
 def test_drag_starts_from_the_curve_of_figure_7():
     """McLain & Rock (1998): C_D rises from 0 to 1.03 after 3.7 diameters, falls to 0.745 and stays at 0.78."""
-    C_D = StateDrag.started(arm(1)).curve(FINE)
+    C_D = StateDrag.at_start(arm(1)).curve(FINE)
     top = int(C_D.argmax())
     assert (float(FINE[top]), float(C_D[top])) == pytest.approx((3.70, 1.030), abs=0.006)
     assert bool((C_D[:top].diff() > 0).all())
@@ -46,7 +46,7 @@ def test_drag_starts_from_the_curve_of_figure_7():
 
 def test_added_mass_starts_from_the_curve_of_figure_7():
     """McLain & Rock (1998): C_M falls from 1 to 0.2 after 4.2 diameters and comes back to 0.36."""
-    term = StateAddedMass.started(arm(1))
+    term = StateAddedMass.at_start(arm(1))
     C_M = term.curve(FINE) + curve(FINE, term.tau_s[0], 1.0, torch.zeros(KNOTS, dtype=torch.float64))
     low = int(C_M.argmin())
     assert (float(FINE[low]), float(C_M[low])) == pytest.approx((4.20, 0.200), abs=0.006)
@@ -84,10 +84,10 @@ def test_on_two_links_each_has_the_curve_of_its_own_ordinates(term):
 def test_sums_start_from_the_travel_of_their_terms():
     for loads, term in ((state_loads(arm(2)), StateDrag), (bspline_loads(arm(2)), BsplineDrag)):
         own = [t.tau_s for t in loads.terms.values() if hasattr(t, "tau_s")]
-        assert own == [term.started(arm(2)).tau_s] * 3
+        assert own == [term.at_start(arm(2)).tau_s] * 3
     splines = bspline_loads(arm(2), 5).terms
     for name, term in (("bspline_drag", BsplineDrag), ("bspline_added_mass", BsplineAddedMass)):
-        assert splines[name].c == term.started(arm(2)).c * 5
+        assert splines[name].c == term.at_start(arm(2)).c * 5
 
 
 def test_drag_and_added_mass_share_a_travel_scale_and_the_room_of_their_curves():
@@ -98,7 +98,7 @@ def test_drag_and_added_mass_share_a_travel_scale_and_the_room_of_their_curves()
         assert bounds(drag, "tau_s") == bounds(mass, "tau_s")
         assert bounds(drag, names[0]) == bounds(mass, names[1])
         for term, name in zip((drag, mass), names, strict=True):
-            started, least = term.started(arm(1)), bounds(drag, names[0])[0]
+            started, least = term.at_start(arm(1)), bounds(drag, names[0])[0]
             assert [low for low, _ in started.linear_bounds()] == [least] * len(started.linear_values()), name
             assert float(started.with_linear(least * torch.ones(len(started.linear_values()))).curve(tensor([1e9]))) == pytest.approx(least)
         low, high = bounds(drag, "tau_s")
@@ -106,7 +106,7 @@ def test_drag_and_added_mass_share_a_travel_scale_and_the_room_of_their_curves()
 
 
 def test_what_is_not_known_yet_is_ideal_flow_and_bounds_leave_room_for_what_was_measured():
-    ideal = AddedMass.started(arm(2))
+    ideal = AddedMass.at_start(arm(2))
     assert ideal.C_M == (1.0, 1.0), "a cylinder in ideal flow carries the water that it displaces"
     bounds = {f.name: f.metadata["bounds"] for term in (AddedMass, RigidBody) for f in term.parameters()}
     assert bounds["C_M"][0] == 0.0, "no water is carried by a link that nothing pushes"
@@ -116,7 +116,7 @@ def test_what_is_not_known_yet_is_ideal_flow_and_bounds_leave_room_for_what_was_
 
 
 def test_a_cylinder_is_smooth_where_nobody_says_that_it_is_rough():
-    law, state = law_of("keulegan_carpenter"), StateDrag.started(arm(2)).state(Flow(arm(2), run(2)))
+    law, state = law_of("keulegan_carpenter"), StateDrag.at_start(arm(2)).state(Flow(arm(2), run(2)))
     torch.testing.assert_close(law.drag(state), drag_ratio(state.KC))
     torch.testing.assert_close(law.added_mass(state), added_mass_coefficient(state.KC))
     assert not torch.equal(law_of("keulegan_carpenter=1").drag(state), law.drag(state))

@@ -18,7 +18,7 @@ MOTIONS = pytest.mark.parametrize("make", [states, run])
 @MOTIONS
 def test_the_motion_mirrored_along_the_tow_needs_the_opposite_torques(kind, links, make):
     a, motion = arm(links), make(links, seed=41)
-    term = term_kinds()[kind].started(a)
+    term = term_kinds()[kind].at_start(a)
     assert_close(torque(term, a, mirrored_about_Y(motion)), -torque(term, a, motion))
 
 
@@ -27,7 +27,7 @@ def test_the_motion_mirrored_along_the_tow_needs_the_opposite_torques(kind, link
 @MOTIONS
 def test_the_motion_mirrored_across_the_tow_needs_the_opposite_torques(kind, links, make):
     a, motion = arm(links), make(links, seed=42)
-    term = term_kinds()[kind].started(a)
+    term = term_kinds()[kind].at_start(a)
     assert_close(torque(term, a, mirrored_about_X(motion)), -torque(term, a, motion))
 
 
@@ -36,5 +36,5 @@ def test_the_motion_mirrored_across_the_tow_needs_the_opposite_torques(kind, lin
 @MOTIONS
 def test_half_a_turn_of_the_whole_rig_changes_nothing(kind, links, make):
     a, motion = arm(links), make(links, seed=43)
-    term = term_kinds()[kind].started(a)
+    term = term_kinds()[kind].at_start(a)
     assert_close(torque(term, a, half_turned(motion)), torque(term, a, motion))

@@ -11,7 +11,7 @@ from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.transmission import drive_rates, gear_factor, joint_torque, sensed, sensed_columns, to_drives
+from nnhydro.physics.transmission import drive_rates, gear_factor, joint_torque, sensed_columns, sensor_torque, to_drives
 
 RATIOS = pytest.mark.parametrize("ratio", [1.0, 1.5, 0.6])
 GEAR = {"ratio": 25.0, "efficiency": 0.8, "torque_at": "motor"}
@@ -66,7 +66,7 @@ ARMS = [arm(2), belt(1.5), arm(2, gear=GEAR), belt(1.5, gear=GEAR), belt(gear={*
 @pytest.mark.parametrize("a", ARMS)
 def test_what_the_sensor_reads_can_be_undone(a):
     tau, qd = torques(34, a.n_links)
-    assert_close(joint_torque(sensed(tau, qd, a), qd, a), tau)
+    assert_close(joint_torque(sensor_torque(tau, qd, a), qd, a), tau)
 
 
 @pytest.mark.parametrize("a", ARMS)
@@ -75,14 +75,14 @@ def test_sensed_columns_add_up_to_the_sensed_torque(a):
     term = NormalDrag((1.1,) * a.n_links)
     flow = Flow(a, motion)
     columns = sensed_columns(term.columns(flow), term.torque(flow), motion.qd, a)
-    assert_close(columns @ term.linear_values(), sensed(term.torque(flow), motion.qd, a))
+    assert_close(columns @ term.linear_values(), sensor_torque(term.torque(flow), motion.qd, a))
 
 
 @pytest.mark.parametrize("a", [arm(2, gear=GEAR), belt(1.5, gear=GEAR)])
 def test_the_gear_only_takes_energy(a):
     tau, qd = torques(36)
     drive, rate = to_drives(tau, a), drive_rates(qd, a)
-    motor_power = sensed(tau, qd, a) * 25.0 * rate
+    motor_power = sensor_torque(tau, qd, a) * 25.0 * rate
     assert (motor_power >= drive * rate).all()
     driving = drive * rate > 0
     assert_close(motor_power[driving], (drive * rate / 0.8)[driving])
@@ -91,7 +91,7 @@ def test_the_gear_only_takes_energy(a):
 
 def test_a_gear_at_rest_loses_nothing():
     tau, qd = torques(37)
-    assert_close(sensed(tau, 0 * qd, arm(2, gear=GEAR)), tau / 25)
+    assert_close(sensor_torque(tau, 0 * qd, arm(2, gear=GEAR)), tau / 25)
 
 
 def test_the_gear_factor_keeps_full_precision():

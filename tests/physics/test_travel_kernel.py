@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import arm, states
 
-from nnhydro.models.compiled.travel_loads import TravelLoads
+from nnhydro.deployment.compiled.travel_loads import TravelLoads
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.travel.state_model import bspline_loads, state_loads, with_tau_s

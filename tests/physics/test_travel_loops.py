@@ -9,7 +9,7 @@ import pytest
 from rigs import arm
 from test_travel_kernel import assert_equal, motion, travelling
 
-from nnhydro.models.compiled.travel_loads import TravelLoads
+from nnhydro.deployment.compiled.travel_loads import TravelLoads
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 

@@ -220,7 +220,7 @@ def test_the_history_force_of_a_towed_link_acts_in_its_middle_and_grows_as_the_r
     a, t = arm(1), np.linspace(0, 2, 81)
     still = np.zeros((81, 1))
     motion = Motion(tensor(t), tensor(still), tensor(still), tensor(still), tensor(0.7 * t), tensor(np.full(81, 0.7)))
-    force, moment = HistoryForce.started(a).loads(Flow(a, motion))
+    force, moment = HistoryForce.at_start(a).loads(Flow(a, motion))
     per_metre = 2 * 1000.0 * 0.07 * np.sqrt(np.pi * a.fluid.kinematic_viscosity_m2_s) * 0.7 * 2 * np.sqrt(t)
     np.testing.assert_allclose(force[:, 0], per_metre * 0.55, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(moment, force * 0.55 / 2, rtol=1e-12)

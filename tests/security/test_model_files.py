@@ -20,7 +20,7 @@ SOURCES = sorted((ROOT / "nnhydro").rglob("*.py"))
 CODE_IN_DATA = {"pickle", "cPickle", "dill", "cloudpickle", "shelve", "marshal", "jsonpickle", "xmlrpc"}
 CALLS = {("torch", "load"), ("torch", "save"), ("joblib", "load"), ("joblib", "dump"), ("yaml", "load_all"), ("yaml", "unsafe_load"),
          ("yaml", "full_load"), ("os", "system"), ("os", "popen"), ("pd", "read_pickle"), ("pandas", "read_pickle")}
-COMPILES = {"nnhydro/models/compiled/engines.py"}  # text made from a trace of our own terms, never from a file
+COMPILES = {"nnhydro/deployment/compiled/engines.py"}  # text made from a trace of our own terms, never from a file
 ANSWER = {"kind": "effect", "effects": [{"effect": "payload_mass"}], "secret": "0123456789"}
 
 

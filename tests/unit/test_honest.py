@@ -13,6 +13,7 @@ from rigs import run as motion
 
 from nnhydro.cli.diagnose import next_steps, warn_of_seen
 from nnhydro.cli.main import run
+from nnhydro.deployment.onnx.onnx_file import memories_of, record
 from nnhydro.effects.hypotheses.encoder_offset import EncoderOffset
 from nnhydro.effects.hypotheses.sensor_timing import SensorTiming
 from nnhydro.effects.hypotheses.torque_bias import TorqueBias
@@ -21,7 +22,6 @@ from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.corrected_simulation import CorrectedSimulation
-from nnhydro.models.export.onnx_file import memories_of, record
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.without_instruments import sensor_faults, without_instruments

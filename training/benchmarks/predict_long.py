@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 import torch
 
+from nnhydro.deployment.compiled.torque import compile_model
 from nnhydro.models.baselines import baseline
-from nnhydro.models.compiled.torque import compile_model
 from nnhydro.models.prediction import predict, write_prediction
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.filtering.preprocessing import Preparation

@@ -20,10 +20,10 @@ import numpy as np  # noqa: E402
 import onnxruntime  # noqa: E402
 import torch  # noqa: E402
 
+from nnhydro.deployment.onnx.onnx_file import PRECISIONS, export_onnx  # noqa: E402
 from nnhydro.fitting.config import TrainingConfig  # noqa: E402
 from nnhydro.fitting.identify import identify  # noqa: E402
 from nnhydro.fitting.network.train import train  # noqa: E402
-from nnhydro.models.export.onnx_file import PRECISIONS, export_onnx  # noqa: E402
 from nnhydro.models.torque_model import TorqueModel  # noqa: E402
 from nnhydro.physics.motion import Motion  # noqa: E402
 from nnhydro.recordings.campaign import open_campaign  # noqa: E402

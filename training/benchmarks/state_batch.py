@@ -14,8 +14,8 @@ from machine import ARM, machine, seconds, versions
 import numpy as np
 import torch
 
+from nnhydro.deployment.compiled.torque import compile_model
 from nnhydro.models.baselines import baseline
-from nnhydro.models.compiled.torque import compile_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.coefficients.travel_spline import cardinal_matrix
 from nnhydro.physics.loads.state_added_mass import StateAddedMass

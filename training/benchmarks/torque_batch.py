@@ -17,8 +17,8 @@ import numpy as np
 import torch
 from torque_peers import Torque, closed_form, mujoco_c, mujoco_python, pinocchio_batch
 
+from nnhydro.deployment.compiled.torque import compile_model
 from nnhydro.models.baselines import baseline
-from nnhydro.models.compiled.torque import compile_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.filtering.preprocessing import Preparation

@@ -37,7 +37,7 @@ def candidates(arm: Arm, config: dict) -> list[Candidate]:
               Candidate("spline, one scale, bends penalised", spline, (one,), weights),
               Candidate("spline, two scales, bends penalised", spline, (two, two), weights),
               Candidate("B-splines, bends penalised", free, (end,), weights)]
-    history = [replace(c, name=f"{c.name}, history", loads=c.loads.plus("history", HistoryForce.started(arm))) for c in fitted]
+    history = [replace(c, name=f"{c.name}, history", loads=c.loads.plus("history", HistoryForce.at_start(arm))) for c in fitted]
     return [*found, *fitted, *history]
 
 

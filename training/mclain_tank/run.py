@@ -8,7 +8,7 @@ import time
 import tomllib
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import Benchmark, benchmark
+from nnhydro.evaluation.benchmark import BenchmarkResult, benchmark
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
@@ -24,7 +24,7 @@ datasets/mclain_tank, in %. The hybrid stands on `state`. Figures of earlier ver
 {tables}"""
 
 
-def table(result: Benchmark) -> str:
+def table(result: BenchmarkResult) -> str:
     """Return the pooled errors of one protocol, and those of each of its folds."""
     folds = result.split.folds
     names = " | ".join(fold.name for fold in folds)

@@ -10,17 +10,17 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.model.evidence import Whitened, posterior
+from nnhydro.diagnosis.model.evidence import WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
-from nnhydro.diagnosis.search.stepwise import Scored
+from nnhydro.diagnosis.search.stepwise import ScoredSet
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-T = TypeVar("T", Whitened, WeightedLibrary)
+T = TypeVar("T", WhiteRows, WeightedLibrary)
 
 
 def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: Sequence[tuple[Hypothesis, Array]], seed: int) -> Design:
@@ -59,9 +59,9 @@ def _copy(original: T, **changes: object) -> T:
     return made
 
 
-def predict_whitened(view: WeightedLibrary, found: Scored, remainder: Scored) -> Array:
+def predict_whitened(view: WeightedLibrary, found: ScoredSet, remainder: ScoredSet) -> Array:
     """Return the whitened torque (n, joints) of `found`: baseline and effects fitted without the unknown, which is that of `remainder`."""
-    whitened, columns = view.whitened, view.joined(found.chosen)
+    whitened, columns = view.whitened, view.join(found.chosen)
     p, m = whitened.p, whitened.m
     mean = posterior(whitened, columns, none(whitened).vector(whitened)).mean
     made = whitened.Y @ mean[:p]

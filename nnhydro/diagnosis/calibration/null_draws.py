@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import NULL_DRAWS, NULL_QUANTILE, RHO
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]
 
 
-def null_gains(search: Search, beside: Scored, seed: int) -> Array:
+def null_gains(search: Search, beside: ScoredSet, seed: int) -> Array:
     """Return the largest gain (draws,) of a single law, prior included, in campaigns drawn from the fit `beside` without it."""
     from scipy.linalg import solve_triangular
 
     view: WeightedLibrary = search.view
-    fit, columns = beside.fit, view.joined(beside.chosen)
+    fit, columns = beside.fit, view.join(beside.chosen)
     e, Xe = view.noise_draws(seed, NULL_DRAWS)
     Ae = view.whitened.cross(e)
     if columns is not None:
@@ -41,6 +41,6 @@ def null_gains(search: Search, beside: Scored, seed: int) -> Array:
     return best
 
 
-def null_threshold(search: Search, beside: Scored, seed: int) -> float:
+def null_threshold(search: Search, beside: ScoredSet, seed: int) -> float:
     """Return the quantile of the largest chance gain, nats."""
     return float(np.quantile(null_gains(search, beside, seed), NULL_QUANTILE))

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
 from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
-from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import FIRST_SIZE, calibrated_noise
 from nnhydro.diagnosis.noise.spectrum import Noise
@@ -32,7 +32,7 @@ from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
@@ -121,7 +121,7 @@ class Sizing:
     """Sizes of effects beside baseline and unknown of one campaign."""
 
     view: WeightedLibrary
-    null: Scored
+    null: ScoredSet
     threshold: float
 
     def __post_init__(self) -> None:
@@ -133,7 +133,7 @@ class Sizing:
         library = self.view.library
         h, columns = library.hypotheses[k], self.view.columns(k)
         shape = {n: float(getattr(h.effect, n)[0]) for n in h.spans if getattr(h.effect, n)}
-        d = self.scaled(k, direction)
+        d = self.unit_values(k, direction)
         R = _projected_gram(columns, self.alone)
         whole, left = float(d @ columns.gram @ d), float(d @ R @ d)
         row = Reveal(h, name, unit, None, 0.0, None, shape, direction)
@@ -144,7 +144,7 @@ class Sizing:
         size = max(strength / np.sqrt(left), RELEVANT / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
         return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
 
-    def scaled(self, k: int, direction: Array) -> Array:
+    def unit_values(self, k: int, direction: Array) -> Array:
         """Return the scaled values of all its columns for a size of 1: the same in every recording where each has its own."""
         library = self.view.library
         d = direction / np.maximum(library.scale[library.at(k)], 1e-300)
@@ -160,7 +160,7 @@ class Sizing:
         if row.size is None:
             return row
         library, columns, size = self.view.library, self.view.columns(k), row.size
-        d = self.scaled(k, row.direction)
+        d = self.unit_values(k, row.direction)
         left = float(d @ _projected_gram(columns, self.alone) @ d)
         R = _projected_gram(columns, self.null.fit)
         occam = 0.5 * float(np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1])
@@ -176,13 +176,13 @@ class Sizing:
     def _gain(self, columns: Columns, values: Array) -> float:
         """The log evidence that the columns gain where they are put in at `values`, beside the unknown fitted to that."""
         null, old = self.null.fit.mean, self.view.whitened
-        seen: Whitened = copy(old)
+        seen: WhiteRows = copy(old)
         seen.b = old.G @ null + columns.cross @ values
         Xy = columns.cross.T @ null + columns.gram @ values
         seen.yy = float(null @ old.G @ null + 2 * null @ columns.cross @ values + values @ columns.gram @ values)
         law = posterior(seen, replace(columns, Xy=Xy), self.null.sizes.vector(seen)).log_evidence
         starts = (*(Sizes.even(seen, size) for size in STARTS), self.null.sizes)
-        without = max(fitted(seen, None, start)[0].log_evidence for start in starts)
+        without = max(fit_sizes(seen, None, start)[0].log_evidence for start in starts)
         return law - without
 
 
@@ -206,7 +206,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Rev
     """The rows with the other effect that explains most of what the baseline leaves of them, each effect at its typical values."""
     view, hypotheses = sizing.view, sizing.view.library.hypotheses
     shown = list(dict.fromkeys(k for k, row in rows if not row.hypothesis.per_recording))
-    joined = view.joined(shown)
+    joined = view.join(shown)
     if joined is None:
         return [row for _, row in rows]
     H = _projected_gram(joined, sizing.alone)
@@ -216,7 +216,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Rev
     for k, row in rows:
         best, name = 0.0, None
         if k in places and row.visible > 0:
-            h, d = H[:, places[k]] @ sizing.scaled(k, row.direction), sizing.scaled(k, row.direction)
+            h, d = H[:, places[k]] @ sizing.unit_values(k, row.direction), sizing.unit_values(k, row.direction)
             for other, at in places.items():
                 if hypotheses[other].effect.id != row.hypothesis.effect.id:
                     share = float(h[at] @ np.linalg.lstsq(H[np.ix_(at, at)], h[at], rcond=1e-9)[0] / (d @ h[places[k]]))

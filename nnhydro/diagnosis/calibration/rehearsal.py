@@ -18,9 +18,9 @@ import numpy as np
 from nnhydro.diagnosis.calibration.injection import predict_whitened, with_torque
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
-from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.findings.finding import NamedEffect
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
 RIVALS = 2  # of each finding that are rehearsed in its place
 Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis
@@ -31,12 +31,12 @@ Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis
 class World:
     """What is drawn: a fitted set; `instead` is the claimed hypothesis that a rival stands in for, None for the claims."""
 
-    planted: Scored
+    planted: ScoredSet
     instead: int | None
     rival: int | None
 
 
-def worlds(search: Search, claimed: Scored, rivals: Rivals) -> list[World]:
+def worlds(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[World]:
     """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals of another torque."""
     made = [World(claimed, None, None)] if claimed.chosen else []
     for k, others in rivals.items():
@@ -44,7 +44,7 @@ def worlds(search: Search, claimed: Scored, rivals: Rivals) -> list[World]:
     return made
 
 
-def _true_members(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
+def _true_members(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[int]:
     """The hypotheses that stand in the drawn campaign of `search`: each claim, a rival of it, or nothing."""
     named = []
     for k, others in rivals.items():
@@ -56,7 +56,7 @@ def _true_members(search: Search, claimed: Scored, rivals: Rivals) -> list[int]:
     return named
 
 
-def rehearse(search: Search, claimed: Scored, draws: int, seed: int,
+def rehearse(search: Search, claimed: ScoredSet, draws: int, seed: int,
              progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
     """Return what was planted and what was named, `draws` times a world, as diagnosis.json holds it."""
     others = {k: alternatives(search, claimed, k)[1] for k in claimed.chosen}
@@ -84,13 +84,13 @@ def label(key: Key) -> str:
     return f"{key[0]} joint {key[1]}" if key[1] else key[0]
 
 
-def _of(finding: Finding, counts: dict[str, int]) -> int:
+def _of(finding: NamedEffect, counts: dict[str, int]) -> int:
     """How often a draw named a member of the finding's class."""
     joints = {label((name, joint)) for name in finding.members for joint in (finding.effect.joint, 0)}
     return sum(n for name, n in counts.items() if name in joints)
 
 
-def confident(finding: Finding, rehearsal: dict[str, Any]) -> Finding:
+def confident(finding: NamedEffect, rehearsal: dict[str, Any]) -> NamedEffect:
     """Return the finding with the confidence that the rehearsal leaves it."""
     mine = label((finding.effect.id, finding.effect.joint))
     hits = sum(_of(finding, world["named"]) for world in rehearsal["worlds"] if world["instead_of"] is None)

@@ -24,7 +24,7 @@ from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LOOK_ALIKE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import values_of
 
 Array = NDArray[np.float64]
@@ -50,15 +50,15 @@ class Decision:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Decided:
+class Claims:
     """The claimed set, all decisions, and each member's share of the torque."""
 
-    claimed: Scored
+    claimed: ScoredSet
     decisions: tuple[Decision, ...]
     shares: dict[int, float]
 
 
-def torque_shares(search: Search, found: Scored) -> dict[int, float]:
+def torque_shares(search: Search, found: ScoredSet) -> dict[int, float]:
     """Return the rms of each member's torque over the torque's rms, at the joint where it is largest."""
     view = search.view
     whitened, design = view.whitened, view.library.design
@@ -70,13 +70,13 @@ def torque_shares(search: Search, found: Scored) -> dict[int, float]:
     return shares
 
 
-def _precision(search: Search, found: Scored, k: int) -> float:
+def _precision(search: Search, found: ScoredSet, k: int) -> float:
     """The largest of a member's values over its standard deviation, the change beside the unknown included."""
     values = values_of(search, found, k)
     return float(np.abs(values.mean / np.sqrt(np.maximum(np.diag(values.covariance), 1e-300))).max())
 
 
-def decide(search: Search, best: Scored, seed: int) -> Decided:
+def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
     """Return what of `best` is claimed, and a decision for each candidate."""
     decisions: list[Decision] = []
     now = best
@@ -87,18 +87,18 @@ def decide(search: Search, best: Scored, seed: int) -> Decided:
         shares = torque_shares(search, now)
         threshold = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests))
         bars = _form_bars(search, now, rests)
-        judged = [_judged(search, now, rest, k, held[:, i], shares, max(threshold, bars[i]))
+        judged = [_judge(search, now, rest, k, held[:, i], shares, max(threshold, bars[i]))
                   for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
         failed = [(search.gain(rest, now), k, d) for k, rest, d in zip(now.chosen, rests, judged, strict=True) if not d.claimed]
         if not failed:
-            return Decided(now, (*decisions, *judged), shares)
+            return Claims(now, (*decisions, *judged), shares)
         _, worst, decision = min(failed, key=lambda failure: failure[0])
         decisions.append(decision)
         now = search.score(tuple(x for x in now.chosen if x != worst))
-    return Decided(now, tuple(decisions), {})
+    return Claims(now, tuple(decisions), {})
 
 
-def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[float]:
+def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> list[float]:
     """What each member must gain not to be another's form: FORM^2 of the other's gain, LOOK_ALIKE where cards take one for the other."""
     gains = [search.gain(rest, now) for rest in rests]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
@@ -110,7 +110,7 @@ def _form_bars(search: Search, now: Scored, rests: Sequence[Scored]) -> list[flo
     return bars
 
 
-def _judged(search: Search, now: Scored, rest: Scored, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:
+def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM
-from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
+from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.stepwise import Scored
+from nnhydro.diagnosis.search.stepwise import ScoredSet
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
     return dealt[index].astype(np.int64)
 
 
-def log_densities(view: WeightedLibrary, sets: Sequence[Scored], seed: int) -> Array:
+def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:
     """Return log p(left-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
     off, granted = none(whole).vector(whole), FORM**2 * all(found.chosen for found in sets)
@@ -61,10 +61,10 @@ def log_densities(view: WeightedLibrary, sets: Sequence[Scored], seed: int) -> A
     made = []
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
-        part = Whitened(whole.design, whole.unknown, whole.v, rows)
+        part = WhiteRows(whole.design, whole.unknown, whole.v, rows)
         scores = []
         for found in sets:
-            columns = view.joined(found.chosen)
+            columns = view.join(found.chosen)
             kept = None if columns is None else Columns.of(part, columns.Xw[rows])
             on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
                            for t in (found.sizes.vector(whole), off))

@@ -9,12 +9,12 @@ hangs on how probable the cause was before: against the friction of a joint less
 """
 
 from nnhydro.diagnosis.constants import LISTED, TRUSTED_RATIO
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
 
-def listed_probability(search: Search, found: Scored, k: int) -> float:
+def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
     """Return the probability that member `k` of `found` is the cause itself, given that some cause like it is there."""
     library = search.view.library
-    left = search.left(search.score(tuple(x for x in found.chosen if x != k)), found)
+    left = search.share_left(search.score(tuple(x for x in found.chosen if x != k)), found)
     odds = 1.0 if library.hypotheses[k].effect.standard else float(len(library.key_counts))
     return LISTED / (1.0 + odds * (max(left, 0.0) / TRUSTED_RATIO) ** 4)

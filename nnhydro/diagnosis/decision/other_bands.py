@@ -12,10 +12,10 @@ from typing import Any, final
 import numpy as np
 
 from nnhydro.diagnosis.constants import LEAST_GAIN
-from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import calibrated_noise
-from nnhydro.diagnosis.noise.spectrum import reestimated
+from nnhydro.diagnosis.noise.spectrum import reestimate
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import problem_of
@@ -57,7 +57,7 @@ def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: 
     library, whole = Library.of(design, claimed, model), tuple(range(len(claimed)))
     search = Search(WeightedLibrary(whitened, library), sizes)
     found = search.score(whole)
-    noise = reestimated(design, noise, whitened, search.view.joined(whole), found.sizes.vector(whitened))
-    search = Search(WeightedLibrary(Whitened(design, unknown.smooth, noise.v), library), found.sizes)
+    noise = reestimate(design, noise, whitened, search.view.join(whole), found.sizes.vector(whitened))
+    search = Search(WeightedLibrary(WhiteRows(design, unknown.smooth, noise.v), library), found.sizes)
     gains = [search.gain(search.score(tuple(x for x in whole if x != k)), search.score(whole)) for k in whole]
     return OtherBand(band.torque, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows, in_one_block
-from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
+from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
@@ -53,14 +53,14 @@ def states(segment: Segment) -> dict[str, Array]:
     return named
 
 
-def _predicted(search: Search, found: Scored, X: Array | None, fold: NDArray[np.int64]) -> Array:
+def _predict(search: Search, found: ScoredSet, X: Array | None, fold: NDArray[np.int64]) -> Array:
     """Return the rows (n, joints) of the model's part beyond the baseline at z = 0, each fold fitted to the others."""
     whole, columns = best_fit(search, found).whitened, best_fit(search, found).columns
     made = np.zeros_like(search.view.library.design.y)
     t = none(whole).vector(whole)
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
-        part = Whitened(whole.design, whole.unknown, whole.v, rows)
+        part = WhiteRows(whole.design, whole.unknown, whole.v, rows)
         fit = posterior(part, None if columns is None else Columns.of(part, columns.Xw[rows]), t)
         out = fold == number
         made[out] = whole.design.Y[out] @ fit.mean[: whole.p]
@@ -69,7 +69,7 @@ def _predicted(search: Search, found: Scored, X: Array | None, fold: NDArray[np.
     return made
 
 
-def _predictable_columns(search: Search, found: Scored, model: StripTheory) -> Array | None:
+def _predictable_columns(search: Search, found: ScoredSet, model: StripTheory) -> Array | None:
     """Return the scaled columns (n, joints, k) of the set without a look at measured torque, in the order of its fit."""
     if not found.chosen:
         return None
@@ -100,14 +100,14 @@ def _residuals(design: Design, in_time: Sequence[Array]) -> list[Residual]:
     return made
 
 
-def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof:
+def prove(search: Search, found: ScoredSet, model: StripTheory, seed: int) -> Proof:
     """Return the proof of the claimed set `found`; `model` is what instruments read."""
     design = search.view.library.design
     fold = fold_of_rows(search.view, seed, found.chosen)
     empty = search.score(())
-    before = _in_time(design, design.y - _predicted(search, empty, None, fold))
+    before = _in_time(design, design.y - _predict(search, empty, None, fold))
     after = before if not found.chosen else _in_time(
-        design, design.y - _predicted(search, found, _predictable_columns(search, found, model), fold))
+        design, design.y - _predict(search, found, _predictable_columns(search, found, model), fold))
     divisor = float(sum(np.abs(x).sum() for x in _in_time(design, design.tau)))
     scale, count = "measured torque", sum(len(x) for x in before)
     if design.undriven:
@@ -119,13 +119,13 @@ def prove(search: Search, found: Scored, model: StripTheory, seed: int) -> Proof
     for k in found.chosen:
         rest = search.score(tuple(x for x in found.chosen if x != k))
         part = before if not rest.chosen else _in_time(
-            design, design.y - _predicted(search, rest, _predictable_columns(search, rest, model), fold))
+            design, design.y - _predict(search, rest, _predictable_columns(search, rest, model), fold))
         without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
     return Proof(error["before"], error["after"], without, _residuals(design, before), _residuals(design, after),
                  divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, _held_out(search, found))
 
 
-def _held_out(search: Search, found: Scored) -> str:
+def _held_out(search: Search, found: ScoredSet) -> str:
     problem = search.view.library.design.problem
     if all(block.steady for block in problem.blocks):
         return "rows of the steady tables"
@@ -135,7 +135,7 @@ def _held_out(search: Search, found: Scored) -> str:
     return "recordings" if problem.groups >= FEWEST and not phased else "stretches of recordings"
 
 
-def fitted_error(search: Search, found: Scored, proof: Proof) -> float:
+def fitted_error(search: Search, found: ScoredSet, proof: Proof) -> float:
     """Return the error of the set on all rows, fitted to all of them: what of the error held out is not for want of recordings."""
     fit = best_fit(search, found)
     D = fit.whitened.Y if fit.columns is None else np.concatenate([fit.whitened.Y, fit.columns.Xw], axis=2)

@@ -26,7 +26,7 @@ from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design, columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
@@ -48,7 +48,7 @@ class Contest:
     keys: tuple[Key, ...]
 
 
-def contest_of(search: Search, claimed: Scored) -> Contest | None:
+def contest_of(search: Search, claimed: ScoredSet) -> Contest | None:
     """Return the class of the first member of `claimed` that holds rivals; None where every finding stands alone.
 
     Members whose values are each recording's own take no part: nobody knows their phase in the next recording.
@@ -130,7 +130,7 @@ class Judge:
 
     def recorded_gram(self) -> Array:
         """Return the Gram matrix (q, q) over the recordings at hand."""
-        whitened, columns = self.search.whitened, self.search.view.joined(self.numbers)
+        whitened, columns = self.search.whitened, self.search.view.join(self.numbers)
         assert columns is not None
         p = self.p
         made: Array = np.block([[whitened.G[:p, :p], columns.cross[:p]], [columns.cross[:p].T, columns.gram]])

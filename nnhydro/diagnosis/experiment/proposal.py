@@ -15,7 +15,7 @@ from nnhydro.diagnosis.experiment.motions import CandidateMotion, draw, neighbou
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
@@ -107,7 +107,7 @@ def _choose(judge: Judge, tried: Sequence[PlannedMotion]) -> tuple[PlannedMotion
     return max(tried, key=lambda x: _merit(judge, x, MOST)), MOST
 
 
-def next_experiment(search: Search, noise: Noise, claimed: Scored, model: StripTheory, rate_hz: float, seed: int,
+def next_experiment(search: Search, noise: Noise, claimed: ScoredSet, model: StripTheory, rate_hz: float, seed: int,
                     limits: Limits | None = None) -> Proposal | None:
     """Return the motion that would settle the first ambiguous finding of `claimed`; None where nothing is ambiguous or moves.
 

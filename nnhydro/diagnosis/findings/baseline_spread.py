@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 KNOWN = 0.03  # standard deviations of the prior: parameters known to less move no value that matters
 
 
-def spread_by_baseline(search: Search, found: Scored, k: int) -> Array:
+def spread_by_baseline(search: Search, found: ScoredSet, k: int) -> Array:
     """Return the covariance (p, p) of the values of member `k`, in its units, that comes from the baseline's parameters."""
     view, h = search.view, search.view.library.hypotheses[k]
     nothing = np.zeros((h.width, h.width))
@@ -41,7 +41,7 @@ def spread_by_baseline(search: Search, found: Scored, k: int) -> Array:
     def columns(model: StripTheory) -> Array:
         """Return the whitened columns (n, joints, p) of the effect at the reading of `model`."""
         there: Hypothesis = replace(h, own={}, working_model=None if h.working_model is None or h.own else model)
-        made: Array = whitened.weighted(view.library.design.columns([there], model))
+        made: Array = whitened.weigh(view.library.design.columns([there], model))
         return made
 
     at_mean = columns(base.at(base.within(z)))

@@ -7,7 +7,7 @@ import numpy as np
 
 from nnhydro.diagnosis.constants import NEAR
 from nnhydro.diagnosis.decision.listed import listed_probability
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
 ALIKE = 0.98  # cosine of the visible torques from which two effects are one
 HARDLY = 0.05  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
@@ -35,7 +35,7 @@ def _signals(search: Search, k: int) -> int:
     return len(search.view.library.hypotheses[k].effect.signature.depends_on)
 
 
-def plain(search: Search, found: Scored) -> Scored:
+def plain(search: Search, found: ScoredSet) -> ScoredSet:
     """Return `found` with special laws replaced by plainer ones of their family where they take no more from the unknown.
 
     Of plainer laws that of the fewest signals: a friction that falls with speed contains the dry one, not that of the load.
@@ -58,7 +58,7 @@ def plain(search: Search, found: Scored) -> Scored:
     return found
 
 
-def simplest(search: Search, found: Scored) -> Scored:
+def simplest(search: Search, found: ScoredSet) -> ScoredSet:
     """Return `found` with each member replaced by the equivalent effect of the fewest parameters, on no more signals.
 
     Never by the general form of a family.
@@ -75,7 +75,7 @@ def simplest(search: Search, found: Scored) -> Scored:
     return found
 
 
-def _cosine(search: Search, found: Scored, k: int, there: Scored, other: int) -> float:
+def _cosine(search: Search, found: ScoredSet, k: int, there: ScoredSet, other: int) -> float:
     """How much alike the torques of the two are that the baseline cannot take."""
     whitened = search.view.whitened
     torques = []
@@ -89,7 +89,7 @@ def _cosine(search: Search, found: Scored, k: int, there: Scored, other: int) ->
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))
 
 
-def alternatives(search: Search, found: Scored, k: int) -> tuple[float, list[Alternative]]:
+def alternatives(search: Search, found: ScoredSet, k: int) -> tuple[float, list[Alternative]]:
     """Return the confidence in the name of member `k`, its equivalents included, and what could take its place, best first."""
     rest = tuple(x for x in found.chosen if x != k)
     base = search.score(rest)

@@ -21,7 +21,7 @@ from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import Values, values_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.quantity import intervals
@@ -32,7 +32,7 @@ WORSE, MOST_NEIGHBOURS = 0.5, 12  # nats by which a neighbouring value is told f
 
 @final
 @dataclass(frozen=True, eq=False)
-class Finding:
+class NamedEffect:
     """One effect that was left out, with all that diagnosis.json tells about it."""
 
     effect: AnyEffect
@@ -73,7 +73,7 @@ class Finding:
                 "parameters": self.parameters, "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | acts
 
 
-def _shapes(search: Search, found: Scored, h: Hypothesis, k: int, mean: Array) -> tuple[dict[str, float], Array]:
+def _shapes(search: Search, found: ScoredSet, h: Hypothesis, k: int, mean: Array) -> tuple[dict[str, float], Array]:
     """The variance of each nonlinear value from the bend of the score, and how the linear values (p,) move with it, (p, names)."""
     made, slopes = {}, []
     for name, (low, high) in h.spans.items():
@@ -83,7 +83,7 @@ def _shapes(search: Search, found: Scored, h: Hypothesis, k: int, mean: Array) -
     return made, np.array(slopes).reshape(-1, len(mean)).T
 
 
-def _bend(search: Search, found: Scored, h: Hypothesis, k: int, name: str, mean: Array) -> tuple[float, Array]:
+def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, mean: Array) -> tuple[float, Array]:
     """Variance of `name` and slope (p,) of the linear values from the nearest neighbour that is worse by `WORSE`, else the farthest.
 
     Neighbours with linear values beyond their physical bounds, or linearised elsewhere, tell nothing of the bend. What is linearised about
@@ -133,7 +133,7 @@ def _rival(search: Search, alternative: Alternative) -> dict[str, Any]:
             "likeness": round(alternative.cosine, 3)}
 
 
-def finding_of(search: Search, found: Scored, k: int) -> Finding:
+def finding_of(search: Search, found: ScoredSet, k: int) -> NamedEffect:
     """Return the finding of member `k` of the claimed set."""
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k)
@@ -152,5 +152,5 @@ def finding_of(search: Search, found: Scored, k: int) -> Finding:
     own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
     parameters = {name: parameter | {"unit": own(parameter["unit"])} for name, parameter in parameters.items()}
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * NEAR][:5]
-    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
-                   rivals, values.covariance, k, h.activity, offset)
+    return NamedEffect(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
+                       rivals, values.covariance, k, h.activity, offset)

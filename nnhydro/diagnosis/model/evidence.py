@@ -24,7 +24,7 @@ Index = NDArray[np.int64]
 
 @final
 @dataclass(eq=False)
-class Whitened:
+class WhiteRows:
     """Rows of a design divided by the noise `v` (n, joints): Gram matrix of baseline and unknown, and products with further columns."""
 
     design: Design
@@ -74,7 +74,7 @@ class Whitened:
             made[self.p + j * self.m: self.p + (j + 1) * self.m] = (self.Phi[at] * self.sw[at, j:j + 1]).T @ Xw[:, j]
         return made
 
-    def weighted(self, X: Array) -> Array:
+    def weigh(self, X: Array) -> Array:
         """Return X (n, joints, K) on the counted rows divided by the noise."""
         return (X if self.rows is None else X[self.rows]) * self.sw[..., None]
 
@@ -93,12 +93,12 @@ class Columns:
     Xy: Array  # (k,)
 
     @staticmethod
-    def of(whitened: Whitened, Xw: Array) -> "Columns":
+    def of(whitened: WhiteRows, Xw: Array) -> "Columns":
         """Return the whitened columns Xw (n, joints, k) on the counted rows with their products."""
         flat = Xw.reshape(-1, Xw.shape[2])
         return Columns(Xw, whitened.cross(Xw), flat.T @ flat, flat.T @ whitened.y.ravel())
 
-    def joined(self, other: "Columns") -> "Columns":
+    def join(self, other: "Columns") -> "Columns":
         """Return both sets of columns side by side."""
         k = self.Xw.shape[2]
         between = self.Xw.reshape(-1, k).T @ other.Xw.reshape(-1, other.Xw.shape[2])
@@ -147,7 +147,7 @@ class Posterior:
         return np.asarray(np.diag(inverse))
 
 
-def posterior(whitened: Whitened, columns: Columns | None, t: Array) -> Posterior:
+def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posterior:
     """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `t` (P,)."""
     from scipy.linalg import cholesky, solve_triangular
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import SMALLEST_SIZE
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 
 Array = NDArray[np.float64]
 LARGEST = 3.0  # of the torque's rms
@@ -28,16 +28,16 @@ class Sizes:
 
     tau: Array
 
-    def scaled(self, factor: float) -> "Sizes":
+    def times(self, factor: float) -> "Sizes":
         """Return these sizes times `factor`, not below the smallest."""
         return Sizes(np.maximum(self.tau * factor, SMALLEST_SIZE))
 
     @staticmethod
-    def even(whitened: Whitened, value: float) -> "Sizes":
+    def even(whitened: WhiteRows, value: float) -> "Sizes":
         """Return the same size everywhere."""
         return Sizes(np.full((whitened.joints, len(whitened.unknown.names)), value))
 
-    def vector(self, whitened: Whitened) -> Array:
+    def vector(self, whitened: WhiteRows) -> Array:
         """Return the prior standard deviations (P,) of baseline and unknown; a group of the smallest size is absent."""
         u, r = whitened.unknown, whitened.design.scale
         present = np.where(self.tau > SMALLEST_SIZE, self.tau, 0.0)
@@ -51,7 +51,7 @@ class Sizes:
         return made
 
 
-def _update(whitened: Whitened, fit: Posterior, sizes: Sizes) -> Sizes:
+def _update(whitened: WhiteRows, fit: Posterior, sizes: Sizes) -> Sizes:
     tau = sizes.tau.copy()
     spread = fit.variances()
     u = whitened.unknown
@@ -66,7 +66,7 @@ def _update(whitened: Whitened, fit: Posterior, sizes: Sizes) -> Sizes:
     return Sizes(np.clip(tau, SMALLEST_SIZE, LARGEST))
 
 
-def fitted(whitened: Whitened, columns: Columns | None, start: Sizes, updates: int = UPDATES) -> tuple[Posterior, Sizes]:
+def fit_sizes(whitened: WhiteRows, columns: Columns | None, start: Sizes, updates: int = UPDATES) -> tuple[Posterior, Sizes]:
     """Return the fit of `columns` with the sizes that maximise its evidence, climbed from `start`."""
     best: tuple[Posterior, Sizes] | None = None
     sizes = start
@@ -87,6 +87,6 @@ def fitted(whitened: Whitened, columns: Columns | None, start: Sizes, updates: i
     return best
 
 
-def none(whitened: Whitened) -> Sizes:
+def none(whitened: WhiteRows) -> Sizes:
     """Return the unknown switched off."""
     return Sizes.even(whitened, SMALLEST_SIZE)

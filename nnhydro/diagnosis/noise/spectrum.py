@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NU
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.problem.design import Design
 
 Array = NDArray[np.float64]
@@ -134,7 +134,7 @@ def first_noise(design: Design) -> Noise:
                  np.ones((design.problem.groups, joints)), form)
 
 
-def _leverage(whitened: Whitened, columns: Columns | None, fit: Posterior) -> tuple[Array, Array]:
+def _leverage(whitened: WhiteRows, columns: Columns | None, fit: Posterior) -> tuple[Array, Array]:
     """Return the whitened residual (n, joints) and the leverage h (n, joints)."""
     p, m, joints = whitened.p, whitened.m, whitened.joints
     n = len(whitened.y)
@@ -152,7 +152,7 @@ def _leverage(whitened: Whitened, columns: Columns | None, fit: Posterior) -> tu
     return r, np.clip(h, 0.0, 1.0)
 
 
-def reestimated(design: Design, noise: Noise, whitened: Whitened, columns: Columns | None, t: Array) -> Noise:
+def reestimate(design: Design, noise: Noise, whitened: WhiteRows, columns: Columns | None, t: Array) -> Noise:
     """Return the noise with spectrum and scales estimated once more beside `columns` and the unknown with sizes `t`."""
     fit = posterior(whitened, columns, t)
     r, h = _leverage(whitened, columns, fit)

@@ -28,7 +28,7 @@ from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import gear_factor, sensed, to_drives
+from nnhydro.physics.transmission import gear_factor, sensor_torque, to_drives
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
@@ -52,7 +52,7 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
     def view_of(working: StripTheory) -> SensorView:
         """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
         _, view = stretch.memo.of((id(working), predicted), lambda: (working, SensorView(  # kept, so that no other has its id
-            Flow(arm, flow.motion), lambda f: sensed(working.loads.torque(f), f.motion.qd, arm), place,
+            Flow(arm, flow.motion), lambda f: sensor_torque(working.loads.torque(f), f.motion.qd, arm), place,
             None if measured is None else tensor(measured))))
         return view
 
@@ -175,7 +175,7 @@ class Design:
             if s.motion_noise is None:
                 return np.zeros((*torque.shape, NOISE_DRAWS))
             noisy = [replace(s, q=s.q + q, qd=s.qd + qd, qdd=s.qdd + qdd) for q, qd, qdd in s.motion_noise]
-            return np.stack([loads.torque(Flow(arm, Motion.of(one))).numpy() - torque for one in noisy], axis=2)
+            return np.stack([loads.torque(Flow(arm, Motion.of(segment))).numpy() - torque for segment in noisy], axis=2)
 
         power = (self.rows(squares) ** 2).mean(axis=2)
         made: Array = np.empty_like(power)

@@ -22,7 +22,7 @@ from nnhydro.diagnosis.problem.design import columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 
@@ -33,22 +33,22 @@ CLEAR = 0.25  # amplitude, of the whole law's, below which a part is silent; abo
 
 @final
 @dataclass(frozen=True, eq=False)
-class Windowed:
+class WindowSearch:
     """The search in the grown library and the best set there."""
 
     search: Search
-    best: Scored
+    best: ScoredSet
 
 
-def _products(search: Search, found: Scored, k: int, parts: Array) -> tuple[Array, Array]:
+def _products(search: Search, found: ScoredSet, k: int, parts: Array) -> tuple[Array, Array]:
     """Return Gram matrix (m, m) and products with the torque (m,) of the parts (n, joints, m) of member `k` beside the others.
 
     The unknown is left out: it could take the place of any part.
     """
     view = search.view
-    columns = view.joined(tuple(x for x in found.chosen if x != k))
+    columns = view.join(tuple(x for x in found.chosen if x != k))
     fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
-    Xw = view.whitened.weighted(parts)
+    Xw = view.whitened.weigh(parts)
     cross = view.whitened.cross(Xw)
     if columns is not None:
         width = columns.Xw.shape[2]
@@ -76,7 +76,7 @@ def _silent(a: Array, sd: Array) -> NDArray[np.bool_]:
     return made
 
 
-def _of_recordings(search: Search, found: Scored, k: int, u: Array) -> list[ActivityWindow]:
+def _of_recordings(search: Search, found: ScoredSet, k: int, u: Array) -> list[ActivityWindow]:
     problem = search.view.library.design.problem
     group = problem.group_of
     used = [g for g in range(problem.groups) if np.any(u[group == g])]
@@ -100,7 +100,7 @@ def _of_recordings(search: Search, found: Scored, k: int, u: Array) -> list[Acti
     return made if any(set(w.recordings) == set(some) for w in made) else [*made, ActivityWindow(some)]
 
 
-def _of_sectors(search: Search, found: Scored, k: int, beta: Array, model: StripTheory) -> list[ActivityWindow]:
+def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: StripTheory) -> list[ActivityWindow]:
     design = search.view.library.design
     problem, h = design.problem, search.view.library.hypotheses[k]
     made = []
@@ -111,12 +111,12 @@ def _of_sectors(search: Search, found: Scored, k: int, beta: Array, model: Strip
             continue
         edges[0], edges[-1] = -np.inf, np.inf
 
-        def binned(stretch: Stretch, joint: int = joint, edges: Array = edges) -> Array:
+        def in_bins(stretch: Stretch, joint: int = joint, edges: Array = edges) -> Array:
             u = columns_on([h], model, stretch) @ beta
             at = np.searchsorted(edges, stretch.segment.q[:, joint], side="right") - 1
             return np.stack([u * (at == b)[:, None] for b in range(BINS)], axis=2)
 
-        first, stop = _best_run(*_products(search, found, k, design.rows(binned)))
+        first, stop = _best_run(*_products(search, found, k, design.rows(in_bins)))
         if stop - first == BINS:
             continue
         low = float(edges[first]) if first else float(q.min())
@@ -125,7 +125,7 @@ def _of_sectors(search: Search, found: Scored, k: int, beta: Array, model: Strip
     return made
 
 
-def _windows(search: Search, found: Scored, k: int, model: StripTheory, sectors: bool) -> list[ActivityWindow]:
+def _windows(search: Search, found: ScoredSet, k: int, model: StripTheory, sectors: bool) -> list[ActivityWindow]:
     """The parts of the campaign that the amplitudes of member `k` of `found` suggest; `sectors` of angles, too."""
     library = search.view.library
     at = library.at(k)
@@ -134,7 +134,7 @@ def _windows(search: Search, found: Scored, k: int, model: StripTheory, sectors:
     return windows if not sectors else windows + _of_sectors(search, found, k, scaled * library.scale[at], model)
 
 
-def _confined(library: Library, laws: Sequence[int], windows: Sequence[ActivityWindow], model: StripTheory) -> Library:
+def _confine(library: Library, laws: Sequence[int], windows: Sequence[ActivityWindow], model: StripTheory) -> Library:
     """Return `library` with each of `laws` confined to each of `windows`; whole recordings need no new columns."""
     hypotheses, X = [], []
     problem = library.design.problem
@@ -145,14 +145,14 @@ def _confined(library: Library, laws: Sequence[int], windows: Sequence[ActivityW
             hypotheses.append(h)
             X.append(library.columns(k) / np.maximum(library.scale[library.at(k)], 1e-300) * acts if w.sector is None
                      else library.design.columns([h], model))
-    return library.with_more(Library.scaled(library.design, hypotheses, np.concatenate(X, axis=2)), library.key_counts)
+    return library.with_more(Library.of_columns(library.design, hypotheses, np.concatenate(X, axis=2)), library.key_counts)
 
 
 def _may_be_confined(h: Hypothesis) -> bool:
     return not (h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.predictable_share < 1)
 
 
-def _whole(search: Search, found: Scored, k: int) -> Scored:
+def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
     """Return `found` with the law of member `k` in the whole campaign."""
     hypotheses = search.view.library.hypotheses
     h, rest = hypotheses[k], tuple(x for x in found.chosen if x != k)
@@ -160,7 +160,7 @@ def _whole(search: Search, found: Scored, k: int) -> Scored:
     return search.score((*rest, *same[:1]))
 
 
-def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
+def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> WindowSearch:
     """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
 
     Members are asked, and where the unknown holds more than chance also the laws that gain most beside them and beside nothing, these
@@ -175,12 +175,12 @@ def in_parts(search: Search, found: Scored, model: StripTheory) -> Windowed:
     windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda pair: (pair[1].chosen, pair[0])) if k in laws
                             for w in _windows(search, fitted, k, model, fitted is found))
     if not windows:
-        return Windowed(search, found)
-    grown = _confined(search.view.library, laws, tuple(windows), model)
+        return WindowSearch(search, found)
+    grown = _confine(search.view.library, laws, tuple(windows), model)
     following = Search(WeightedLibrary(search.whitened, grown, before=search.view), found.sizes, search.report, search.settled)
     best = following.climb(following.score(found.chosen))
     for k in best.chosen:
         if following.view.library.hypotheses[k].activity is not None and k in best.chosen:
             whole = _whole(following, best, k)
             best = best if following.admits(whole, best) else whole
-    return Windowed(following, best)
+    return WindowSearch(following, best)

@@ -13,10 +13,10 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened, posterior
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
-from nnhydro.diagnosis.noise.spectrum import reestimated, white_noise
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.noise.spectrum import reestimate, white_noise
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -28,7 +28,7 @@ ROUNDS = 4
 class BestFit:
     """The fit of a set without the unknown: rows and columns whitened by its noise, and the numbers `own` of baseline and laws in it."""
 
-    whitened: Whitened
+    whitened: WhiteRows
     columns: Columns | None
     posterior: Posterior
     own: Index
@@ -39,25 +39,25 @@ class BestFit:
         return self.posterior.mean[: self.whitened.p]
 
 
-def fit_at(search: Search, found: Scored, v: Array) -> BestFit:
+def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
     """Return the fit of `found` without the unknown where the noise of every row is `v` (n, joints)."""
     old = search.view.whitened
-    whitened = Whitened(old.design, old.unknown, v)
-    X = search.view.joined(found.chosen)
-    columns = None if X is None else Columns.of(whitened, whitened.weighted(X.Xw / old.sw[..., None]))
+    whitened = WhiteRows(old.design, old.unknown, v)
+    X = search.view.join(found.chosen)
+    columns = None if X is None else Columns.of(whitened, whitened.weigh(X.Xw / old.sw[..., None]))
     fit = posterior(whitened, columns, none(whitened).vector(whitened))
     own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
     return BestFit(whitened, columns, fit, own)
 
 
-def best_fit(search: Search, found: Scored) -> BestFit:
+def best_fit(search: Search, found: ScoredSet) -> BestFit:
     """Return the fit of `found` whose values are told, found once a set."""
     if found.chosen not in search.best_fits:
         design = search.view.library.design
         noise = white_noise(design)
         for _ in range(ROUNDS):
             fit = fit_at(search, found, noise.v)
-            noise = reestimated(design, noise, fit.whitened, fit.columns, none(fit.whitened).vector(fit.whitened))
+            noise = reestimate(design, noise, fit.whitened, fit.columns, none(fit.whitened).vector(fit.whitened))
         search.best_fits[found.chosen] = fit_at(search, found, noise.v)
     made: BestFit = search.best_fits[found.chosen]
     return made

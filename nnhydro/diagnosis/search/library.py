@@ -35,10 +35,10 @@ class Library:
     @staticmethod
     def of(design: Design, hypotheses: Sequence[Hypothesis], model: StripTheory) -> "Library":
         """Return the library of `hypotheses`, instruments at the reading of `model`."""
-        return Library.scaled(design, hypotheses, design.columns(hypotheses, model))
+        return Library.of_columns(design, hypotheses, design.columns(hypotheses, model))
 
     @staticmethod
-    def scaled(design: Design, hypotheses: Sequence[Hypothesis], X: Array) -> "Library":
+    def of_columns(design: Design, hypotheses: Sequence[Hypothesis], X: Array) -> "Library":
         """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects; `X` is used up.
 
         A column that moves no torque to speak of at any value within its physical bounds is empty: a wave along a link that is held.

@@ -10,7 +10,7 @@ from nnhydro.diagnosis.model.evidence import posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -18,7 +18,7 @@ from nnhydro.models.strip_theory import StripTheory
 STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
 
 
-def scaled_values(view: WeightedLibrary, found: Scored, k: int) -> dict[int, torch.Tensor]:
+def scaled_values(view: WeightedLibrary, found: ScoredSet, k: int) -> dict[int, torch.Tensor]:
     """Return the linear values (width,) of hypothesis `k` in its units, within physical bounds: of all (0), or each recording's own.
 
     They are those of the fit without the unknown, which would take a part of an effect for its own.
@@ -26,18 +26,18 @@ def scaled_values(view: WeightedLibrary, found: Scored, k: int) -> dict[int, tor
     library, whitened = view.library, view.whitened
     at, h = found.places(view)[k], library.hypotheses[k]
     low, high = library.bounds(k)
-    fit = posterior(whitened, view.joined(found.chosen), none(whitened).vector(whitened))
+    fit = posterior(whitened, view.join(found.chosen), none(whitened).vector(whitened))
     beta = np.clip(fit.mean[at].reshape(-1, h.width), low, high) * library.scale[library.at(k)]
     return dict(zip(view.acting_groups(k) if h.per_recording else [0], torch.from_numpy(beta), strict=True))
 
 
-def calibrated_beside(search: Search, found: Scored, model: StripTheory) -> StripTheory:
+def calibrated_beside(search: Search, found: ScoredSet, model: StripTheory) -> StripTheory:
     """Return the baseline calibrated beside `found` with the loads found: at its reading instruments are taken; `model` without any."""
     view = search.view
     laws = {k: view.library.hypotheses[k] for k in found.chosen}
     if not any(isinstance(h.effect, InstrumentEffect) for h in laws.values()):
         return model
-    fit = posterior(view.whitened, view.joined(found.chosen), none(view.whitened).vector(view.whitened))
+    fit = posterior(view.whitened, view.join(found.chosen), none(view.whitened).vector(view.whitened))
     base = view.library.design.baseline
     made = base.at(base.within(fit.mean[: view.whitened.p]))
     for k, h in laws.items():
@@ -48,7 +48,7 @@ def calibrated_beside(search: Search, found: Scored, model: StripTheory) -> Stri
     return made
 
 
-def is_stale(view: WeightedLibrary, found: Scored, k: int) -> bool:
+def is_stale(view: WeightedLibrary, found: ScoredSet, k: int) -> bool:
     """Return whether the columns of instrument `k` were taken about no values or others than those fitted: they are not its reading."""
     h = view.library.hypotheses[k]
     if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
@@ -59,7 +59,7 @@ def is_stale(view: WeightedLibrary, found: Scored, k: int) -> bool:
     return float((fitted - about).norm()) > STALE * float(fitted.norm())
 
 
-def extend_library(search: Search, best: Scored, more: Sequence[Hypothesis], model: StripTheory) -> Search:
+def extend_library(search: Search, best: ScoredSet, more: Sequence[Hypothesis], model: StripTheory) -> Search:
     """Return the search in the library with `more` hypotheses, which are no further laws."""
     view = search.view
     grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)

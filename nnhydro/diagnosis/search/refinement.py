@@ -8,7 +8,7 @@ import numpy as np
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
@@ -18,14 +18,14 @@ ALIKE = 0.5  # nats: one standard deviation; a round that changes less is the la
 
 @final
 @dataclass(frozen=True, eq=False)
-class Refined:
+class RefinedSearch:
     """The search in the grown library and the best set there."""
 
     search: Search
-    best: Scored
+    best: ScoredSet
 
 
-def with_smallest_waves(search: Search, best: Scored, model: StripTheory) -> Refined:
+def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> RefinedSearch:
     """Return `best` with what has a direction in the one, of those that fit alike, in which the water moves least.
 
     Where a held link meets the part of a wave across it alone, a = a_n / |cos x| for all angles x alike has its mode at a_n.
@@ -43,10 +43,10 @@ def with_smallest_waves(search: Search, best: Scored, model: StripTheory) -> Ref
         top = max(s.score for s in sets.values())
         near = {i: s for i, s in sets.items() if s.score > top - ALIKE}
         best = near[min(near, key=lambda i: float(sum((x**2).sum() for x in scaled_values(search.view, near[i], i).values())))]
-    return Refined(search, best)
+    return RefinedSearch(search, best)
 
 
-def _finer(search: Search, found: Scored, k: int, model: StripTheory, first: bool) -> list[Hypothesis]:
+def _finer(search: Search, found: ScoredSet, k: int, model: StripTheory, first: bool) -> list[Hypothesis]:
     """Return neighbours of hypothesis `k`; instruments, itself among them, about the values that fit each best."""
     h = search.view.library.hypotheses[k]
     if h.own or (h.rough and not isinstance(h.effect, InstrumentEffect)):
@@ -56,7 +56,7 @@ def _finer(search: Search, found: Scored, k: int, model: StripTheory, first: boo
         return made
     alone = first and not h.rough and len(h.spans) == 1
     ends = [_at_end(h, name, end) for name, span in h.spans.items() for end in span if alone]
-    return _about_fitted(search, found, k, [h, *made, *filter(_within_bounds, ends)], model, again=first)
+    return _about_fit(search, found, k, [h, *made, *filter(_within_bounds, ends)], model, again=first)
 
 
 def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
@@ -72,7 +72,7 @@ def _within_bounds(h: Hypothesis) -> bool:
     return all(limits[name][0] <= getattr(h.effect, name)[0] <= limits[name][1] for name in h.spans)
 
 
-def _about_fitted(search: Search, found: Scored, k: int, laws: Sequence[Hypothesis], model: StripTheory, again: bool) -> list[Hypothesis]:
+def _about_fit(search: Search, found: ScoredSet, k: int, laws: Sequence[Hypothesis], model: StripTheory, again: bool) -> list[Hypothesis]:
     """Return instrument `laws` in place of member `k`, their columns about its values; `again`: about those that fit each best, too."""
     others, start = [x for x in found.chosen if x != k], len(search.view.library.hypotheses)
     about = [h.linearised_at(scaled_values(search.view, found, k), model) for h in laws]
@@ -110,7 +110,7 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
     return None if any(made.effect == o.effect for o in (h, *(o for o, _ in neighbours))) else made
 
 
-def refined(search: Search, best: Scored, model: StripTheory, rounds: int = ROUNDS) -> Refined:
+def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = ROUNDS) -> RefinedSearch:
     """Return the best set with finer values of its members: half-way between the values around the best, then where all have their peak.
 
     What has values of each recording's own is at last taken about these.
@@ -136,9 +136,9 @@ def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:
     return all(getattr(one.effect, name) == getattr(other.effect, name) for name in other.spans)
 
 
-def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refined:
+def _about_own_values(search: Search, best: ScoredSet, model: StripTheory) -> RefinedSearch:
     """Return the best set with the columns of members that have values of each recording's own about these, by Newton's method."""
-    found, now = Refined(search, best), best
+    found, now = RefinedSearch(search, best), best
     for _ in range(OWN_ROUNDS):
         own = {k: h.linearised_at(scaled_values(search.view, now, k), model) for k in now.chosen
                if (h := search.view.library.hypotheses[k]).per_recording and isinstance(h.effect, InstrumentEffect)}
@@ -148,12 +148,12 @@ def _about_own_values(search: Search, best: Scored, model: StripTheory) -> Refin
         search = extend_library(search, now, list(own.values()), model)
         now = search.score((*(k for k in now.chosen if k not in own), *range(start, start + len(own))))
         if now.score > found.best.score:
-            found = Refined(search, now)
+            found = RefinedSearch(search, now)
     return found
 
 
-def _exchange(search: Search, best: Scored, finer: Mapping[int, Sequence[Hypothesis]],
-               model: StripTheory) -> tuple[Search, Scored, dict[int, list[Hypothesis]]]:
+def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypothesis]],
+              model: StripTheory) -> tuple[Search, ScoredSet, dict[int, list[Hypothesis]]]:
     """Return the grown search, the best set with members exchanged for their `finer` hypotheses, and what of its members is at the peak."""
     if not any(finer.values()):
         return search, best, {}
@@ -181,5 +181,5 @@ def _exchange(search: Search, best: Scored, finer: Mapping[int, Sequence[Hypothe
 def with_finer_singles(search: Search, model: StripTheory, most: int = 1) -> Search:
     """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for."""
     for single in search.singles()[:most]:
-        search = refined(search, single, model).search
+        search = refine(search, single, model).search
     return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled

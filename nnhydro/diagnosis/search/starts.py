@@ -14,7 +14,7 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 
 HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
 LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
@@ -27,7 +27,7 @@ def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: Stri
         return ()
     longest = max(moving, key=lambda stretch: len(stretch.segment))
     flow = Flow(model.arm, Motion.of(longest.segment))
-    view = SensorView(flow, lambda f: sensed(model.loads.torque(f), f.motion.qd, model.arm))
+    view = SensorView(flow, lambda f: sensor_torque(model.loads.torque(f), f.motion.qd, model.arm))
     return tuple(replace(h, effect=start, working_model=model, rough=True) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
                  for start in h.effect.starts(view))
 

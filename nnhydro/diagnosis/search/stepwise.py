@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, SMALLEST_SIZE
-from nnhydro.diagnosis.model.evidence import Posterior, Whitened, posterior
-from nnhydro.diagnosis.model.sizes import Sizes, fitted, none
+from nnhydro.diagnosis.model.evidence import Posterior, WhiteRows, posterior
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import bound_bonus
 from nnhydro.diagnosis.search.view import WeightedLibrary
@@ -33,7 +33,7 @@ LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown fro
 
 @final
 @dataclass(frozen=True, eq=False)
-class Scored:
+class ScoredSet:
     """A set of hypotheses (numbers in the library) with its score, fit, sizes, and the nats that the unknown gains beside it."""
 
     chosen: tuple[int, ...]
@@ -62,11 +62,11 @@ class Search:
     report: Callable[[str], None] = lambda line: None
     settled: frozenset[Key] = frozenset()  # keys of instruments that were found about their values: their laws about none are out
     best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # those whose values are told (search.best_fit)
-    _scored: dict[tuple[int, ...], Scored] = field(default_factory=dict)
+    _scored: dict[tuple[int, ...], ScoredSet] = field(default_factory=dict)
     _beside: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
 
     @property
-    def whitened(self) -> Whitened:
+    def whitened(self) -> WhiteRows:
         """The rows and their noise."""
         return self.view.whitened
 
@@ -74,18 +74,18 @@ class Search:
         """Return effect and joint of hypothesis `k`."""
         return self.view.library.hypotheses[k].key
 
-    def score(self, chosen: Sequence[int]) -> Scored:
+    def score(self, chosen: Sequence[int]) -> ScoredSet:
         """Return the set `chosen`, fitted with the unknown's best sizes."""
         key = tuple(sorted(chosen))
         if key not in self._scored:
-            columns = self.view.joined(key)
+            columns = self.view.join(key)
             starts = [self.start, Sizes.even(self.whitened, LARGE_START), Sizes(np.minimum(self.start.tau, SMALL_START))]
-            fit, sizes = max((fitted(self.whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
+            fit, sizes = max((fit_sizes(self.whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
             off = posterior(self.whitened, columns, none(self.whitened).vector(self.whitened))
             if off.log_evidence > fit.log_evidence:
                 fit, sizes = off, none(self.whitened)
             unknown = max(fit.log_evidence - off.log_evidence, 0.0)
-            self._scored[key] = Scored(key, fit.log_evidence - FORM**2 * unknown + self._bonus(key, fit), fit, sizes, unknown)
+            self._scored[key] = ScoredSet(key, fit.log_evidence - FORM**2 * unknown + self._bonus(key, fit), fit, sizes, unknown)
         return self._scored[key]
 
     def _bonus(self, chosen: tuple[int, ...], fit: Posterior) -> float:
@@ -105,7 +105,7 @@ class Search:
             start += width
         return total
 
-    def taken(self, chosen: Sequence[int]) -> set[tuple[str, int]]:
+    def occupied_places(self, chosen: Sequence[int]) -> set[tuple[str, int]]:
         """Return the places (family, joint) that `chosen` hold: one law of a family at a place."""
         return {self.place(k) for k in chosen}
 
@@ -116,13 +116,13 @@ class Search:
 
     def screen(self, chosen: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the unknown's best scale."""
-        now, columns = self.score(chosen), self.view.joined(sorted(chosen))
-        library, taken = self.view.library, self.taken(chosen)
+        now, columns = self.score(chosen), self.view.join(sorted(chosen))
+        library, taken = self.view.library, self.occupied_places(chosen)
         prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
         outdated = np.array([h.key in self.settled and h.working_model is None for h in library.hypotheses], dtype=bool)
         best: dict[Key, tuple[float, int]] = {}
         for scale in SCREENED:
-            sizes = none(self.whitened) if scale == 0 else now.sizes.scaled(scale)
+            sizes = none(self.whitened) if scale == 0 else now.sizes.times(scale)
             fit = posterior(self.whitened, columns, sizes.vector(self.whitened))
             total = np.where(outdated, -np.inf, self.view.gains(sorted(chosen), fit) + prior + fit.log_evidence)
             seen: set[Key] = set()
@@ -137,9 +137,9 @@ class Search:
                     break
         return [k for _, k in sorted(best.values(), reverse=True)[:most]]
 
-    def most_gaining(self, base: Scored, among: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
+    def most_gaining(self, base: ScoredSet, among: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return those of the hypotheses `among` that gain most beside `base`, the unknown at its sizes and switched off."""
-        library, columns = self.view.library, self.view.joined(base.chosen)
+        library, columns = self.view.library, self.view.join(base.chosen)
         prior = np.array([library.log_prior(k) for k in among])
         best: set[int] = set()
         for sizes in (base.sizes, none(self.whitened)):
@@ -147,12 +147,12 @@ class Search:
             best |= {among[i] for i in np.argsort(-(gains[list(among)] + prior))[:most].tolist()}
         return sorted(best)
 
-    def gain(self, now: Scored, then: Scored) -> float:
+    def gain(self, now: ScoredSet, then: ScoredSet) -> float:
         """Return the nats that `then` gains beside `now`; beside nothing, what is granted to the form of laws left out."""
         granted = 0.0 if now.chosen else FORM**2 * (now.unknown_nats - then.unknown_nats)
         return then.score - now.score - granted
 
-    def admits(self, now: Scored, then: Scored) -> bool:
+    def admits(self, now: ScoredSet, then: ScoredSet) -> bool:
         """Return whether `then` is more probable than `now` and takes from the unknown what a law that is one would.
 
         What has a phase of its own in every recording is no function of the state, and takes nothing from the unknown: it must gain more.
@@ -162,9 +162,9 @@ class Search:
             return False
         more = set(then.chosen) - set(now.chosen)
         phased = any(self.view.library.hypotheses[k].per_recording for k in more)
-        return self.left(now, then) <= LEAVES or (phased and gain > self.unknown_beside(now, more))
+        return self.share_left(now, then) <= LEAVES or (phased and gain > self.unknown_beside(now, more))
 
-    def left(self, now: Scored, then: Scored) -> float:
+    def share_left(self, now: ScoredSet, then: ScoredSet) -> float:
         """Return the share that `then` leaves of what the unknown beside `now` makes of the laws added: 0 of a cause, near 1 of others.
 
             1 - (u(now) - u(then)) / min(u(now), (u'u - |u less what the unknown makes of it|^2) / 2)
@@ -182,7 +182,7 @@ class Search:
             theirs = before
         return 1.0 - (before - after) / max(theirs, FEW_NATS)
 
-    def unknown_beside(self, found: Scored, laws: Iterable[int]) -> float:
+    def unknown_beside(self, found: ScoredSet, laws: Iterable[int]) -> float:
         """Return the nats that the unknown gains beside `found` at the joints that `laws` load: what other joints hold is not theirs."""
         loaded = np.any([self.view.columns(k).Xw.any(axis=(0, 2)) for k in laws], axis=0)
         if np.all(loaded):
@@ -190,11 +190,11 @@ class Search:
         at = found.chosen, tuple(np.flatnonzero(loaded).tolist())
         if at not in self._beside:
             elsewhere = Sizes(np.where(loaded[:, None], SMALLEST_SIZE, found.sizes.tau))
-            fit = posterior(self.whitened, self.view.joined(found.chosen), elsewhere.vector(self.whitened))
+            fit = posterior(self.whitened, self.view.join(found.chosen), elsewhere.vector(self.whitened))
             self._beside[at] = max(found.fit.log_evidence - fit.log_evidence, 0.0)
         return self._beside[at]
 
-    def imitated_nats(self, found: Scored, k: int) -> float:
+    def imitated_nats(self, found: ScoredSet, k: int) -> float:
         """Return the nats of the torque u of member `k` that the unknown can make of what the baseline cannot.
 
             (c'(G + 1/L)^-1 c - c_Y'(G_Y + 1)^-1 c_Y) / 2,    c = A'W u,  L: an unknown of LARGE_START of the torque
@@ -208,16 +208,16 @@ class Search:
         beside = float((t * cross) @ solve(M, t * cross, assume_a="pos"))
         return (beside - float(cross[:p] @ np.linalg.solve(whitened.G[:p, :p] + np.eye(p), cross[:p]))) / 2
 
-    def _better(self, now: Scored, sets: Sequence[Sequence[int]], base: Scored | None = None) -> Scored:
+    def _better(self, now: ScoredSet, sets: Sequence[Sequence[int]], base: ScoredSet | None = None) -> ScoredSet:
         base = now if base is None else base
         found = [s for s in map(self.score, sets) if self.admits(base, s)]
         return max([now, *found], key=lambda s: s.score)
 
-    def singles(self) -> list[Scored]:
+    def singles(self) -> list[ScoredSet]:
         """Return the best laws alone, best first."""
         return sorted((self.score((k,)) for k in self.screen((), 2 * FITTED_EXACTLY)), key=lambda s: -s.score)
 
-    def run(self) -> Scored:
+    def run(self) -> ScoredSet:
         """Return the best set found."""
         empty, singles = self.score(()), self.singles()
         best = self._better(empty, [s.chosen for s in singles])
@@ -231,7 +231,7 @@ class Search:
         prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
         sets: list[tuple[int, ...]] = [()]
         while len(sets) <= MOST_EFFECTS:
-            columns, taken = self.view.joined(sorted(sets[-1])), self.taken(sets[-1])
+            columns, taken = self.view.join(sorted(sets[-1])), self.occupied_places(sets[-1])
             total = self.view.gains(sorted(sets[-1]), posterior(self.whitened, columns, off)) + prior
             following = next((k for k in np.argsort(-total).tolist() if self.place(k) not in taken), None)
             if following is None or total[following] <= LEAST_GAIN:
@@ -239,9 +239,9 @@ class Search:
             sets.append((*sets[-1], following))
         return sets[1:]
 
-    def climb(self, best: Scored) -> Scored:
+    def climb(self, best: ScoredSet) -> ScoredSet:
         """Return the best set reached from `best` by adding, dropping and swapping in which every member is admitted beside the others."""
-        empty, visited, now = self.score(()), dict[tuple[int, ...], Scored](), best
+        empty, visited, now = self.score(()), dict[tuple[int, ...], ScoredSet](), best
         while True:
             while now.chosen not in visited:
                 visited[now.chosen] = now
@@ -251,18 +251,18 @@ class Search:
             if now.chosen in visited:
                 return now
 
-    def _standing(self, found: Scored) -> Scored:
+    def _standing(self, found: ScoredSet) -> ScoredSet:
         """Return `found`, or that of its subsets with the highest score in which every member is admitted beside the others."""
         if self._stands(found):
             return found
         parts = [self.score(part) for n in range(len(found.chosen)) for part in combinations(found.chosen, n)]
         return next(s for s in sorted(parts, key=lambda s: -s.score) if self._stands(s))
 
-    def _stands(self, now: Scored) -> bool:
+    def _stands(self, now: ScoredSet) -> bool:
         """Return whether every member of `now` is admitted beside the others."""
         return all(self.admits(self.score(tuple(x for x in now.chosen if x != k)), now) for k in now.chosen)
 
-    def _move(self, now: Scored) -> Scored:
+    def _move(self, now: ScoredSet) -> ScoredSet:
         """Return the set after one add, else one drop, else one swap; the set itself where none is better."""
         if len(now.chosen) < MOST_EFFECTS:
             more = self._better(now, [(*now.chosen, k) for k in self.screen(now.chosen)])

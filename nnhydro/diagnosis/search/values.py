@@ -24,7 +24,7 @@ from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
 from nnhydro.diagnosis.model.evidence import posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit, fit_at
-from nnhydro.diagnosis.search.stepwise import LARGE_START, Scored, Search
+from nnhydro.diagnosis.search.stepwise import LARGE_START, ScoredSet, Search
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -66,7 +66,7 @@ def _form(fit: BestFit, share: float, covariance: Array, at: Index) -> Array:
     return made
 
 
-def _smooth_share(found: Scored, fit: BestFit) -> float:
+def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
     """Return the share of the torque that the unknown makes of what `fit` leaves, 0 where it gains nothing to speak of beside `found`."""
     if found.unknown_nats <= FEW_NATS:
         return 0.0
@@ -82,7 +82,7 @@ def _smooth_share(found: Scored, fit: BestFit) -> float:
     return share
 
 
-def values_of(search: Search, found: Scored, k: int, beside: BestFit | None = None) -> Values:
+def values_of(search: Search, found: ScoredSet, k: int, beside: BestFit | None = None) -> Values:
     """Return the values of member `k`: without the unknown, the spread widened to that of the recordings and by the baseline's form.
 
     The noise is that of `beside` where it is given: a neighbour's is not found again.
@@ -93,7 +93,7 @@ def values_of(search: Search, found: Scored, k: int, beside: BestFit | None = No
     at = np.searchsorted(fit.own, np.arange(place.start, place.stop))
     whole = fit.posterior.covariance(fit.own)
     covariance = whole[np.ix_(at, at)]
-    least = np.diag(posterior(view.whitened, view.joined(found.chosen), none(view.whitened).vector(view.whitened)).covariance(
+    least = np.diag(posterior(view.whitened, view.join(found.chosen), none(view.whitened).vector(view.whitened)).covariance(
         np.arange(place.start, place.stop)))
     wanted = np.maximum(_scatter(search, fit, whole, at), least)
     widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))
@@ -101,14 +101,14 @@ def values_of(search: Search, found: Scored, k: int, beside: BestFit | None = No
     covariance = covariance * widening[:, None] * widening + _form(fit, share, whole, at)
     mean = fit.posterior.mean[place]
     if h.per_recording:
-        mean, covariance = _pooled(mean.reshape(-1, h.width), covariance, h.width)
+        mean, covariance = _pool(mean.reshape(-1, h.width), covariance, h.width)
     low, high = library.bounds(k)
     scale = library.scale[library.at(k)]
     bounded = bool(np.any(((mean > high) & (high != 0)) | ((mean < low) & (low != 0))))
     return Values(np.clip(mean, low, high) * scale, covariance * scale[:, None] * scale, bounded)
 
 
-def _pooled(beta: Array, covariance: Array, width: int) -> tuple[Array, Array]:
+def _pool(beta: Array, covariance: Array, width: int) -> tuple[Array, Array]:
     """The rms (width,) over recordings of values of each recording's own, and its covariance."""
     rms = np.sqrt((beta**2).mean(axis=0))
     variances = np.diag(covariance).reshape(-1, width)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import RHO
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, Whitened
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
 from nnhydro.diagnosis.search.library import Library, log_mass
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ class Own(NamedTuple):
 class WeightedLibrary:
     """A library beside one noise; `cross` (P, K), `Xy` (K,) and `grams` (width, width) are of the laws `shared` by all recordings."""
 
-    whitened: Whitened
+    whitened: WhiteRows
     library: Library
     before: "WeightedLibrary | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
     _columns: dict[int, Columns] = field(default_factory=dict)
@@ -72,7 +72,7 @@ class WeightedLibrary:
         cross = [np.zeros((len(self.whitened.b), 0)) if old is None else old.cross]
         Xy = [np.zeros(0) if old is None else old.Xy]
         for numbers, X in self.library.runs(self.shared[len(self.grams):]):
-            some = Columns.of(self.whitened, self.whitened.weighted(X))
+            some = Columns.of(self.whitened, self.whitened.weigh(X))
             ends = np.cumsum([0, *(self.library.hypotheses[k].width for k in numbers)])
             self.grams += [some.gram[a:b, a:b].copy() for a, b in pairwise(ends.tolist())]
             cross.append(some.cross)
@@ -82,7 +82,7 @@ class WeightedLibrary:
 
     def products(self, rows: Array) -> Array:
         """Return the products (k, K) of whitened rows (n, joints, k) with the columns of all shared laws."""
-        weighted = self.whitened.weighted(rows).reshape(-1, rows.shape[2]).T
+        weighted = self.whitened.weigh(rows).reshape(-1, rows.shape[2]).T
         made = [weighted @ X.reshape(weighted.shape[1], X.shape[2]) for _, X in self.library.runs(self.shared)]
         return np.concatenate(made, axis=1) if made else np.zeros((rows.shape[2], 0))
 
@@ -93,11 +93,11 @@ class WeightedLibrary:
             if self.library.hypotheses[k].per_recording:
                 group, acting = self.library.design.problem.group_of, self.acting_groups(k)
                 X = np.concatenate([X * (group == g)[:, None, None] for g in acting], axis=2) if acting else X
-                self._columns[k] = Columns.of(self.whitened, self.whitened.weighted(X))
+                self._columns[k] = Columns.of(self.whitened, self.whitened.weigh(X))
             else:
                 i = int(np.searchsorted(self.shared, k))
                 at = slice(self.starts[i], self.starts[i + 1])
-                self._columns[k] = Columns(self.whitened.weighted(X), self.cross[:, at], self.grams[i], self.Xy[at])
+                self._columns[k] = Columns(self.whitened.weigh(X), self.cross[:, at], self.grams[i], self.Xy[at])
         return self._columns[k]
 
     def acting_groups(self, k: int) -> list[int]:
@@ -105,11 +105,11 @@ class WeightedLibrary:
         X, group = self.library.columns(k), self.library.design.problem.group_of
         return [g for g in range(self.library.design.problem.groups) if np.any(X[group == g])]
 
-    def joined(self, chosen: Iterable[int]) -> Columns | None:
+    def join(self, chosen: Iterable[int]) -> Columns | None:
         """Return the columns of the hypotheses `chosen`, side by side; None where there are none."""
         made: Columns | None = None
         for k in chosen:
-            made = self.columns(k) if made is None else made.joined(self.columns(k))
+            made = self.columns(k) if made is None else made.join(self.columns(k))
         return made
 
     def between(self, k: int) -> Array:
@@ -185,7 +185,7 @@ class WeightedLibrary:
         cross, Xy = np.zeros((len(self.whitened.b), groups, ends[-1])), np.zeros((groups, ends[-1]))
         blocks = np.zeros((groups, ends[-1], max(hypotheses[k].width for k in self.own)))
         for numbers, X in self.library.runs(self.own):
-            Xw, at = self.whitened.weighted(X), slice(places[numbers[0]].start, places[numbers[-1]].stop)
+            Xw, at = self.whitened.weigh(X), slice(places[numbers[0]].start, places[numbers[-1]].stop)
             for g, rows in enumerate(self._rows_of):
                 part = Xw[rows]
                 flat = part.reshape(part.shape[0] * part.shape[1], part.shape[2])
@@ -198,7 +198,7 @@ class WeightedLibrary:
     def _own_products(self, k: int) -> Array:
         """Return the products (k, groups, K) of the columns of hypothesis `k` with those of each recording's own."""
         if k not in self._own_between:
-            weighted = self.whitened.weighted(self.columns(k).Xw)
+            weighted = self.whitened.weigh(self.columns(k).Xw)
             parts = [weighted[rows].reshape(-1, weighted.shape[2]).T for rows in self._rows_of]
             runs = [np.stack([part @ X[rows].reshape(part.shape[1], X.shape[2]) for part, rows in zip(parts, self._rows_of, strict=True)],
                              axis=1) for _, X in self.library.runs(self.own)]

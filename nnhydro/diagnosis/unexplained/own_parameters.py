@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
 Array = NDArray[np.float64]
 ROUNDS = 10  # of the size of the noise
@@ -39,7 +39,7 @@ def gain_of_own_parameters(Y: Array, r: Array) -> tuple[float, Array]:
     return (n * float(np.log(none / size)) + n - Q - float(np.linalg.slogdet(M)[1])) / 2, z
 
 
-def recordings_of_own_parameters(search: Search, found: Scored) -> tuple[str, ...]:
+def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str, ...]:
     """Return the recordings in which the baseline's parameters differ from those of all, beyond what they are known to."""
     fit, design = best_fit(search, found), search.view.library.design
     whitened, problem = fit.whitened, design.problem

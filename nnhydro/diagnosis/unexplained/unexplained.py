@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import Proof, fitted_error
-from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
-from nnhydro.diagnosis.search.stepwise import Scored, Search
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.unexplained.own_parameters import recordings_of_own_parameters
 from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
@@ -44,7 +44,7 @@ class Dependence:
 
 @final
 @dataclass(frozen=True)
-class Unexplained:
+class Remainder:
     """What is left beside the findings; `weight` is the posterior weight of "a cause in no card"."""
 
     detected: bool
@@ -72,7 +72,7 @@ def _scale(design: Design) -> Array:
     return made
 
 
-def unknown_parts(search: Search, found: Scored) -> tuple[Dependence, ...]:
+def unknown_parts(search: Search, found: ScoredSet) -> tuple[Dependence, ...]:
     """Return on what the unknown of a set depends at every joint, what the baseline can take left out."""
     whitened, design = search.view.whitened, search.view.library.design
     made = []
@@ -94,7 +94,7 @@ def _energy(u: Array, Y: Array, time: float) -> float:
     return float((u**2).sum() / time)
 
 
-def p_of(search: Search, found: Scored) -> float:
+def p_of(search: Search, found: ScoredSet) -> float:
     """Return a bound on the p of "no unknown beside this set": odds halved in nats for noise that is only nearly white, over all sizes."""
     sizes = found.sizes.tau.size
     return float(np.clip(sizes * np.exp(-found.unknown_nats / 2), 1e-12, 1.0))
@@ -122,7 +122,7 @@ def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
     return tuple(dict.fromkeys(s.name for g in groups.tolist() for s in problem.stretches if s.group == g))
 
 
-def _whitened(remains: Sequence[Residual], whitened: Whitened) -> list[Residual]:
+def _whiten(remains: Sequence[Residual], whitened: WhiteRows) -> list[Residual]:
     """Return the residuals of every block with all frequencies divided by their noise."""
     problem, made = whitened.design.problem, []
     for i, (block, part) in enumerate(zip(problem.blocks, remains, strict=True)):
@@ -131,12 +131,12 @@ def _whitened(remains: Sequence[Residual], whitened: Whitened) -> list[Residual]
     return made
 
 
-def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Sequence[Decision], floor: float,
-                   noise: Noise) -> Unexplained:
+def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Sequence[Decision], floor: float,
+                   noise: Noise) -> Remainder:
     """Return what the claimed set `found` leaves; `floor` is the error of `noise` alone."""
     parts = unknown_parts(search, found)
     design = search.view.library.design
-    flat = _whitened(proof.remains, search.view.whitened)
+    flat = _whiten(proof.remains, search.view.whitened)
     found_lines = [strongest(proof.remains, joint, design.problem.edge, flat) for joint in range(search.view.whitened.joints)]
     lines = tuple(line for line, scale in zip(found_lines, _scale(design).tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
@@ -149,5 +149,5 @@ def unexplained_of(search: Search, found: Scored, proof: Proof, decisions: Seque
     p = max(min(ps), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
-    return Unexplained(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
-                       recordings, bool(own))
+    return Remainder(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
+                     recordings, bool(own))

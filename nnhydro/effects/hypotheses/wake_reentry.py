@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.wake_memory import dragged_along, overtaking, overtaking_by_law
@@ -64,7 +64,7 @@ class WakeReentry(LoadEffect):
         parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest)
         return torch.stack([strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f).sum(-1) for f in parts], dim=-1)
 
-    def _carried_wake(self, flow: Flow, w: Tensor, carried: Carried) -> Tensor:
+    def _carried_wake(self, flow: Flow, w: Tensor, carried: StepMemory) -> Tensor:
         """The water behind the strips of arms that are stepped through time: the wake v and what it drags along, from step to step."""
         reach, second = self.length[0] * flow.D[:, None], self.second[0] if self.second else 0.0
 

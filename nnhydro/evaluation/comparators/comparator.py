@@ -107,7 +107,7 @@ def feature_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, most:
 
     def inputs(arm: Arm, motion: Motion) -> tuple[Array, Array]:
         view = view_of(arm, motion, floor)
-        return features(view, config.features).joined().numpy(), view.scale.numpy()
+        return features(view, config.features).matrix().numpy(), view.scale.numpy()
 
     return inputs, rows.x[few].double().numpy(), (rows.target[few].double() / rows.scale[few].double()).numpy()
 

@@ -1,7 +1,7 @@
 """Each kind of motion is held out once: how far a model may be trusted on motions unlike those that it was shown.
 
 The kind is the first word of a recording's name (letters up to the first other character): slew_fast_1 and slew2 are slews. Where all
-names begin alike, recordings are ordered by how far their links get of the way that they go (identification/kinds.py) and held out in
+names begin alike, recordings are ordered by how far their links get of the way that they go (fitting/network/kinds.py) and held out in
 thirds: motions that turn back most, those between, those that never do. Steady rows are fitted, never held out, where there are recordings.
 """
 

@@ -33,6 +33,13 @@ class Prior:
     lowest: Array  # (r,)
     highest: Array  # (r,)
 
+    def z(self, theta: Array) -> Array:
+        """Return z (r,) with theta = mean + F z, of least squares where F is not square."""
+        if not self.F.size:
+            return np.zeros(0)
+        made: Array = np.asarray(np.linalg.lstsq(self.F, theta - self.mean, rcond=None)[0], dtype=float)
+        return made
+
 
 def _of_term(term: LinearTerm, arm: Arm, sd: Array | None = None) -> Prior:
     """The prior of one term; `sd` (p,) where its values are known to that."""

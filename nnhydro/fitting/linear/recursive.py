@@ -25,7 +25,7 @@ from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.dynamics.travel_terms import fast_stepper
 from nnhydro.errors import ConfigError, ModelError, require
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.carried import Carried, Memory
+from nnhydro.physics.carried import Memory, StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LinearTerm
@@ -76,7 +76,7 @@ class RecursiveFit:
 
     def _at(self, q: Any, qd: Any, qdd: Any, u0: float, du0: float, dt: float) -> tuple[Tensor, Tensor]:
         """Y (joints, p) and the torque (joints,) N m of the terms that are not adapted, the memory carried on."""
-        carried = Carried(torch.full((1,), dt, dtype=torch.float64), self.memory)
+        carried = StepMemory(torch.full((1,), dt, dtype=torch.float64), self.memory)
         flow = Flow(self.arm, replace(Motion.at(q, qd, qdd, u0, du0), carried=carried))
         Y = torch.cat([term.columns(flow)[0] for term in self.adapted.values()], dim=1)
         rest = self.rest.torque(flow)[0]

@@ -54,7 +54,7 @@ def columns_and_offset(loads: Loads, segment: Segment, arm: Arm) -> tuple[Array,
     factor = gear_factor(tensor(measured) if measured is not None else torch.zeros_like(flow.motion.q), flow.motion.qd, arm)
     X = torch.cat([term.columns(flow) for term in linear.values()], dim=2) if linear else torch.zeros(*segment.q.shape, 0)
     fixed = Loads({name: term for name, term in loads.terms.items() if name not in linear}).torque(flow)
-    seen = segment.seen(torch.cat([to_drives(X, arm) * factor[..., None], (to_drives(fixed, arm) * factor)[..., None]], dim=2).numpy())
+    seen = segment.filter(torch.cat([to_drives(X, arm) * factor[..., None], (to_drives(fixed, arm) * factor)[..., None]], dim=2).numpy())
     return seen[..., :-1], seen[..., -1]
 
 

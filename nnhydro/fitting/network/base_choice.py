@@ -32,14 +32,14 @@ FEWEST, HALVED = 3, 6  # motions to choose by; of fewer than HALVED a half says 
 Parts = tuple[LinearPart, LinearPart]
 
 
-def _left(model: TorqueModel, units: Sequence[Unit]) -> float:
+def _misfit(model: TorqueModel, units: Sequence[Unit]) -> float:
     """Sum of |tau - model| over the rows of `units`, each joint in units of its mean |tau|."""
     left, whole = 0.0, 0.0
     for unit in units:
         own = on_arm(model, arm_of(unit, model.arm))
         for segment in unit.segments():
             assert segment.tau is not None
-            modelled = segment.seen(own.torque(Motion.of(segment)).numpy())
+            modelled = segment.filter(own.torque(Motion.of(segment)).numpy())
             left = left + np.abs(segment.tau - modelled)[segment.keep].sum(axis=0)
             whole = whole + np.abs(segment.tau)[segment.keep].sum(axis=0)
     return float(np.mean(left / np.maximum(whole, 1e-300)))
@@ -57,7 +57,7 @@ def baseline_choice(chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple
         total = 0.0
         for k in range(count):
             held_out = [unit for unit in moving if groups.index(unit.group) % count == k]
-            total += _left(calibrated_on(baseline(name), [unit for unit in moving if unit not in held_out], arm, how), held_out)
+            total += _misfit(calibrated_on(baseline(name), [unit for unit in moving if unit not in held_out], arm, how), held_out)
         return total
 
     plain = error(PLAIN)

@@ -30,7 +30,7 @@ def without(unit: Unit, fixed: FreePart, arm: Arm) -> Unit:
     def rest_of(segment: Segment) -> Segment:
         pull = fixed.torque(Flow(own, Motion.of(segment))).mean(dim=0).numpy()
         raw = None if segment.tau_raw is None else segment.tau_raw - pull
-        return replace(segment, tau=None if segment.tau is None else segment.tau - segment.seen(pull), tau_raw=raw)
+        return replace(segment, tau=None if segment.tau is None else segment.tau - segment.filter(pull), tau_raw=raw)
 
     return replace(unit, segments=lambda: tuple(rest_of(segment) for segment in unit.segments()))
 

@@ -18,7 +18,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.network.rows import Rows
-from nnhydro.models.learned.network import Ensemble, mirrored
+from nnhydro.models.learned.network import Ensemble, odd_output
 from nnhydro.runtime.files import write_bytes
 
 Progress = Callable[[int, int, float], None]  # epoch, epochs, mean validation error
@@ -100,7 +100,7 @@ class _Task:
     def errors(self, ensemble: Ensemble, index: Tensor) -> Tensor:
         """Squared scaled error (E, m) of the rows `index` (E, m) of each member."""
         left = self.left.expand(len(index), -1, -1)[torch.arange(len(index))[:, None], index]
-        y = self.r * mirrored(ensemble, self.rows.x[index], self.rows.parity)
+        y = self.r * odd_output(ensemble, self.rows.x[index], self.rows.parity)
         return (((self.rows.scale[index] * y - left) / self.s) ** 2).sum(dim=2)
 
 
@@ -135,7 +135,7 @@ def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, c
         mine = train[:, index]
         own = mine.int().argsort(dim=1, descending=True, stable=True)[:, :int(mine.sum(dim=1).max())]  # others fill up, at no weight
         weight = mine.gather(1, own)
-        errors = task.errors(layout.replaced(state.weights), index[own])
+        errors = task.errors(layout.with_tensors(state.weights), index[own])
         loss = ((errors * weight).sum(dim=1) / weight.sum(dim=1).clamp(min=1)).sum()
         gradients = torch.autograd.grad(loss, state.weights)
         for w in state.weights:
@@ -148,7 +148,7 @@ def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor) -
     """Note each member's error on the rows it watches (members, n) and keep its best weights."""
     error = torch.zeros(layout.members)
     for member, mine in enumerate(watch):
-        alone, ensemble = task.of_member(member), layout.replaced([w.chunk(layout.members)[member] for w in state.weights])
+        alone, ensemble = task.of_member(member), layout.with_tensors([w.chunk(layout.members)[member] for w in state.weights])
         pieces = torch.split(mine.nonzero().ravel(), 65_536)
         error[member] = sum(alone.errors(ensemble, index[None]).sum() for index in pieces) / mine.sum().clamp(min=1)
     better = error < state.best_error
@@ -179,4 +179,4 @@ def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: Training
             checkpoint(state)
         if progress is not None:
             progress(state.epoch, config.epochs, state.history[-1])
-    return layout.replaced([w.double() for w in state.best]).scaled(task.r.double().expand(layout.members, 1, -1))
+    return layout.with_tensors([w.double() for w in state.best]).times(task.r.double().expand(layout.members, 1, -1))

@@ -30,17 +30,17 @@ STRETCH = 1024  # rows at a time
 
 @final
 @dataclass(frozen=True, eq=False)
-class Seen:
+class RowRange:
     """What the rows hold at most: variables of the strips, lowest and highest (k,), and the links' speed and acceleration (2 links,)."""
 
     lowest: Tensor
     highest: Tensor
     swiftest: Tensor  # m/s, m/s^2
 
-    def and_of(self, other: "Seen") -> "Seen":
+    def and_of(self, other: "RowRange") -> "RowRange":
         """Return what both hold at most."""
-        return Seen(torch.minimum(self.lowest, other.lowest), torch.maximum(self.highest, other.highest),
-                    torch.maximum(self.swiftest, other.swiftest))
+        return RowRange(torch.minimum(self.lowest, other.lowest), torch.maximum(self.highest, other.highest),
+                        torch.maximum(self.swiftest, other.swiftest))
 
 
 @final
@@ -57,7 +57,7 @@ class Linear:
     shared: int
     free_size: int
     tiers: Tensor  # (law_size,), features/strip_law.py
-    seen: Seen
+    seen: RowRange
 
     def without_free(self) -> "Linear":
         """Return the columns but for the free functions'."""
@@ -92,7 +92,7 @@ def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segme
         odd = view.scale[rows, :, None] * x.odd[rows, None]
         every = torch.cat([law, body, odd, angles[:, None].expand(-1, odd.shape[1], -1)], dim=2)
         here = torch.from_numpy(some)
-        seen = Seen(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(flow)[here].amax(dim=0))
+        seen = RowRange(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(flow)[here].amax(dim=0))
         parts.append(Linear(tensor(seen_rows(segment, every.numpy(), some)).float(), law.shape[2], law.shape[2] + body.shape[2],
                             angles.shape[1], tiers(sets_of(strips, names), of_three, law.shape[2]), seen))
     first, *others = parts

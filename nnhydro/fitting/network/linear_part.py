@@ -94,7 +94,7 @@ def _sums(rows: Rows, columns: Tensor, shared: int, watch: Tensor) -> tuple[_Sum
     return everything, watched
 
 
-def _solved(A: Tensor, b: Tensor, shared: int, joints: int) -> Tensor:
+def _solve(A: Tensor, b: Tensor, shared: int, joints: int) -> Tensor:
     """Return A^-1 b (q,); the odd features of two joints share no rows, so that each joint's block is eliminated for itself."""
     top, right, blocks = A[:shared, :shared], b[:shared], []
     for odd in torch.arange(shared, len(b)).chunk(joints) if len(b) > shared else ():
@@ -124,7 +124,7 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: i
         open_ = ((weight < CLOSED) | (usual == 0)).nonzero().ravel()
         own, penalty = A[open_[:, None], open_], weight[open_] * usual[open_] + 1e-12
         found = torch.zeros_like(b)
-        found[open_] = unit[open_] * _solved(own + torch.diag(penalty), b[open_], int((open_ < shared).sum()), joints)
+        found[open_] = unit[open_] * _solve(own + torch.diag(penalty), b[open_], int((open_ < shared).sum()), joints)
         return found
 
     return theta
@@ -231,9 +231,9 @@ def beside_the_base(rows: Rows, linear: Linear, watched: Tensor, stated: int, s:
         usual = usual_weights(members.tiers)
         return [(*usual[:FREE], free, *usual[FREE + 1:])] * len(watched)
 
-    def left(free: float) -> float:
+    def misfit(free: float) -> float:
         return left_over(rows, members.unseen(weights(free)), linear.columns, watched, s)
 
-    found = {free: left(free) for free in PENALTIES}
+    found = {free: misfit(free) for free in PENALTIES}
     best = min(found, key=found.__getitem__)
-    return (members.unseen(weights(best)), members.in_use(weights(best))) if found[best] < FREE_WORTH * left(CLOSED) else None
+    return (members.unseen(weights(best)), members.in_use(weights(best))) if found[best] < FREE_WORTH * misfit(CLOSED) else None

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.fitting.network.rows import CHUNK, Rows
-from nnhydro.fitting.network.stacking import NETWORKS, SHARES, credit, held_out, stacked
+from nnhydro.fitting.network.stacking import NETWORKS, SHARES, credit, held_out, stack
 from nnhydro.models.learned.learned import LearnedTorque, spread_of
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ def _factor(ratio: Array, unit: Array) -> float:
 
 def _with_networks(model: LearnedTorque, b: float) -> LearnedTorque:
     factor = torch.full((model.ensemble.members, 1, model.ensemble.outputs), b, dtype=torch.float64)
-    return replace(model, ensemble=model.ensemble.scaled(factor))
+    return replace(model, ensemble=model.ensemble.times(factor))
 
 
 def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
@@ -124,7 +124,7 @@ def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorq
         r, _, _, _, unit, target = _out_of_fold(_with_networks(model, b), rows, watched)
         candidates[b] = target - r
     hybrid = model.baseline is not None
-    b, trust = stacked(target, candidates, unit, SHARES if hybrid else (1.0,))
+    b, trust = stack(target, candidates, unit, SHARES if hybrid else (1.0,))
     fitted = float((~watched).double().mean())
     return replace(_with_networks(model, b), trust=credit(trust, fitted) if hybrid else None)
 

@@ -83,7 +83,7 @@ def law_of(config: TrainingConfig, arm: Arm) -> tuple[str, ...]:
     return () if arm.dry else config.law
 
 
-def _chosen(segment: Segment) -> NDArray[np.int64]:
+def _row_numbers(segment: Segment) -> NDArray[np.int64]:
     """The rows of a segment that are trained on: a low-passed signal holds no more."""
     stride = 1 if segment.low_pass is None else max(1, int(1 / (ROWS_PER_CUTOFF * segment.low_pass.cutoff_hz * segment.dt)))
     return np.flatnonzero(segment.keep)[::stride]
@@ -95,16 +95,16 @@ def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tenso
     view = view_of(arm, motion, floor)
     target = tensor(segment.tau if segment.tau is not None else 0.0)
     if base is not None:
-        target = target - tensor(segment.seen(base.torque(motion).numpy()))
-    chosen = _chosen(segment)
+        target = target - tensor(segment.filter(base.torque(motion).numpy()))
+    chosen = _row_numbers(segment)
     rows = torch.from_numpy(chosen.copy())
     x = features(view, config.features)
-    own = Rows(x.joined()[rows].float(), x.parity().float(), view.scale[rows].float(), target[rows].float(), torch.zeros(len(rows)))
+    own = Rows(x.matrix()[rows].float(), x.parity().float(), view.scale[rows].float(), target[rows].float(), torch.zeros(len(rows)))
     return own, linear_columns(view, x, law_of(config, arm), segment, chosen, free) if with_linear and len(rows) else None
 
 
-def _stored(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None, store: RowStore,
-            with_linear: bool, free: FreeRange | None = None) -> tuple[Tensor, Linear | None]:
+def _store_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None, store: RowStore,
+                with_linear: bool, free: FreeRange | None = None) -> tuple[Tensor, Linear | None]:
     """Append every unit's rows to `store`; returns the parity and the last segment's linear part, with what all of them span."""
     parity, last = torch.zeros(0), None
     for number, unit in enumerate(chosen):
@@ -126,8 +126,8 @@ def base_rows(chosen: Sequence[Unit], arm: Arm, base: TorqueModel) -> Tensor:
     for unit in chosen:
         own = on_arm(base, arm_of(unit, arm))
         for segment in unit.segments():
-            seen = tensor(segment.seen(own.torque(Motion.of(segment)).numpy()))
-            parts.append(seen[torch.from_numpy(_chosen(segment))].float())
+            seen = tensor(segment.filter(own.torque(Motion.of(segment)).numpy()))
+            parts.append(seen[torch.from_numpy(_row_numbers(segment))].float())
     return torch.cat(parts)
 
 
@@ -135,7 +135,7 @@ def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floo
                   store: RowStore | None = None) -> Rows:
     """Return the rows of the units `chosen`, kept in `store` (in memory by default); a hybrid's target is what its baseline leaves."""
     store = store or RowStore(budget=2**62)
-    parity, _ = _stored(chosen, arm, config, floor, base, store, False)
+    parity, _ = _store_rows(chosen, arm, config, floor, base, store, False)
     x, scale, target, unit = store.columns()
     return Rows(x, parity, scale, target, unit)
 
@@ -143,13 +143,13 @@ def training_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floo
 def rows_and_linear(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None,
                     store: RowStore, free: FreeRange | None = None) -> tuple[Rows, Linear]:
     """Return the rows as `training_rows` does, and the columns of their linear part."""
-    parity, last = _stored(chosen, arm, config, floor, base, store, True, free)
+    parity, last = _store_rows(chosen, arm, config, floor, base, store, True, free)
     x, scale, target, unit, columns = store.columns()
     assert last is not None
     return Rows(x, parity, scale, target, unit), replace(last, columns=columns)
 
 
-def standardised(rows: Rows) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+def standardise(rows: Rows) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Give the inputs of `rows` zero mean and unit spread, in place and in pieces; returns centre, spread, lowest, highest (k,) float64.
 
     Odd features keep their zero, and the range (lowest, highest) of the standardised inputs holds the mirror images too.

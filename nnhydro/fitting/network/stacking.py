@@ -64,7 +64,7 @@ def credit(share: Tensor, fitted: float) -> Tensor:
     return share / (share + (1 - share) * fitted).clamp(min=TINY)
 
 
-def stacked(target: Tensor, candidates: Mapping[float, Tensor], unit: Tensor, shares: Sequence[float] = SHARES) -> tuple[float, Tensor]:
+def stack(target: Tensor, candidates: Mapping[float, Tensor], unit: Tensor, shares: Sequence[float] = SHARES) -> tuple[float, Tensor]:
     """Return b and trust (joints,) for `target` (n, joints) N m and the corrections (n, joints) N m of each b among the `candidates`."""
     best, found = torch.inf, (1.0, torch.ones(target.shape[1], dtype=torch.float64))
     for b, correction in candidates.items():

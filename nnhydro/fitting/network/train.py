@@ -19,7 +19,7 @@ from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base
 from nnhydro.fitting.network.predictive_std import support, with_std, with_trust
 from nnhydro.fitting.network.row_store import RowStore
-from nnhydro.fitting.network.rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardised, torque_rms, watched_units
+from nnhydro.fitting.network.rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardise, torque_rms, watched_units
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.learned.free_part import FreePart
@@ -80,7 +80,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
     with RowStore(int(config.memory_mb * 1e6), None if checkpoint is None else checkpoint.parent) as store:
         free = free_range(chosen, arm) if config.free else None
         rows, linear = rows_and_linear(chosen, arm, config, floor, bases[0], store, free)
-        centre, spread, lowest, highest = standardised(rows)
+        centre, spread, lowest, highest = standardise(rows)
         stated = inertial_directions(arm).shape[1]
         fixed, pulls = None, beside_the_base(rows, linear, watched, stated, rms)
         if free is not None and pulls is not None:

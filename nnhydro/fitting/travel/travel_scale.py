@@ -65,14 +65,14 @@ def _statistics(loads: Loads, segment: Segment, arm: Arm, scales: Array) -> list
         parts = [torch.from_numpy(part) for part in np.split(X, np.cumsum(sizes)[:-1], axis=2)]
         columns = dict(zip(moving.linear(), parts, strict=True)) | first
         every = torch.cat([*(columns[name] for name in loads.linear()), (offset - torch.from_numpy(y))[..., None]], dim=2)
-        seen = segment.seen((to_drives(every, arm) * factor[..., None]).numpy())[segment.keep]
+        seen = segment.filter((to_drives(every, arm) * factor[..., None]).numpy())[segment.keep]
         found.append(block(seen[..., :-1], segment.tau[segment.keep] - seen[..., -1]))
     return found
 
 
 def _energy(stats: Statistics, before: Prior, weight: Array) -> float:
     theta = solve(stats, before, weight).theta
-    z = np.linalg.lstsq(before.F, theta - before.mean, rcond=None)[0] if before.F.size else np.zeros(0)
+    z = before.z(theta)
     return float(weight @ residual_energy(stats, theta) + z @ z)
 
 

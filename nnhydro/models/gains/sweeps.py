@@ -3,7 +3,7 @@
     damping of joint j    d tau_j / d qd_j          [N m s/rad]
     inertia of joint j    d tau_j / d qdd_j         [kg m^2], the link's own included; the dry arm's alone is shown beside it
 
-One joint moves, the others are locked, the carriage runs at a constant speed, every state has lasted long (models/gains.py).
+One joint moves, the others are locked, the carriage runs at a constant speed, every state has lasted long (models/gains/matrix.py).
 """
 
 from collections.abc import Sequence

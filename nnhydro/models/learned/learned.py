@@ -19,7 +19,7 @@ from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_sc
 from nnhydro.features.wake import LASTING, SWINGING, TRAVEL
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.free_part import FreePart
-from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
+from nnhydro.models.learned.network import Ensemble, odd_output, soft_bound
 from nnhydro.models.learned.shrinkage import jackknife, shrink
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
@@ -95,7 +95,7 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
 
     def standardised_features(self, view: View) -> Tensor:
         """Return the standardised features (n, k) as they are, also outside the range of training."""
-        return (features(view, self.feature_names).joined() - self.centre) / self.spread
+        return (features(view, self.feature_names).matrix() - self.centre) / self.spread
 
     def within_range(self, x: Tensor) -> Tensor:
         """Return standardised features (n, k) held within the range of the training recordings."""
@@ -119,16 +119,16 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         return torch.maximum(beyond, swifter).clamp(0.0, FAR)
 
     def linear(self, view: View, x: Tensor) -> Tensor:
-        """Return the linear part (E, n, joints), in units of the scale, for x (n, k) from `standardised`."""
+        """Return the linear part (E, n, joints), in units of the scale, for x (n, k) from `within_range`."""
         direct = self.within_range(x) @ self.skip
         return direct if self.law is None else direct + self.law.torque(view.flow) / view.scale
 
     def correction(self, x: Tensor, scale: Tensor, linear: Tensor) -> Tensor:
         """Return what each member adds to the baseline (E, n, joints) N m.
 
-        x (n, k) from `standardised`, the Morison scale (n, joints) N m, and the linear part (E, n, joints) in units of it.
+        x (n, k) from `within_range`, the Morison scale (n, joints) N m, and the linear part (E, n, joints) in units of it.
         """
-        learned = scale * soft_bound(linear + mirrored(self.ensemble, self.within_range(x), self.parity), self.bound)
+        learned = scale * soft_bound(linear + odd_output(self.ensemble, self.within_range(x), self.parity), self.bound)
         if self.baseline is None:
             return learned
         return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)

@@ -4,7 +4,7 @@
 
     x     features, standardised on the training recordings and held within the range seen there
     P     parity: -1 for features that change sign in the mirror image of the rig, so that torques change sign with the mirror exactly
-    l     the linear part, odd as well: a law of the strips and the odd features (models/learned.py)
+    l     the linear part, odd as well: a law of the strips and the odd features (models/learned/learned.py)
     S     Morison scale (features/scaling)                                                             [N m]
     base  0 for the network, a calibrated physics model for the hybrid                                 [N m]
 
@@ -61,12 +61,12 @@ class Ensemble:
         """Return all tensors in a fixed order."""
         return [*self.weights, *self.offsets]
 
-    def replaced(self, tensors: Sequence[Tensor]) -> "Ensemble":
+    def with_tensors(self, tensors: Sequence[Tensor]) -> "Ensemble":
         """Return an ensemble of the same layout with other tensors, in the order of `tensors()`."""
         layers = len(self.weights)
         return Ensemble(tuple(tensors[:layers]), tuple(tensors[layers:]), self.outputs)
 
-    def scaled(self, factor: Tensor) -> "Ensemble":
+    def times(self, factor: Tensor) -> "Ensemble":
         """Return the ensemble with its outputs multiplied by `factor` (E, 1, outputs)."""
         own = factor.reshape(len(self.weights[-1]), 1, -1)
         return Ensemble((*self.weights[:-1], self.weights[-1] * own), (*self.offsets[:-1], self.offsets[-1] * own), self.outputs)
@@ -109,7 +109,7 @@ def soft_bound(y: Tensor, bound: float) -> Tensor:
     return within + h * torch.tanh((y - within) / h)
 
 
-def mirrored(ensemble: Ensemble, x: Tensor, parity: Tensor) -> Tensor:
+def odd_output(ensemble: Ensemble, x: Tensor, parity: Tensor) -> Tensor:
     """Return y (E, n, outputs), exactly odd under the mirror that multiplies the inputs x ([E,] n, inputs) by `parity`."""
     both, n = ensemble(torch.cat([x, x * parity], dim=-2)), x.shape[-2]
     return 0.5 * (both[:, :n] - both[:, n:])

@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.errors import ModelError
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.strips import Strips
 
 
@@ -49,7 +49,7 @@ class StripState:
         before = torch.where(at > 0, s.gather(0, (at - 1).clamp(min=0)), torch.zeros_like(s))
         return pi * torch.maximum(s, before)
 
-    def _longest_stroke(self, s: Tensor, carried: Carried) -> Tensor:
+    def _longest_stroke(self, s: Tensor, carried: StepMemory) -> Tensor:
         """The stroke under way or, while that is shorter, the one before (n, links, s), of arms that are stepped through time."""
 
         def next_memory(old: Tensor) -> Tensor:

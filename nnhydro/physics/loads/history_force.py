@@ -19,7 +19,7 @@ from typing import ClassVar, final
 import torch
 from torch import Tensor
 
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
 
@@ -64,7 +64,7 @@ def _exponentials() -> tuple[Tensor, Tensor]:
     return torch.cat([torch.zeros(1, dtype=torch.float64), torch.exp(u)]), torch.cat([tail, weights])
 
 
-def carried_half_derivative(v: Tensor, carried: Carried) -> Tensor:
+def carried_half_derivative(v: Tensor, carried: StepMemory) -> Tensor:
     """Return `half_derivative` (n, k) of arms that are stepped through time, the past held as a sum of exponentials, to 1e-6.
 
     Exact over the last step; holds for steps from 0.1 ms on and for a past of an hour.

@@ -6,7 +6,7 @@
     b_j  lever of the strip about joint j                           [m]
 
 Steady flow has s = infinity, C_D = ds. Holds for starts from rest; the curve's use through deceleration is the paper's, after a reversal it
-is an assumption (physics/travel.py). One travel scale `tau_s` for drag and added mass in the paper.
+is an assumption (physics/travel/travel.py). One travel scale `tau_s` for drag and added mass in the paper.
 Start values and the bounds: the ordinates that reproduce the paper's figure 7 as quoted in its text; between them they are ours.
 Source: McLain & Rock (1998), eqs. (25), (32), (33); in-line force 2-D theory: curve from rest at constant acceleration.
 """

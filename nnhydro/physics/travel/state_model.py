@@ -34,12 +34,12 @@ def state_loads(arm: Arm, tau_s: float = 8.0, curve_per_link: bool = False, **op
 
     `curve_per_link` gives each link curves of its own instead of one pair for the arm.
     """
-    drag: LoadTerm = replace(StateDrag.started(arm, **options), tau_s=(tau_s,))
-    added: LoadTerm = replace(StateAddedMass.started(arm, **options), tau_s=(tau_s,))
+    drag: LoadTerm = replace(StateDrag.at_start(arm, **options), tau_s=(tau_s,))
+    added: LoadTerm = replace(StateAddedMass.at_start(arm, **options), tau_s=(tau_s,))
     if curve_per_link:
         drag, added = _per_link(drag, arm.n_links), _per_link(added, arm.n_links)
     return Loads({"rigid_body": RigidBody.of_arm(arm), "state_drag": drag, "state_added_mass": added,
-                  "state_at_rest": replace(StateAtRest.started(arm, **options), tau_s=(tau_s,))})
+                  "state_at_rest": replace(StateAtRest.at_start(arm, **options), tau_s=(tau_s,))})
 
 
 def bspline_loads(arm: Arm, count: int = 8, tau_s: float = 10.0, **options: Any) -> Loads:

@@ -8,7 +8,7 @@ first instant is taken to have moved for ever: of its peak speed nothing is know
 import torch
 from torch import Tensor
 
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.travel import BACK, STILL, TravelRule
 
@@ -52,7 +52,7 @@ def _strip(strips: Strips, rule: TravelRule, old: Tensor, link: Tensor, dt: Tens
     return torch.stack([z, r, heading, ever, s_0, pause], dim=-1)
 
 
-def carried_travel(strips: Strips, rule: TravelRule, carried: Carried) -> Tensor:
+def carried_travel(strips: Strips, rule: TravelRule, carried: StepMemory) -> Tensor:
     """Return s (n, links, s) in metres of every strip; FOREVER where it has moved for ever."""
     name, flow, dt = f"travel/{strips.per_link}/{rule}", strips.flow, carried.steps(3)
     now = torch.stack([flow.phi, flow.A, flow.B], dim=-1)

@@ -37,7 +37,7 @@ class Band:
     torque: float
     motion: float
 
-    def scaled(self, factor: float) -> "Band":
+    def times(self, factor: float) -> "Band":
         """Return the band with both edges times `factor`."""
         return Band(factor * self.torque, factor * self.motion)
 

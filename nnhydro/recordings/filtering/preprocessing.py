@@ -197,11 +197,11 @@ def prepare(r: Recording, how: Preparation, with_torque: bool = True) -> Iterato
         q, qd, qdd = _rates(part, how)
         around = surroundings(part, how)
 
-        def seen(x: Array | None, dt: float = dt) -> Array | None:
+        def smooth(x: Array | None, dt: float = dt) -> Array | None:
             return x if x is None or how.low_pass is None else how.low_pass.apply(x, dt)
 
-        yield Segment(r.name, np.asarray(part.t), q, qd, qdd, tau=seen(part.tau) if with_torque else None,
-                      keep=_compared_rows(len(part), dt, how), low_pass=how.low_pass, tau_sim=seen(part.tau_sim) if with_torque else None,
+        yield Segment(r.name, np.asarray(part.t), q, qd, qdd, tau=smooth(part.tau) if with_torque else None,
+                      keep=_compared_rows(len(part), dt, how), low_pass=how.low_pass, tau_sim=smooth(part.tau_sim) if with_torque else None,
                       tau_raw=part.tau if with_torque else None, start_row=start, stop_row=stop, **around)
 
 

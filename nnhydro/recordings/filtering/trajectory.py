@@ -203,7 +203,7 @@ def _basis(t: Array, knots: Array, order: int) -> Any:
     return B if change is None else B @ change
 
 
-def _fitted(t: Array, edge: float, channels: list[tuple[int, Array, Array]], may_rest: bool = True) -> Any:
+def _spline(t: Array, edge: float, channels: list[tuple[int, Array, Array]], may_rest: bool = True) -> Any:
     """The spline on the times `t` through `channels`: (derivative, values (n, c), weights (c,)); a constant where all is noise."""
     from scipy.interpolate import BSpline
     from scipy.linalg import solveh_banded
@@ -264,7 +264,7 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
         """The second derivative of a spline on the rows, (rows, links)."""
         return band_limited(spline.derivative(2)(t), rows)
 
-    q = _fitted(t, edge, channels)
+    q = _spline(t, edge, channels)
     moving = q.derivative(1)(at).any(axis=0)
     levels = [white_level(x) for x in (r.q, r.qd, r.qdd) if x is not None]
 
@@ -273,15 +273,15 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
         rng = np.random.default_rng(seed)
         drawn = [(order, (0.0 if level is None else level) * rng.standard_normal(x.shape), weights)
                  for (order, x, weights), level in zip(channels, levels, strict=True)]
-        made = _fitted(t, edge, drawn, may_rest=False)
+        made = _spline(t, edge, drawn, may_rest=False)
         return np.where(moving, np.stack([made(at), made.derivative(1)(at), slope(made)]), 0.0)
 
     u0 = du0 = np.zeros(rows)
     if r.u0 is not None:
         carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
                     for order, x in ((0, r.u0), (1, r.du0)) if x is not None]
-        u = _fitted(t, edge, carriage)
+        u = _spline(t, edge, carriage)
         u0, du0 = u(at)[:, 0], band_limited(u.derivative(1)(t), rows)[:, 0]
     return Trajectory(at, q(at), q.derivative(1)(at), slope(q), u0, du0, _around(r, edge, at),
-                      None if r.qdd is None else np.stack([band_limited(r.qdd, rows), slope(_fitted(t, edge, channels[:-1]))]),
+                      None if r.qdd is None else np.stack([band_limited(r.qdd, rows), slope(_spline(t, edge, channels[:-1]))]),
                       np.stack([left_of_noise(seed) for seed in range(NOISE_DRAWS)]))

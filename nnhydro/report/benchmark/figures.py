@@ -6,13 +6,13 @@ Lines differ in dash and width as well as in colour, so that they can be told ap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import Benchmark, model_torque
+from nnhydro.evaluation.benchmark import BenchmarkResult, model_torque
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
 from nnhydro.report.widgets.trace import benchmark_traces, with_whole_tables
 
 
-def typical_recordings(result: Benchmark, by: str) -> dict[str, str]:
+def typical_recordings(result: BenchmarkResult, by: str) -> dict[str, str]:
     """Return {"worst", "median", "best": recording} by the error of the model `by`, over recordings that were held out."""
     steady = {unit.name for unit in result.units if unit.steady}
     misfit = result.standings[by].misfit
@@ -23,14 +23,14 @@ def typical_recordings(result: Benchmark, by: str) -> dict[str, str]:
     return {label: name for label, name in chosen.items() if list(chosen.values()).index(name) == list(chosen).index(label)}
 
 
-def shown_models(result: Benchmark) -> list[str]:
+def shown_models(result: BenchmarkResult) -> list[str]:
     """Return at most three models worth a line: the winner, the best physics baseline and the runner-up."""
     ranking = result.ranking()
     physics = [name for name in ranking if name not in ("network", "hybrid")]
     return list(dict.fromkeys([ranking[0], *physics[:1], *ranking[1:]]))[:3]
 
 
-def torque_history(result: Benchmark, recording: str, label: str, models: Sequence[str], stem: Path) -> list[Path]:
+def torque_history(result: BenchmarkResult, recording: str, label: str, models: Sequence[str], stem: Path) -> list[Path]:
     """Draw measured and held-out modelled torque of one recording."""
     index = next(i for i, unit in enumerate(result.units) if unit.name == recording)
     fold = max(k for k, held_out in enumerate(result.folds) if index in held_out)
@@ -45,7 +45,7 @@ def torque_history(result: Benchmark, recording: str, label: str, models: Sequen
     return save_figure(figure, stem)
 
 
-def error_chart(result: Benchmark, stem: Path) -> list[Path]:
+def error_chart(result: BenchmarkResult, stem: Path) -> list[Path]:
     """Draw each model's pooled error with its interval, the best on top, and the noise floor."""
     document = result.document()["models"]
     names = result.ranking()[::-1]
@@ -69,7 +69,7 @@ def error_chart(result: Benchmark, stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-def learning_curves(result: Benchmark, stem: Path) -> list[Path]:
+def learning_curves(result: BenchmarkResult, stem: Path) -> list[Path]:
     """Draw each model's error against the number of recordings fitted, and the noise floor."""
     count = [result.fitted_count(fold) for fold in result.split.folds]
     figure = new_figure(7.5, 4.6)
@@ -106,13 +106,13 @@ def reliability_figure(covered: Mapping[str, Mapping[str, float]], stem: Path) -
     return save_figure(figure, stem)
 
 
-def steady_figure(result: Benchmark, models: Sequence[str], stem: Path) -> list[Path]:
+def steady_figure(result: BenchmarkResult, models: Sequence[str], stem: Path) -> list[Path]:
     """Draw the torque of steady runs against towing speed and joint angles, measured and held-out modelled, a row a joint."""
     tables = with_whole_tables(benchmark_traces(result, [unit.name for unit in result.units if unit.steady]))
     return draw_steady(tables[0].segment, {name: tables[0].models[name] for name in models}, stem)
 
 
-def benchmark_figures(result: Benchmark, out: Path) -> list[Path]:
+def benchmark_figures(result: BenchmarkResult, out: Path) -> list[Path]:
     """Draw every picture of a benchmark into the folder `out`, each as PNG and SVG with its data; returns their paths."""
     paths = error_chart(result, out / "errors")
     if result.split.curve:

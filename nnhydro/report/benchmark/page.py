@@ -6,7 +6,7 @@ from typing import Any
 from markupsafe import Markup
 
 from nnhydro.conventions import with_units
-from nnhydro.evaluation.benchmark import Benchmark
+from nnhydro.evaluation.benchmark import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.models.baselines import BASELINES
 from nnhydro.report.benchmark.figures import benchmark_figures, shown_models
@@ -21,7 +21,7 @@ from nnhydro.runtime.files import json_text, whole_folder
 DARKEST = 1.0  # error at which the table's colour ends, where errors are that large
 
 
-def _by_recording(result: Benchmark, models: dict[str, Any]) -> list[tuple[str, str, list[tuple[str, float | None, float]]]]:
+def _by_recording(result: BenchmarkResult, models: dict[str, Any]) -> list[tuple[str, str, list[tuple[str, float | None, float]]]]:
     """Every unit and its picture, the worst for the best model first, with each model's error and its place on the colour scale."""
     names = result.ranking()
     table = {name: models[name]["by_recording"] for name in names}
@@ -35,13 +35,13 @@ def _by_recording(result: Benchmark, models: dict[str, Any]) -> list[tuple[str, 
     return [(unit, table_of(unit), [cell(name, unit) for name in names]) for unit in units]
 
 
-def _models_mapped(result: Benchmark) -> list[str]:
+def _models_mapped(result: BenchmarkResult) -> list[str]:
     """The models whose residual is mapped: the best, and the best physics where that is another."""
     ranking = result.ranking()
     return list(dict.fromkeys([ranking[0], *[name for name in ranking if name in BASELINES][:1]]))
 
 
-def _curve(result: Benchmark, styles: dict[str, int]) -> Markup | None:
+def _curve(result: BenchmarkResult, styles: dict[str, int]) -> Markup | None:
     """Errors over the number of fitted recordings; None where the protocol has one number only."""
     if not result.split.curve:
         return None
@@ -52,7 +52,7 @@ def _curve(result: Benchmark, styles: dict[str, int]) -> Markup | None:
                       {name: [e.get(name) for e in errors] for name in styles}, styles)
 
 
-def benchmark_page(result: Benchmark) -> str:
+def benchmark_page(result: BenchmarkResult) -> str:
     """Return the page as HTML text."""
     document, names = result.document(), result.ranking()
     models, styles = document["models"], {name: number % 9 for number, name in enumerate(names)}
@@ -79,7 +79,7 @@ RESULT, PAGE = "benchmark.json", "report.html"
 SHOWN = (".json", ".html", ".png")  # kinds of files that are worth a line; SVG and CSV lie beside each PNG
 
 
-def write_benchmark(result: Benchmark, out: Path) -> list[Path]:
+def write_benchmark(result: BenchmarkResult, out: Path) -> list[Path]:
     """Write the benchmark to the folder `out` and return the paths of its files, figures last."""
     with whole_folder(out, RESULT) as work:
         (work / RESULT).write_text(json_text(result.document()), encoding="utf-8")

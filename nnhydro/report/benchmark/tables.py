@@ -3,14 +3,14 @@
 from functools import partial
 from typing import Any
 
-from nnhydro.evaluation.benchmark import Benchmark
+from nnhydro.evaluation.benchmark import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.report.sheet import Column, Sheet, percent, percent_interval
 
 PERFECT = "(a perfect model)"
 
 
-def _title(result: Benchmark) -> str:
+def _title(result: BenchmarkResult) -> str:
     """What was held out, and how, in one line."""
     steady = sum(unit.steady for unit in result.units)
     held = f"{len(result.units) - steady} recordings"
@@ -20,7 +20,7 @@ def _title(result: Benchmark) -> str:
     return f"Held-out torque error: {held}, {protocol_called(result.protocol).meaning}"
 
 
-def models_sheet(result: Benchmark, document: dict[str, Any], perfect: bool = True) -> Sheet:
+def models_sheet(result: BenchmarkResult, document: dict[str, Any], perfect: bool = True) -> Sheet:
     """Return all models on held-out recordings, best first, and with `perfect` the noise floor as a last row."""
     names, models = result.ranking(), document["models"]
     floor = [None] if perfect and result.noise_floor is not None else []
@@ -35,7 +35,7 @@ def models_sheet(result: Benchmark, document: dict[str, Any], perfect: bool = Tr
     return Sheet(_title(result), (*columns, Column("fit [s]", [*(m["fit_s"] for m in entries), *floor], "{:.1f}", "fit_s")))
 
 
-def recordings_sheet(result: Benchmark, document: dict[str, Any]) -> Sheet:
+def recordings_sheet(result: BenchmarkResult, document: dict[str, Any]) -> Sheet:
     """Return every model's error on every unit, worst for the best model first."""
     names, models = result.ranking(), document["models"]
     errors = {name: models[name]["by_recording"] for name in names}
@@ -44,7 +44,7 @@ def recordings_sheet(result: Benchmark, document: dict[str, Any]) -> Sheet:
                  (Column("recording", units, words=True), *(Column(name, [errors[name].get(u) for u in units], percent) for name in names)))
 
 
-def folds_sheet(result: Benchmark) -> Sheet:
+def folds_sheet(result: BenchmarkResult) -> Sheet:
     """Return every model's error in every fold."""
     folds = result.split.folds
     errors = [result.fold_errors(k) for k in range(len(folds))]
@@ -54,7 +54,7 @@ def folds_sheet(result: Benchmark) -> Sheet:
                            *(Column(fold.name, [e.get(name) for name in names], percent) for fold, e in zip(folds, errors, strict=True))))
 
 
-def coverage_sheet(result: Benchmark, document: dict[str, Any]) -> Sheet | None:
+def coverage_sheet(result: BenchmarkResult, document: dict[str, Any]) -> Sheet | None:
     """Return how often the intervals of models that know their uncertainty hold the measured torque; None where none knows."""
     known = [(name, document["models"][name]["coverage"]) for name in result.ranking() if "coverage" in document["models"][name]]
     if not known:
@@ -66,7 +66,7 @@ def coverage_sheet(result: Benchmark, document: dict[str, Any]) -> Sheet | None:
                   Column("wider", [c.get("wider_than_fitted") for _, c in known], "{:.2f}")))
 
 
-def benchmark_sheets(result: Benchmark) -> tuple[Sheet, ...]:
+def benchmark_sheets(result: BenchmarkResult) -> tuple[Sheet, ...]:
     """Return what a reader sees first: all models, the folds where they differ in kind, and the intervals."""
     document = result.document()
     folds = () if result.protocol == DEFAULT else (folds_sheet(result),)

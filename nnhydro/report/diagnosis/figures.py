@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.report.diagnosis.finding_law import DrawnLaw, law_of
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
@@ -83,14 +83,14 @@ def law_figure(laws: Sequence[tuple[str, DrawnLaw]], stem: Path, labels: tuple[s
     return save_figure(figure, stem)
 
 
-def laws_of(result: Diagnosis, traces: Sequence[Trace]) -> list[DrawnLaw | None]:
+def laws_of(result: DiagnosisResult, traces: Sequence[Trace]) -> list[DrawnLaw | None]:
     """Return the law of each finding; `traces` are the campaign's, of the models BASELINE and CORRECTED."""
     names = spread(list(dict.fromkeys(t.recording for t in traces)), MOST_RECORDINGS)
     some = [t for t in traces if t.recording in names]
     return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
 
 
-def diagnosis_figures(result: Diagnosis, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None], out: Path,
+def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None], out: Path,
                       unnamed: Sequence[DrawnLaw] = ()) -> list[Path]:
     """Draw every picture of a diagnosis into the folder `out`, each as PNG and SVG with its data; returns their paths."""
     paths = list[Path]()

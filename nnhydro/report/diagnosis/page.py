@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from nnhydro.diagnosis.result import NEXT, Diagnosis
+from nnhydro.diagnosis.result import NEXT, DiagnosisResult
 from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of
@@ -74,7 +74,7 @@ RESULT = "diagnosis.json"
 SHOWN = ("", ".json", ".html", ".png")  # what is worth a line: folders, and of each figure the picture
 
 
-def write_diagnosis(result: Diagnosis, campaign: Campaign, out: Path) -> list[Path]:
+def write_diagnosis(result: DiagnosisResult, campaign: Campaign, out: Path) -> list[Path]:
     """Write the diagnosis to the folder `out` and return the paths of its parts."""
     document = result.document()
     with whole_folder(out, RESULT) as work:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
 
@@ -55,7 +55,7 @@ def _law(parts: Sequence[Residual], joint: int, name: str) -> DrawnLaw | None:
     return DrawnLaw(joint, name, np.column_stack([x, r]), at, mean, mean, half)
 
 
-def unknown_laws(result: Diagnosis) -> list[DrawnLaw]:
+def unknown_laws(result: DiagnosisResult) -> list[DrawnLaw]:
     """Return for every joint where something without a name is left the residual's mean over the input that tells most of it."""
     parts = [part for part in result.proof.remains if part.dt > 0 and len(part.r) >= 2]
     if not result.remainder.detected or not parts:

@@ -7,14 +7,14 @@ from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.physics.parametrised import Parametrised
+from nnhydro.physics.parametrised import ParametricTerm
 from nnhydro.report.sheet import Column, Sheet, interval
 
 
 def _values(model: StripTheory) -> dict[str, dict[str, Any]]:
     """Every parameter of the sum and of the instruments by its name, without intervals."""
     found: dict[str, dict[str, Any]] = {}
-    named: dict[str, Parametrised] = {name: term.term if isinstance(term, InSector) else term for name, term in model.loads.terms.items()}
+    named: dict[str, ParametricTerm] = {name: term.term if isinstance(term, InSector) else term for name, term in model.loads.terms.items()}
     named |= {instrument.id: instrument.effect if isinstance(instrument, ReadInSector) else instrument for instrument in model.instruments}
     for name, term in named.items():
         for field in term.parameters():

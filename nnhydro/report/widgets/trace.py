@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.benchmark import Benchmark, model_torque
+from nnhydro.evaluation.benchmark import BenchmarkResult, model_torque
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.linear.several_arms import arm_of, on_arm
 from nnhydro.models.corrected_simulation import CorrectedSimulation
@@ -106,7 +106,7 @@ def by_change(traces: Sequence[Trace]) -> list[Trace]:
     return sorted(with_whole_tables(traces), key=lambda t: (t.segment.steady, t.error(CORRECTED) - t.error(BASELINE)))
 
 
-def benchmark_traces(result: Benchmark, names: Sequence[str]) -> list[Trace]:
+def benchmark_traces(result: BenchmarkResult, names: Sequence[str]) -> list[Trace]:
     """Return the held-out torques of the units `names`, each by the models of the fold that left it out."""
     found: list[Trace] = []
     index = {unit.name: i for i, unit in enumerate(result.units)}

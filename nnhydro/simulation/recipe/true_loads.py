@@ -34,7 +34,7 @@ def _by_word(cls: type[LoadTerm], given: Any, arm: Arm, where: str) -> LoadTerm:
         assert isinstance(term, LoadTerm)
         return term
     if given == "start":
-        return cls.started(arm)
+        return cls.at_start(arm)
     words = "'arm', 'start'" if made is not None else "'start'"
     raise ConfigError(f"{where}: {given!r:.80} says nothing: give {words} or a mapping of {', '.join(f.name for f in cls.parameters())}")
 
@@ -60,7 +60,7 @@ def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where
             raise ConfigError(f"{where}: unknown key {key!r:.80}: {cls.kind} takes {', '.join([*parameters, *sorted(options)])}")
     chosen = {key: value for key, value in given.items() if key in options}
     try:
-        start = cls.started(arm, **chosen)
+        start = cls.at_start(arm, **chosen)
         values = {}
         for name, f in parameters.items():
             if name not in given:

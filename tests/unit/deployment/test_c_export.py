@@ -15,6 +15,8 @@ from nnhydro.deployment import c_program
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.files import export_step, only_wake
 from nnhydro.deployment.native import Native, NativeArm, compiler, run_through
+from nnhydro.deployment.onnx.expressions import Program, add, combine
+from nnhydro.deployment.onnx.onnx_graph import infinite_atoms, onnx_model
 from nnhydro.deployment.step import record_step
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
@@ -25,8 +27,6 @@ from nnhydro.effects.hypotheses.torque_bias import TorqueBias
 from nnhydro.effects.hypotheses.wake_development import WakeDevelopment
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.network.train import train
-from nnhydro.models.export.expressions import Program, add, combine
-from nnhydro.models.export.onnx_graph import infinite_atoms, onnx_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.travel.state_model import state_loads

@@ -36,7 +36,7 @@ def finding(effect, activity=None, offset=0.0):
 
 
 def rubs(joint=2, level=0.3):
-    return catalogue()["coulomb_friction"].started(ARM, joint=joint).with_linear(torch.tensor([level], dtype=torch.float64))
+    return catalogue()["coulomb_friction"].at_start(ARM, joint=joint).with_linear(torch.tensor([level], dtype=torch.float64))
 
 
 def change(model, without, r):
@@ -71,7 +71,7 @@ def test_where_nothing_is_found_the_corrected_model_is_the_baseline():
 
 
 def test_a_finding_called_as_a_term_of_the_baseline_stands_beside_it():
-    effect = catalogue()["added_mass"].started(ARM)
+    effect = catalogue()["added_mass"].at_start(ARM)
     model = corrected_model(BASE, Z, Z, [finding(effect)])
     assert [name for name in model.loads.terms if "added_mass" in name] == ["added_mass", "found_added_mass"]
     assert _term_name(effect, model.loads) == "found_found_added_mass"
@@ -103,7 +103,7 @@ def test_what_has_a_phase_of_its_own_in_every_recording_is_no_part_of_a_predicti
 
 
 def test_a_prediction_holds_the_zero_that_a_drifting_sensor_had_at_the_end():
-    drift = catalogue()["torque_drift"].started(ARM, joint=2).with_linear(torch.tensor([0.2, 0.1, 0.0], dtype=torch.float64))
+    drift = catalogue()["torque_drift"].at_start(ARM, joint=2).with_linear(torch.tensor([0.2, 0.1, 0.0], dtype=torch.float64))
     (bias,) = corrected_model(BASE, Z, Z, [finding(drift, offset=0.5)]).instruments
     assert (bias.id, bias.joint) == ("torque_bias", 2)
     assert bias.offset[0] == pytest.approx(0.8)  # its curve at the end, and the constant beside it

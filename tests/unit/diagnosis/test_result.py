@@ -9,20 +9,20 @@ from rigs import arm
 
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import states
-from nnhydro.diagnosis.result import Diagnosis
+from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.unexplained.residual_location import Location
-from nnhydro.diagnosis.unexplained.unexplained import Dependence, Unexplained
+from nnhydro.diagnosis.unexplained.unexplained import Dependence, Remainder
 from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 
 
 def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0.03, learned=()):
     lines = tuple(SimpleNamespace(sentence=lambda hum=hum: hum) for hum in hums)
-    rest = Unexplained(remains, 0.05, 0.5, p, tuple(learned), lines)
+    rest = Remainder(remains, 0.05, 0.5, p, tuple(learned), lines)
     proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque", held_out="recordings")
     place = Location(1, 1.0, "spread", {}, [0.0, 1.0], [])
     decisions = (Decision("backlash", 2, 3.14159, 4.6, False, "gains 3.1 nats beside the others (4.6 needed)"),)
-    return Diagnosis(SimpleNamespace(arm=arm(1)), None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions,
-                     {"x": 1}, (), following, {"cd": [1.0]}, {"v": "1"}, [])
+    return DiagnosisResult(SimpleNamespace(arm=arm(1)), None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions,
+                           {"x": 1}, (), following, {"cd": [1.0]}, {"v": "1"}, [])
 
 
 @pytest.mark.parametrize(("p", "detected"), [(0.01, True), (0.0101, False), (0.0, True)])

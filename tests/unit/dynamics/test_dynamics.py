@@ -24,7 +24,7 @@ from nnhydro.errors import ModelError
 from nnhydro.fitting.network.train import train
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.carried import Carried
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
@@ -56,7 +56,7 @@ def along(model, motion):
     memory, found = None, []
     for k in range(len(motion)):
         at = [k, k]
-        carried = Carried((motion.t[k] - motion.t[max(k - 1, 0)]).repeat(2), memory)
+        carried = StepMemory((motion.t[k] - motion.t[max(k - 1, 0)]).repeat(2), memory)
         row = Motion(motion.t[at], motion.q[at], motion.qd[at], motion.qdd[at], motion.u0[at], motion.du0[at], True, None, carried)
         torque = model.torque(row)
         assert bool((torque[0] == torque[1]).all())

@@ -17,7 +17,7 @@ from nnhydro.effects.sensor_view import SensorView, time_derivative
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 
 
 def test_a_delay_of_a_sine_is_exact():
@@ -183,10 +183,10 @@ def test_effects_of_the_sensor_come_after_those_of_the_angle_whatever_the_order_
 def test_a_secant_times_its_values_is_exactly_what_a_large_instrument_effect_changes():
     a = arm(2)
     model = baseline("constant").start(a)
-    seen = SensorView(Flow(a, run(2, 200)), lambda f: sensed(model.torque(f), f.motion.qd, a))
-    water = REGISTER["ambient_current"].started(a).linear_names()
+    seen = SensorView(Flow(a, run(2, 200)), lambda f: sensor_torque(model.torque(f), f.motion.qd, a))
+    water = REGISTER["ambient_current"].at_start(a).linear_names()
     for effect in (made("sensor_timing", a, lag=(0.03,), low_pass=(0.5,)), made("joint_elasticity", a, joint=1, compliance=(2e-3,)),
-                   REGISTER["ambient_current"].started(a).with_linear(torch.full((len(water),), 0.2, dtype=torch.float64))):
+                   REGISTER["ambient_current"].at_start(a).with_linear(torch.full((len(water),), 0.2, dtype=torch.float64))):
         assert_close(effect.secant(seen) @ effect.linear_values(), effect.apply(seen) - seen.tau)
     nothing = made("sensor_timing", a, lag=(0.0,), low_pass=(0.0,))
     assert_close(nothing.secant(seen), nothing.columns(seen))
@@ -243,7 +243,7 @@ def test_less_is_foreseen_of_what_jumps_rings_clips_or_swirls_but_half_of_it_at_
 ])
 def test_what_cannot_be_is_not_looked_for_and_what_can_be_is(id_, name, value, may_be):
     a = arm(2)
-    effect = REGISTER[id_].started(a, joint=1 if REGISTER[id_].acts == "joint" else 0)
+    effect = REGISTER[id_].at_start(a, joint=1 if REGISTER[id_].acts == "joint" else 0)
     for named, (low, high) in zip(effect.linear_names(), effect.linear_bounds(), strict=True):
         if named.startswith(name):
             assert (low <= value <= high) == may_be

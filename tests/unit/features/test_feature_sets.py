@@ -47,7 +47,7 @@ def test_features_are_bounded_for_any_state(name, density, data):
     values = np.array(data.draw(st.lists(speeds, min_size=12 * links, max_size=12 * links))).reshape(4, 3, links)
     carriage = np.array(data.draw(st.lists(speeds, min_size=8, max_size=8))).reshape(4, 2)
     motion = Motion.at(*values.transpose(1, 0, 2), *carriage.T)
-    x = seen(name, arm(links, density), motion).joined()
+    x = seen(name, arm(links, density), motion).matrix()
     assert bool(torch.isfinite(x).all())
     assert float(x.abs().max()) < LARGEST if x.numel() else True
 
@@ -58,7 +58,7 @@ def test_features_are_bounded_along_any_run(name, data):
     values = np.array(data.draw(st.lists(speeds, min_size=36, max_size=36))).reshape(6, 3, 2)
     carriage = np.array(data.draw(st.lists(speeds, min_size=12, max_size=12))).reshape(6, 2)
     motion = replace(Motion.at(*values.transpose(1, 0, 2), *carriage.T), steady=False)
-    x = seen(name, arm(2), motion).joined()
+    x = seen(name, arm(2), motion).matrix()
     assert bool(torch.isfinite(x).all())
     assert float(x.abs().max()) < LARGEST if x.numel() else True
 
@@ -68,7 +68,7 @@ def test_features_are_bounded_along_any_run(name, data):
 @pytest.mark.parametrize("density", [0.0, 1000.0])
 def test_features_at_rest_are_finite_and_the_odd_ones_vanish(name, links, density):
     motion = at_rest(links)
-    assert bool(torch.isfinite(seen(name, arm(links, density), motion).joined()).all())
+    assert bool(torch.isfinite(seen(name, arm(links, density), motion).matrix()).all())
     motion.q[:, 1:] = 0.0  # a bent arm has a left and a right even at rest, a straight one has not
     odd = seen(name, arm(links, density), motion).odd
     assert float(odd.abs().max()) == 0.0 if odd.numel() else True
@@ -89,7 +89,7 @@ def test_the_mirror_image_changes_the_sign_of_odd_features_alone(name, links, gr
 @LINKS
 @pytest.mark.parametrize("make", [states, run])
 def test_half_a_turn_of_the_rig_changes_no_feature(name, links, make):
-    x, y = (seen(name, arm(links), motion).joined() for motion in (make(links), half_turned(make(links))))
+    x, y = (seen(name, arm(links), motion).matrix() for motion in (make(links), half_turned(make(links))))
     assert_close(y, x, **ROUNDING)
 
 
@@ -97,7 +97,7 @@ def test_half_a_turn_of_the_rig_changes_no_feature(name, links, make):
 @LINKS
 def test_parity_names_a_sign_for_every_feature(name, links):
     x = seen(name, arm(links), states(links, 5))
-    assert x.joined().shape == (5, len(x.parity()))
+    assert x.matrix().shape == (5, len(x.parity()))
     assert x.parity().tolist() == [-1.0] * x.odd.shape[1] + [1.0] * x.even.shape[1]
 
 
@@ -105,7 +105,7 @@ def test_parity_names_a_sign_for_every_feature(name, links):
 def test_rows_of_a_steady_motion_know_nothing_of_each_other(name):
     motion, order = states(2), torch.randperm(50, generator=torch.Generator().manual_seed(1))
     shuffled = replace(motion, **{key: getattr(motion, key)[order] for key in ("q", "qd", "qdd", "u0", "du0")})
-    assert_close(seen(name, arm(2), shuffled).joined(), seen(name, arm(2), motion).joined()[order])
+    assert_close(seen(name, arm(2), shuffled).matrix(), seen(name, arm(2), motion).matrix()[order])
 
 
 @SETS
@@ -114,13 +114,13 @@ def test_the_future_does_not_reach_back(name):
     other = replace(motion, **{key: getattr(motion, key).clone() for key in ("q", "qd", "qdd", "u0", "du0")})
     for key in ("q", "qd", "qdd", "u0", "du0"):
         getattr(other, key)[120:] += 1.0
-    x, y = (seen(name, arm(2), m).joined() for m in (motion, other))
+    x, y = (seen(name, arm(2), m).matrix() for m in (motion, other))
     assert torch.equal(x[:120], y[:120])
 
 
 @SETS
 def test_a_finer_time_step_gives_the_same_features(name):
-    coarse, fine = (seen(name, arm(2), run(2, rows=rows)).joined() for rows in (601, 6001))
+    coarse, fine = (seen(name, arm(2), run(2, rows=rows)).matrix() for rows in (601, 6001))
     assert float((fine[::10] - coarse)[50:].abs().mean()) < 0.005
 
 
@@ -132,7 +132,7 @@ def test_a_larger_rig_at_the_same_rates_differs_in_nothing_but_viscosity(name, k
     a, b = arm(2), scaled(arm(2), k)
     thick = b.model_copy(update={"fluid": b.fluid.model_copy(update={"kinematic_viscosity_m2_s": k**2 * a.fluid.kinematic_viscosity_m2_s})})
     moving = slice(100, None)  # a speed below which things count as at rest is in m/s, whatever the rig's size
-    x, y, z = (seen(name, rig, m, size).joined()[moving] for rig, m, size in ((a, motion, 0.1), (thick, larger, 0.1 * k**5),
+    x, y, z = (seen(name, rig, m, size).matrix()[moving] for rig, m, size in ((a, motion, 0.1), (thick, larger, 0.1 * k**5),
                                                                             (b, larger, 0.1 * k**5)))
     assert_close(y, x, rtol=0.03, atol=0.03)
     of_viscosity = (z != y).any(dim=0)
@@ -144,7 +144,7 @@ def test_the_density_alone_does_not_change_the_features_of_an_arm_of_its_weight(
     motion, a = run(2), arm(2)
     heavy = a.model_copy(update={"fluid": a.fluid.model_copy(update={"density_kg_m3": 3000.0}), "links": tuple(
         link.model_copy(update={"mass_kg": 3 * link.mass_kg, "inertia_kg_m2": 3 * link.inertia_kg_m2}) for link in a.links)})
-    assert_close(seen(name, heavy, motion, 0.3).joined(), seen(name, a, motion, 0.1).joined())
+    assert_close(seen(name, heavy, motion, 0.3).matrix(), seen(name, a, motion, 0.1).matrix())
 
 
 def test_an_unknown_set_is_refused_with_the_names():

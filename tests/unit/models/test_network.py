@@ -16,7 +16,7 @@ from nnhydro.features.strip_law import law_columns
 from nnhydro.features.strip_state import StripView, state_sets, strip_states
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.learned.learned import LEFT_OUT, WIDENING, LearnedTorque, swiftness, view_of
-from nnhydro.models.learned.network import Ensemble, mirrored, soft_bound
+from nnhydro.models.learned.network import Ensemble, odd_output, soft_bound
 from nnhydro.models.learned.shrinkage import jackknife, shrink
 from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
@@ -64,7 +64,7 @@ def test_its_gradients_are_the_golden_ones(case):
     net = of_document([case])
     for sample in case["samples"]:
         def loss(tensors, sample=sample):
-            return 0.5 * ((z_hat(net.replaced(tensors), t(sample["V"])) - t(sample["z_target"])) ** 2).sum()
+            return 0.5 * ((z_hat(net.with_tensors(tensors), t(sample["V"])) - t(sample["z_target"])) ** 2).sum()
 
         torch.testing.assert_close(loss(net.tensors()), t(sample["half_squared_error"]), **EXACT)
         w1, w2, c1, c2 = grad(loss)(net.tensors())
@@ -102,7 +102,7 @@ def test_an_ensemble_of_any_depth_knows_its_layout(parallel, hidden):
     assert net(t(np.ones((4, 6)))).shape == (3, 4, 2)
     factor = t([[[2.0, 3.0]], [[1.0, 0.0]], [[-1.0, 5.0]]])
     x = t(np.random.default_rng(2).standard_normal((4, 6)))
-    torch.testing.assert_close(net.scaled(factor)(x), net(x) * factor, **EXACT)
+    torch.testing.assert_close(net.times(factor)(x), net(x) * factor, **EXACT)
 
 
 def test_with_parallel_layers_one_torques_weights_do_not_touch_the_other():
@@ -110,7 +110,7 @@ def test_with_parallel_layers_one_torques_weights_do_not_touch_the_other():
     first = [w.clone() for w in net.tensors()]
     for w in first:
         w[1::2] += 1.0  # the second torque's stacks
-    other = net.replaced(first)
+    other = net.with_tensors(first)
     assert torch.equal(other(x)[..., 0], net(x)[..., 0])
     assert float((other(x)[..., 1] - net(x)[..., 1]).abs().min()) > 0
 
@@ -118,14 +118,14 @@ def test_with_parallel_layers_one_torques_weights_do_not_touch_the_other():
 def random_ensemble(sizes, members=3, seed=1, parallel=False):
     g = torch.Generator().manual_seed(seed)
     layout = Ensemble.fresh(sizes, members, seed, parallel)
-    return layout.replaced([torch.randn(w.shape, generator=g, dtype=torch.float64) for w in layout.tensors()])
+    return layout.with_tensors([torch.randn(w.shape, generator=g, dtype=torch.float64) for w in layout.tensors()])
 
 
 def test_members_of_an_ensemble_do_not_mix():
     sizes, x = (5, 7, 6, 2), t(np.random.default_rng(1).standard_normal((10, 5)))
     whole = random_ensemble(sizes)
     for member in range(3):
-        alone = whole.replaced([w[member:member + 1] for w in whole.tensors()])
+        alone = whole.with_tensors([w[member:member + 1] for w in whole.tensors()])
         torch.testing.assert_close(alone(x)[0], whole(x)[member], **EXACT)
 
 
@@ -150,7 +150,7 @@ def test_the_bound_is_never_passed_and_outputs_up_to_half_of_it_pass_unchanged()
 def test_the_mirrored_net_is_odd():
     parity = t([-1.0, -1.0, 1.0, 1.0])
     net, x = random_ensemble((4, 9, 2)), t(np.random.default_rng(1).standard_normal((20, 4)))
-    torch.testing.assert_close(mirrored(net, x * parity, parity), -mirrored(net, x, parity), **EXACT)
+    torch.testing.assert_close(odd_output(net, x * parity, parity), -odd_output(net, x, parity), **EXACT)
 
 
 def random_law(a, shown, names=DEFAULTS.law, members=3, seed=1):
@@ -168,7 +168,7 @@ def learned(a, hybrid, bound=2.0, seed=1, names=DEFAULTS.features, law=DEFAULTS.
     floor = torch.full((a.n_links,), 0.2, dtype=torch.float64)
     shown = states(a.n_links, 200, seed=9)
     x = features(view_of(a, shown, floor), names)
-    parity, joined = x.parity(), x.joined()
+    parity, joined = x.parity(), x.matrix()
     centre = torch.where(parity < 0, 0.0, joined.mean(0))
     spread = (joined - centre).pow(2).mean(0).sqrt() + 1e-6
     reach = ((joined - centre) / spread).abs().amax(0)

@@ -12,7 +12,7 @@ from nnhydro.diagnosis.calibration.injection import inject, predict_whitened, wi
 from nnhydro.diagnosis.calibration.rehearsal import confident, label, rehearse
 from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import finding_of
-from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.view import WeightedLibrary
@@ -92,7 +92,7 @@ def test_products_with_another_torque_are_those_of_rows_with_that_torque(found):
         view.columns(k)
     y = rng.standard_normal(old.y.shape)
     made = with_torque(view, y)
-    fresh = WeightedLibrary(Whitened(replace(old.design, y=y / old.sw), old.unknown, old.v), view.library)
+    fresh = WeightedLibrary(WhiteRows(replace(old.design, y=y / old.sw), old.unknown, old.v), view.library)
     np.testing.assert_allclose(made.whitened.b, fresh.whitened.b, atol=1e-8)
     assert made.whitened.yy == pytest.approx(fresh.whitened.yy)
     np.testing.assert_allclose(made.Xy, fresh.Xy, atol=1e-8)

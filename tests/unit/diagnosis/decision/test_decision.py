@@ -193,7 +193,7 @@ def test_a_search_never_ends_below_the_empty_set_and_is_the_same_each_time(seed)
     assert best.score >= one.score(()).score
     assert best.unknown_nats >= 0
     assert with_planted([0.15 * (seed % 4)], seed).run().chosen == best.chosen
-    assert len(one.taken(best.chosen)) == len(best.chosen), "one law of a family at a place"
+    assert len(one.occupied_places(best.chosen)) == len(best.chosen), "one law of a family at a place"
 
 
 @given(mean=st.floats(-3, 3), sd=st.floats(0.01, 3), low=st.floats(-2, 0), width=st.floats(0.1, 5))

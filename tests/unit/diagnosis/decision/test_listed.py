@@ -25,7 +25,7 @@ def hidden(rest, standard):
 
 def left(one):
     """The share that the first law leaves of what the unknown makes of it."""
-    return one.left(one.score(()), one.score((0,)))
+    return one.share_left(one.score(()), one.score((0,)))
 
 
 @pytest.mark.parametrize("standard", [True, False])

@@ -8,8 +8,8 @@ from problems import dense, design, law, library, search, whitened
 
 from nnhydro.diagnosis.constants import FORM, RHO
 from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities
-from nnhydro.diagnosis.model.evidence import Columns, Whitened, posterior
-from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fitted, none
+from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
+from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fit_sizes, none
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
 
@@ -34,7 +34,7 @@ def test_the_evidence_is_the_density_of_the_rows_under_their_full_covariance(see
     white = whitened(of, seed)
     X = np.random.default_rng(seed + 1).standard_normal((*of.y.shape, k))
     t = Sizes.even(white, tau).vector(white)
-    got = posterior(white, Columns.of(white, white.weighted(X)) if k else None, t).log_evidence
+    got = posterior(white, Columns.of(white, white.weigh(X)) if k else None, t).log_evidence
     assert got == pytest.approx(dense(white, X if k else None, t), rel=1e-7, abs=1e-6)
 
 
@@ -42,7 +42,7 @@ def test_the_posterior_is_that_of_ridge_regression_with_the_prior_as_its_penalty
     of = design(5, joints=1)
     white = whitened(of)
     X = np.random.default_rng(6).standard_normal((*of.y.shape, 2))
-    fit = posterior(white, Columns.of(white, white.weighted(X)), none(white).vector(white))
+    fit = posterior(white, Columns.of(white, white.weigh(X)), none(white).vector(white))
     D = np.concatenate([of.Y[:, 0], X[:, 0]], axis=1) * white.sw
     precision = np.diag([1.0, 1.0, RHO**-2, RHO**-2])
     inverse = np.linalg.inv(D.T @ D + precision)
@@ -56,7 +56,7 @@ def test_the_posterior_is_that_of_ridge_regression_with_the_prior_as_its_penalty
 @given(order=st.permutations(range(len(LAWS))))
 def test_the_order_in_which_laws_are_named_changes_nothing(order):
     one = search(design(7), LAWS)
-    columns = [one.view.joined(o) for o in (order, sorted(order))]
+    columns = [one.view.join(o) for o in (order, sorted(order))]
     t = Sizes.even(one.whitened, 0.3).vector(one.whitened)
     got, want = (posterior(one.whitened, c, t).log_evidence for c in columns)
     assert got == pytest.approx(want, rel=1e-9)
@@ -69,7 +69,7 @@ def test_the_order_of_rows_changes_nothing(seed):
     white = whitened(of)
     order = np.random.default_rng(seed).permutation(len(of.y))
     t = Sizes.even(white, 0.3).vector(white)
-    shuffled = Whitened(of, white.unknown, white.v, order)
+    shuffled = WhiteRows(of, white.unknown, white.v, order)
     assert posterior(shuffled, None, t).log_evidence == pytest.approx(posterior(white, None, t).log_evidence, rel=1e-9)
 
 
@@ -78,7 +78,7 @@ def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences(
     of = design(9, groups=3, rows=10)
     view = search(of, LAWS, even=False).view
     t = Sizes.even(view.whitened, 0.2).vector(view.whitened)
-    columns = view.joined(beside)
+    columns = view.join(beside)
     gains = view.gains(beside, posterior(view.whitened, columns, t))
     base = dense(view.whitened, by_hand(view, beside), t)
     for k in set(range(len(LAWS))) - set(beside):
@@ -141,11 +141,11 @@ def test_columns_on_some_rows_are_those_of_a_problem_of_these_rows_alone():
     white = whitened(of)
     X = np.random.default_rng(13).standard_normal((*of.y.shape, 3))
     rows = np.arange(0, len(of.y), 2)
-    part = Whitened(of, white.unknown, white.v, rows)
-    np.testing.assert_allclose(part.weighted(X), white.weighted(X)[rows])
-    got, half = Columns.of(part, part.weighted(X)), np.zeros_like(of.y)
+    part = WhiteRows(of, white.unknown, white.v, rows)
+    np.testing.assert_allclose(part.weigh(X), white.weigh(X)[rows])
+    got, half = Columns.of(part, part.weigh(X)), np.zeros_like(of.y)
     half[rows] = 1.0
-    want = Columns.of(white, white.weighted(X) * half[..., None])
+    want = Columns.of(white, white.weigh(X) * half[..., None])
     for name in ("cross", "gram", "Xy"):
         np.testing.assert_allclose(getattr(got, name), getattr(want, name), rtol=1e-10, atol=1e-10)
 
@@ -156,7 +156,7 @@ def test_fitted_sizes_are_never_less_probable_than_those_they_begin_with(seed, s
     of.y = of.y + unknown_part(of, 0.5 * (seed % 3))
     white = whitened(of, even=True)
     first = Sizes.even(white, start)
-    fit, sizes = fitted(white, None, first)
+    fit, sizes = fit_sizes(white, None, first)
     assert fit.log_evidence >= posterior(white, None, first.vector(white)).log_evidence - 1e-9
     assert sizes.tau.max() <= LARGEST
     assert fit.log_evidence == pytest.approx(posterior(white, None, sizes.vector(white)).log_evidence, rel=1e-12)
@@ -175,7 +175,7 @@ def test_the_group_that_holds_the_unknown_gets_the_size_and_the_others_none():
     of = design(14, groups=8, rows=60)
     of.y = of.y + unknown_part(of, 1.0)
     white = whitened(of, even=True)
-    _, sizes = fitted(white, None, Sizes.even(white, 0.1), updates=20)
+    _, sizes = fit_sizes(white, None, Sizes.even(white, 0.1), updates=20)
     assert sizes.tau[0, 0] > 0.5
     assert sizes.tau[1].max() < 0.1
     assert sizes.tau[0, 1] < 0.1

@@ -66,7 +66,7 @@ def test_the_law_of_what_acts_in_a_part_is_drawn_over_the_rows_of_that_part():
 
 
 def test_a_term_in_a_sector_is_the_term_there_and_nothing_elsewhere():
-    motion, term = run(2), catalogue()["viscous_friction"].started(ARM, joint=2)
+    motion, term = run(2), catalogue()["viscous_friction"].at_start(ARM, joint=2)
     flow = Flow(ARM, motion)
     whole, q = term.torque(flow), motion.q[:, 0]
     for low, high in ((-0.2, 0.4), (None, 0.1), (0.1, None), (None, None)):
@@ -78,7 +78,7 @@ def test_a_term_in_a_sector_is_the_term_there_and_nothing_elsewhere():
 
 @pytest.mark.parametrize("broken", [{"joint": 0}, {"joint": 1.5}, {"low": "0"}, {"term": 3}, {"term": {"kind": "nobody"}}])
 def test_a_sector_that_makes_no_sense_is_refused(broken):
-    options = {"joint": 1, "low": 0.0, "high": 1.0, "term": catalogue()["viscous_friction"].started(ARM, joint=1).document()} | broken
+    options = {"joint": 1, "low": 0.0, "high": 1.0, "term": catalogue()["viscous_friction"].at_start(ARM, joint=1).document()} | broken
     with pytest.raises(ModelError):
         term_of({"kind": "in_sector", "parameters": {}, "options": options})
 

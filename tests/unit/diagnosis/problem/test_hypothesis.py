@@ -69,7 +69,7 @@ def test_where_nothing_is_driven_no_effect_of_a_drive_or_its_sensor_is_tried():
 
 
 def test_finer_values_stay_within_what_physics_allows_and_narrow_around_themselves():
-    effect = effect_of_id("stribeck_friction").started(arm(2), joint=1)
+    effect = effect_of_id("stribeck_friction").at_start(arm(2), joint=1)
     low, high = next(f.metadata["bounds"] for f in effect.parameters() if f.name == "speed")
     hypothesis = Hypothesis(replace(effect, speed=(low,)), 5, {"speed": (low / 4, 4 * low)})
     same, above = refine_grid(hypothesis)
@@ -83,7 +83,7 @@ def test_finer_values_stay_within_what_physics_allows_and_narrow_around_themselv
 
 
 def test_refined_values_lie_half_way_and_close_in_on_the_best():
-    effect = effect_of_id("stribeck_friction").started(arm(2), joint=1)
+    effect = effect_of_id("stribeck_friction").at_start(arm(2), joint=1)
     hypothesis = Hypothesis(replace(effect, speed=(0.2,)), 5, {"speed": (0.1, 0.4)})
     best, *others = refine_grid(hypothesis)
     assert best.spans["speed"] == pytest.approx((0.1 * 2**0.5, 0.2 * 2**0.5))

@@ -94,8 +94,8 @@ def test_a_small_standard_term_beside_a_large_unknown_is_asked_for_no_more_than_
     now, then = one.score(()), one.score((0,))
     before, after = (one.unknown_beside(scored, [0]) for scored in (now, then))
     assert after > 0.5 * before
-    assert one.left(now, then) == pytest.approx(after / before) or standard
-    assert (one.left(now, then) <= LEAVES) == standard
+    assert one.share_left(now, then) == pytest.approx(after / before) or standard
+    assert (one.share_left(now, then) <= LEAVES) == standard
 
 
 def test_what_the_unknown_can_make_of_a_law_is_all_of_a_smooth_one_and_little_of_noise():

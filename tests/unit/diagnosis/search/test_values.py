@@ -5,7 +5,7 @@ import pytest
 from problems import design, law, search
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, RHO
-from nnhydro.diagnosis.model.evidence import Whitened
+from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
@@ -148,7 +148,7 @@ def test_a_fit_that_explains_nearly_all_does_not_hang_on_the_form_of_the_rest():
     """Where the evidence is weighted by what it grants to the form of laws, values are those of least squares all the same."""
     one = with_values(0.8, 5, groups=8, rows=60, noise=0.01)
     loud = np.where(np.arange(len(one.whitened.v)) % 3 == 0, 1.0, 1e-4)[:, None] * np.ones_like(one.whitened.v)
-    coarse = Search(WeightedLibrary(Whitened(one.whitened.design, one.whitened.unknown, loud), one.view.library), one.start)
+    coarse = Search(WeightedLibrary(WhiteRows(one.whitened.design, one.whitened.unknown, loud), one.view.library), one.start)
     fit = best_fit(coarse, coarse.score((0,)))
     assert fit.posterior.mean[fit.own][-1] == pytest.approx(0.8, abs=0.002)
     assert np.median(fit.whitened.v) == pytest.approx(1e-4, rel=0.2), "the noise that is left, not what was granted"

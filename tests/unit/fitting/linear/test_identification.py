@@ -172,7 +172,7 @@ def test_what_is_not_linear_in_its_parameters_passes_belt_and_gear_too():
     kinds = [cls for cls in term_kinds().values() if not issubclass(cls, LinearTerm)]
     assert kinds
     for cls in kinds:
-        loads = planted(a).plus("other", cls.started(a))
+        loads = planted(a).plus("other", cls.at_start(a))
         (segment,) = campaign(a, loads, 1).segments("run0", GIVEN)
         X, offset = columns_and_offset(loads, segment, a)
         np.testing.assert_allclose(X @ values(planted(a)) + offset, segment.tau, rtol=1e-9, atol=1e-12)

@@ -104,7 +104,7 @@ def test_of_few_motions_one_after_the_other_tells_which_baseline_predicts_it(mon
         asked.append(name)
         return 1.0 if name == "constant" else 0.5
 
-    monkeypatch.setattr(base_choice, "_left", left)
+    monkeypatch.setattr(base_choice, "_misfit", left)
     monkeypatch.setattr(base_choice, "baseline", lambda name: name)
     assert baseline_choice(chosen, None, None) == ("constant", "state")
     assert asked == ["constant"] * blocks + ["state"] * blocks

@@ -14,7 +14,7 @@ from nnhydro.fitting.identify import _notes, estimates
 from nnhydro.fitting.linear.least_squares import Solution, correlation_time, joint_weights, solve
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, residual_energy, total, weight_joints
-from nnhydro.fitting.network.linear_columns import Linear, Seen
+from nnhydro.fitting.network.linear_columns import Linear, RowRange
 from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.fitting.regressor import TorqueRegressor, _ridge
 from nnhydro.physics.flow import Flow
@@ -182,7 +182,7 @@ def test_two_recordings_have_gaussian_intervals_and_three_are_resampled():
 
 def test_what_two_stretches_hold_at_most_is_what_either_holds():
     def of(low, high, swift):
-        return Seen(*(torch.tensor(x) for x in (low, high, swift)))
+        return RowRange(*(torch.tensor(x) for x in (low, high, swift)))
     both = of([1.0, -2.0], [3.0, 0.0], [5.0]).and_of(of([0.0, -1.0], [2.0, 4.0], [6.0]))
     assert (both.lowest.tolist(), both.highest.tolist(), both.swiftest.tolist()) == ([0.0, -2.0], [3.0, 4.0], [6.0])
     one, other = (Linear(torch.full((n, 1, 3), float(n)), 2, 2, 0, torch.zeros(2), of([0.0], [1.0], [1.0])) for n in (2, 4))

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from nnhydro.features.strip_law import ARM, REMEMBERED, SURROUNDED
-from nnhydro.fitting.network.linear_part import LinearPart, _solved, beside_the_base, linear_part
+from nnhydro.fitting.network.linear_part import LinearPart, _solve, beside_the_base, linear_part
 from nnhydro.fitting.network.rows import Rows
 from nnhydro.fitting.network.tier_choice import CLOSED, choice_of_each, chosen_weights
 
@@ -132,7 +132,7 @@ def test_joint_by_joint_the_whole_system_is_solved(joints, odd):
         rows[j * (200 // joints):(j + 1) * (200 // joints), 5 + (j + 1) * odd:] = 0.0
     rows = rows[:joints * (200 // joints)]
     A, b = rows.T @ rows + 0.1 * torch.eye(rows.shape[1]).double(), torch.randn(rows.shape[1]).double()
-    torch.testing.assert_close(_solved(A, b, 5, joints), torch.linalg.solve(A, b))
+    torch.testing.assert_close(_solve(A, b, 5, joints), torch.linalg.solve(A, b))
 
 
 def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():

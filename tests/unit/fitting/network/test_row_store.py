@@ -8,7 +8,7 @@ from rigs import arm
 
 from nnhydro.errors import CampaignError
 from nnhydro.fitting.network.row_store import RowStore
-from nnhydro.fitting.network.rows import standardised, torque_rms, training_rows
+from nnhydro.fitting.network.rows import standardise, torque_rms, training_rows
 from nnhydro.fitting.network.train import train
 from nnhydro.recordings.splitting import units
 
@@ -66,7 +66,7 @@ def test_rows_are_standardised_in_place_piece_by_piece(monkeypatch):
     rows = training_rows(chosen, whole.arm, TINY, 0.1 * torque_rms(chosen), None)
     before = rows.x.double().clone()
     monkeypatch.setattr("nnhydro.fitting.network.rows.CHUNK", 37)
-    centre, spread, lowest, highest = standardised(rows)
+    centre, spread, lowest, highest = standardise(rows)
     odd = rows.parity < 0
     assert not centre[odd].any()
     assert torch.allclose(centre[~odd], before[:, ~odd].mean(0))

@@ -15,10 +15,10 @@ from nnhydro.fitting.network import gradient_fit as gradient
 from nnhydro.fitting.network import predictive_std as doubt
 from nnhydro.fitting.network.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
 from nnhydro.fitting.network.predictive_std import _factor, _variance_terms, conformal_quantile, support, with_std, with_trust
-from nnhydro.fitting.network.rows import Rows, _chosen, standardised, torque_rms, watched_units
-from nnhydro.fitting.network.stacking import NETWORKS, losses, stacked
+from nnhydro.fitting.network.rows import Rows, _row_numbers, standardise, torque_rms, watched_units
+from nnhydro.fitting.network.stacking import NETWORKS, losses, stack
 from nnhydro.models.learned.learned import spread_of
-from nnhydro.models.learned.network import Ensemble, mirrored
+from nnhydro.models.learned.network import Ensemble, odd_output
 from nnhydro.recordings.filtering.low_pass import LowPass
 
 
@@ -64,11 +64,11 @@ def test_the_rate_rises_over_a_twentieth_and_falls_by_half_a_cosine_to_a_hundred
 @pytest.mark.parametrize("linear", [False, True])
 def test_the_error_of_a_row_is_what_linear_part_and_network_leave_in_units_of_the_torque(linear):
     rows, ensemble = some_rows(linear=linear), Ensemble.fresh((3, 5, 2), 2, 1)
-    ensemble = ensemble.replaced([torch.randn(t.shape, generator=torch.Generator().manual_seed(k)) for k, t in
+    ensemble = ensemble.with_tensors([torch.randn(t.shape, generator=torch.Generator().manual_seed(k)) for k, t in
                                   enumerate(ensemble.tensors())])
     left = (rows.target - rows.scale * rows.linear.transpose(0, 1)) if linear else rows.target.expand(1, -1, -1)
     r = (left / rows.scale).pow(2).mean(dim=1, keepdim=True).sqrt()
-    said = rows.scale * r * mirrored(ensemble, rows.x, rows.parity)
+    said = rows.scale * r * odd_output(ensemble, rows.x, rows.parity)
     want = (((said - left) / rows.target.pow(2).mean(dim=0).sqrt()) ** 2).sum(dim=2)
     torch.testing.assert_close(_Task.of(rows).errors(ensemble, every_row(rows)), want, rtol=1e-5, atol=1e-6)
 
@@ -83,7 +83,7 @@ def test_every_step_follows_the_slope_of_each_members_mean_error_over_the_rows_t
     order = torch.randperm(50, generator=torch.Generator().manual_seed(4 * 1_000_003))
     for slopes, index in zip(kept, (order[:30], order[30:]), strict=True):
         weights = [w.clone().requires_grad_(True) for w in state.weights]
-        errors = task.errors(layout.replaced(weights), every_row(rows))
+        errors = task.errors(layout.with_tensors(weights), every_row(rows))
         mean = [errors[k, [i for i in index.tolist() if train[k, i]]].mean().nan_to_num(0.0) for k in range(2)]
         for told, want in zip(slopes, torch.autograd.grad(sum(mean), weights), strict=True):
             torch.testing.assert_close(told, want, rtol=1e-4, atol=1e-6)
@@ -95,7 +95,7 @@ def test_members_keep_the_weights_with_which_the_rows_that_they_watch_were_predi
     watch[0, :30] = watch[1, 30:] = True
     task = _Task.of(rows)
     _watch(state, layout, task, watch)
-    errors = task.errors(layout.replaced(state.weights), every_row(rows))
+    errors = task.errors(layout.with_tensors(state.weights), every_row(rows))
     torch.testing.assert_close(state.best_error, torch.stack([errors[0, :30].mean(), errors[1, 30:].mean()]))
     assert state.history == []
     first = [w.clone() for w in state.best]
@@ -106,7 +106,7 @@ def test_members_keep_the_weights_with_which_the_rows_that_they_watch_were_predi
     for kept, old, new in zip(state.best, first, state.weights, strict=True):
         torch.testing.assert_close(kept[0], old[0])
         torch.testing.assert_close(kept[1], new[1])
-    errors = task.errors(layout.replaced(state.weights), every_row(rows))
+    errors = task.errors(layout.with_tensors(state.weights), every_row(rows))
     assert state.history == [pytest.approx(float(errors[0, :30].mean() + errors[1, 30:].mean()) / 2)]
 
 
@@ -130,7 +130,7 @@ def test_a_network_learns_what_it_is_shown():
     rows, layout = some_rows(n=300), Ensemble.fresh((3, 12, 2), 2, 1)
     config = TrainingConfig(epochs=60, patience=60, batch=50, learning_rate=0.02, weight_decay=0.0)
     ensemble = gradient_fit(layout, rows, torch.zeros(2, 6, dtype=torch.bool), config, TrainingState.fresh(layout))
-    said = rows.scale * mirrored(ensemble, rows.x.double(), rows.parity.double()).mean(dim=0)
+    said = rows.scale * odd_output(ensemble, rows.x.double(), rows.parity.double()).mean(dim=0)
     assert float((said - rows.target).pow(2).mean() / rows.target.pow(2).mean()) < 0.12  # the scale is drawn anew in every row
 
 
@@ -154,7 +154,7 @@ def test_the_torques_size_is_its_root_mean_square_over_all_rows_that_are_compare
 @pytest.mark.parametrize(("cutoff", "dt", "stride"), [(None, 0.01, 1), (5.0, 0.01, 5), (2.5, 0.01, 10), (2.5, 0.02, 5), (50.0, 0.01, 1)])
 def test_a_network_is_trained_on_four_rows_a_period_of_the_cut_off(cutoff, dt, stride):
     keep = np.arange(200) >= 20
-    np.testing.assert_array_equal(_chosen(segment(np.zeros((200, 1)), keep, cutoff, dt)), np.arange(20, 200, stride))
+    np.testing.assert_array_equal(_row_numbers(segment(np.zeros((200, 1)), keep, cutoff, dt)), np.arange(20, 200, stride))
 
 
 def test_inputs_get_unit_spread_odd_ones_about_zero_and_their_range_holds_the_mirror_images():
@@ -162,7 +162,7 @@ def test_inputs_get_unit_spread_odd_ones_about_zero_and_their_range_holds_the_mi
     x = torch.randn(20000, 4, generator=generator) * torch.tensor([2.0, 3.0, 0.5, 1.0]) + torch.tensor([0.7, 5.0, -1.0, 0.0])
     x[:, 3] = 4.0  # tells nothing
     rows = Rows(x.clone(), torch.tensor([-1.0, 1.0, -1.0, 1.0]), torch.ones(1), torch.ones(1), torch.zeros(1))
-    centre, spread, lowest, highest = standardised(rows)
+    centre, spread, lowest, highest = standardise(rows)
     mean = x.double().mean(dim=0)
     torch.testing.assert_close(centre, torch.tensor([0.0, mean[1], 0.0, 4.0], dtype=torch.float64))
     want = torch.stack([x[:, 0].double().pow(2).mean().sqrt(), x[:, 1].double().std(unbiased=False), x[:, 2].double().pow(2).mean().sqrt()])
@@ -255,19 +255,19 @@ def test_a_correction_is_used_as_far_as_held_out_recordings_confirm_it():
     rows = watched_rows()
     target, unit = rows.target.double(), rows.unit
     for share, t in ((1.0, 1.0), (1 / 0.75, 0.75), (2.0, 0.5), (-1.0, 0.0), (30.0, 0.0)):
-        b, trust = stacked(target, {1.0: share * target}, unit)
+        b, trust = stack(target, {1.0: share * target}, unit)
         assert b == 1.0
         assert trust == pytest.approx(np.full(2, t))
-    assert stacked(target, {0.0: 0.5 * target, 1.0: target}, unit)[0] == 1.0
-    assert stacked(target, {1.0: 3.0 * target, 0.0: target}, unit)[0] == 0.0, "networks that only harm are left out"
-    assert stacked(target, {b: (0.5 - 0.001 * b) * target for b in NETWORKS}, unit, (1.0,))[0] == 1.0, "a hair does not tell against them"
+    assert stack(target, {0.0: 0.5 * target, 1.0: target}, unit)[0] == 1.0
+    assert stack(target, {1.0: 3.0 * target, 0.0: target}, unit)[0] == 0.0, "networks that only harm are left out"
+    assert stack(target, {b: (0.5 - 0.001 * b) * target for b in NETWORKS}, unit, (1.0,))[0] == 1.0, "a hair does not tell against them"
 
 
 def test_what_helps_many_and_ruins_one_recording_is_not_used():
     rows = watched_rows()
     target, unit = rows.target.double(), rows.unit
     ruinous = torch.where((unit == 3)[:, None], -4.0 * target, 0.4 * target)
-    _, trust = stacked(target, {1.0: ruinous}, unit)
+    _, trust = stack(target, {1.0: ruinous}, unit)
     assert trust == pytest.approx(np.zeros(2))
     assert float((target - ruinous).abs().sum() / target.abs().sum()) < 1.3, "on average it hardly harms"
 

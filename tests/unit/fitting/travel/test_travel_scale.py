@@ -158,7 +158,7 @@ def test_some_rows_behind_a_low_pass_are_those_of_all_rows(cutoff, dt):
     half = reach(segment)
     assert half == int(np.ceil(6 / (cutoff * dt)))
     inside = np.arange(half, 900 - half, 7)
-    whole = segment.seen(columns)
+    whole = segment.filter(columns)
     np.testing.assert_allclose(seen_rows(segment, columns, inside), whole[inside], atol=2e-5)
     np.testing.assert_allclose(seen_rows(segment, columns, inside[3:4]), whole[inside[3:4]], atol=2e-5)
     assert seen_rows(segment, columns, inside).shape == (len(inside), 2, 3)

@@ -59,4 +59,4 @@ def test_an_arm_that_is_held_is_compared_over_all_of_its_torque_and_smoothed_mos
 
 
 def test_both_edges_scale_alike():
-    assert Band(4.0, 2.0).scaled(0.5) == Band(2.0, 1.0)
+    assert Band(4.0, 2.0).times(0.5) == Band(2.0, 1.0)

@@ -126,7 +126,7 @@ def test_torque_and_model_pass_the_same_filter_so_an_exact_model_leaves_nothing(
     a = arm(2)
     r = recording(a, planted(a), seconds=8.0, highest=2.5)
     (segment,) = prepare(angles_only(r), AT_15)
-    model = segment.seen(sensor_torque(a, planted(a), Motion.of(segment)))
+    model = segment.filter(sensor_torque(a, planted(a), Motion.of(segment)))
     assert relative(model, segment.tau, segment.keep) < 5e-3
     rough = sensor_torque(a, planted(a), Motion.of(segment))  # the filter of the states alone is not that of the torque
     sharp = r.tau + 0.5 * np.sin(2 * np.pi * 22 * r.t)[:, None]
@@ -171,7 +171,7 @@ def test_the_chosen_cutoff_is_near_the_best_one():
     chosen = plan(iter([r])).low_pass.cutoff_hz
     for cutoff in (chosen, *np.geomspace(1, 25, 15)):
         (segment,) = prepare(r, Preparation(LowPass(float(cutoff))))
-        errors[float(cutoff)] = float(((segment.seen(segment.qdd) - qdd)[400:-400] ** 2).mean() ** 0.5)
+        errors[float(cutoff)] = float(((segment.filter(segment.qdd) - qdd)[400:-400] ** 2).mean() ** 0.5)
     assert errors[chosen] < 0.01 * (qdd**2).mean() ** 0.5
     assert errors[chosen] < 4 * min(errors.values())
 
@@ -193,7 +193,7 @@ def test_steady_tables_are_compared_row_by_row_and_never_filtered():
     assert segment.steady
     assert segment.keep.all()
     assert np.array_equal(segment.tau, table.tau)
-    assert np.array_equal(segment.seen(table.tau), table.tau)
+    assert np.array_equal(segment.filter(table.tau), table.tau)
     assert not segment.qdd.any()
 
 

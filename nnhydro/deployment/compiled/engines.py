@@ -13,9 +13,9 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.deployment.compiled.source import ARRAYS, FUNCTIONS, INLINE, Writer
+from nnhydro.deployment.onnx.expressions import Program, Value
 from nnhydro.errors import missing_extra, require
-from nnhydro.models.compiled.source import ARRAYS, FUNCTIONS, INLINE, Writer
-from nnhydro.models.export.expressions import Program, Value
 
 Array = NDArray[np.float64]
 Function = Callable[..., Any]
@@ -81,7 +81,7 @@ def numba_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Engi
     """Return kernel(n, *inputs, out) that computes n rows; all arrays are one-dimensional and contiguous."""
     import numba
 
-    from nnhydro.models.compiled import sine
+    from nnhydro.deployment.compiled import sine
 
     lines, results = Writer(program, INLINE, [text for columns in inputs for text in columns.at()]).statements(outputs)
     body = [*lines, *(f"{at} = {result}" for at, result in zip(out.at(), results, strict=True))]

@@ -11,14 +11,14 @@ import torch
 from campaigns import GIVEN, TINY, campaign, planted, recording
 from rigs import arm, run, states
 
+from nnhydro.deployment.onnx.expressions import Program
+from nnhydro.deployment.onnx.onnx_file import export_onnx, record, run_steps
+from nnhydro.deployment.onnx.onnx_graph import onnx_model
+from nnhydro.deployment.onnx.step import Step
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.network.train import train
-from nnhydro.models.export.expressions import Program
-from nnhydro.models.export.onnx_file import export_onnx, record, run_steps
-from nnhydro.models.export.onnx_graph import onnx_model
-from nnhydro.models.export.step import Step
-from nnhydro.models.export.tracing import trace
 from nnhydro.models.prediction import predict
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import LINKS, arm, run, states
 
+from nnhydro.deployment.compiled import engines
+from nnhydro.deployment.compiled.torque import WORTH, CompiledModel, compile_model, quickest
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.models.baselines import BASELINES, baseline
-from nnhydro.models.compiled import engines
-from nnhydro.models.compiled.torque import WORTH, CompiledModel, compile_model, quickest
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -51,7 +51,7 @@ def one_by_one(made, motion):
 @pytest.mark.parametrize("links", [1, 2, 3])
 def test_every_term_without_a_memory_is_compiled(kind, links):
     a = arm(links, gravity_m_s2=0.3)
-    loads = Loads({"rigid_body": RigidBody.of_arm(a)}).plus("term", term_kinds()[kind].started(a))
+    loads = Loads({"rigid_body": RigidBody.of_arm(a)}).plus("term", term_kinds()[kind].at_start(a))
     made = compile_model(model_of(a, loads=loads), "numpy")
     assert_equal(made, states(links, 200))
     torch.testing.assert_close(one_by_one(made, states(links, 20)), made.model.torque(states(links, 20)), rtol=1e-11, atol=1e-11)
@@ -107,13 +107,13 @@ def test_numba_gives_every_baseline_and_any_number_of_links(name, links):
 def test_a_friction_that_needs_more_than_arithmetic_is_compiled_by_numba():
     pytest.importorskip("numba")
     a = arm()
-    terms = {kind: term_kinds()[kind].started(a) for kind in WITHOUT_MEMORY}
+    terms = {kind: term_kinds()[kind].at_start(a) for kind in WITHOUT_MEMORY}
     assert_equal(compile_model(model_of(a, loads=Loads(terms)), "numba"), states(2, 2000))
 
 
 def test_the_sine_of_numba_is_exact_to_rounding():
     numba = pytest.importorskip("numba")
-    from nnhydro.models.compiled import sine
+    from nnhydro.deployment.compiled import sine
 
     both = numba.vectorize(["float64(float64)"])(lambda x: sine.sin(x)), numba.vectorize(["float64(float64)"])(lambda x: sine.cos(x))
     for reach in (1.6, 30.0, 1e4, 1e7):
@@ -151,7 +151,7 @@ def test_long_recordings_are_predicted_by_what_is_soonest_done(monkeypatch):
     assert quickest(constant, many - 1) is constant
     assert isinstance(quickest(state, few), CompiledModel)
     assert isinstance(quickest(constant, many), CompiledModel)
-    lagging = model_of(arm(), loads=state.loads.plus("history", HistoryForce.started(arm())))
+    lagging = model_of(arm(), loads=state.loads.plus("history", HistoryForce.at_start(arm())))
     assert quickest(lagging, many) is lagging
     monkeypatch.setattr(engines, "find_spec", lambda name: None)
     assert quickest(state, many) is state
@@ -173,7 +173,7 @@ def test_an_unknown_engine_is_refused():
 
 def test_a_term_that_remembers_in_another_way_is_refused():
     a = arm()
-    loads = baseline("constant").start(a).plus("history", HistoryForce.started(a))
+    loads = baseline("constant").start(a).plus("history", HistoryForce.at_start(a))
     with pytest.raises(ModelError, match="holds a memory that is not compiled"):
         compile_model(model_of(a, loads=loads), "numpy")
 

@@ -10,11 +10,11 @@ from rigs import arm
 
 import nnhydro
 from nnhydro.cli.main import run
+from nnhydro.deployment.formats.curves import coefficient_rows
+from nnhydro.deployment.formats.mujoco import HELD, mujoco_xml
+from nnhydro.deployment.formats.urdf import arm_yaml, read_urdf
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ArmError, ConfigError, ModelError
-from nnhydro.exchange.curves import coefficient_rows
-from nnhydro.exchange.mujoco import HELD, mujoco_xml
-from nnhydro.exchange.urdf import arm_yaml, read_urdf
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_kinds
@@ -219,7 +219,7 @@ def test_every_term_is_either_held_by_mujoco_or_named_as_missing():
     for kind, cls in term_kinds().items():
         if kind in ("rigid_body",) or not hasattr(cls, "started"):
             continue
-        made = mujoco_xml(StripTheory(a, GIVEN, {}, "x", Loads({"rigid_body": RigidBody.of_arm(a), "one": cls.started(a)})))
+        made = mujoco_xml(StripTheory(a, GIVEN, {}, "x", Loads({"rigid_body": RigidBody.of_arm(a), "one": cls.at_start(a)})))
         told = made.holds if kind in HELD else made.lacks
         assert any(line.startswith("one:") for line in told), kind
 

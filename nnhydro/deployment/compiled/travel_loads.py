@@ -1,4 +1,4 @@
-"""The part of a model that depends on the travel of each strip, worked off by physics/travel_kernel.py."""
+"""The part of a model that depends on the travel of each strip, worked off by physics/travel/kernel.py."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ POINTS: Final = 5  # of the curve in each piece, from which its polynomials are 
 
 
 def _coefficients(curve: Callable[[torch.Tensor], torch.Tensor], end: float, pieces: int) -> tuple[float, ...]:
-    """The coefficients in physics/travel_kernel.py of the cubic spline that is `curve` up to the travel `end`."""
+    """The coefficients in physics/travel/kernel.py of the cubic spline that is `curve` up to the travel `end`."""
     u, knots = (np.arange(pieces)[:, None] + np.linspace(0.0, 1.0, POINTS)).ravel() / pieces, np.arange(1, pieces)
     side = np.where(2 * knots <= pieces, -1.0, 1.0)
     ramps = np.clip(side * (u[:, None] - knots / pieces), 0.0, None) ** 3

@@ -10,9 +10,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.models.compiled.engines import EngineColumns, numba_rows, numba_step, numpy_rows, step
-from nnhydro.models.export.expressions import Program, Value
-from nnhydro.models.export.tracing import trace
+from nnhydro.deployment.compiled.engines import EngineColumns, numba_rows, numba_step, numpy_rows, step
+from nnhydro.deployment.onnx.expressions import Program, Value
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 

@@ -20,8 +20,8 @@ from typing import Any, final
 import numpy as np
 import yaml
 
+from nnhydro.deployment.formats.urdf_tree import Array, Body, Chain, read_chain
 from nnhydro.errors import ArmError, count_text
-from nnhydro.exchange.urdf_tree import Array, Body, Chain, read_chain
 from nnhydro.recordings.arm import Arm, parse_arm
 
 PARALLEL = 1e-3  # rad between axes that count as parallel

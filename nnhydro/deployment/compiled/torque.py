@@ -4,8 +4,8 @@
     tau = fast.torque(motion)                            # (n, joints) N m, as the model's own
     tau1, tau2 = fast.step(q1, q2, dq1, dq2, ddq1, ddq2, u0, du0)
 
-The load terms are traced once, as they stand (models/export/tracing.py), and what they leave is compiled: there is no second formula to
-keep equal. Coefficients over the travel s/D are worked off by physics/travel_kernel.py, which needs numba. Gradients come from the model
+The load terms are traced once, as they stand (deployment/onnx/tracing.py), and what they leave is compiled: there is no second formula to
+keep equal. Coefficients over the travel s/D are worked off by physics/travel/kernel.py, which needs numba. Gradients come from the model
 itself.
 """
 
@@ -18,30 +18,19 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from nnhydro.deployment.compiled.engines import engine_called
+from nnhydro.deployment.compiled.memoryless import Memoryless
+from nnhydro.deployment.compiled.travelling import TravelKernels
 from nnhydro.errors import ModelError, require
-from nnhydro.models.compiled.engines import engine_called
-from nnhydro.models.compiled.memoryless import Memoryless
-from nnhydro.models.compiled.travelling import TravelKernels
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.physics.motion import Motion
+from nnhydro.physics.motion import Motion, trial_runs
 from nnhydro.physics.travel.term import TravelTerm
 
 Array = NDArray[np.float64]
 # rows from which on compiling pays: it takes 3 s and saves 11 s a million rows with coefficients over the travel, 0.8 s without
 WORTH: Final = {True: 500_000, False: 5_000_000}
 CLOSE: Final = 1e-9  # of the rms torque: far above rounding, far below any difference that would be a fault
-ROWS: Final = 60
-
-
-def trial_runs(links: int, rows: int = ROWS) -> list[Motion]:
-    """Return two runs of `rows` instants with reversals: the arm from rest, and under a carriage that was moving before."""
-    t = torch.linspace(0.0, 3.0, rows, dtype=torch.float64)
-    w, a = torch.arange(1, links + 1) + 1.5, 0.8 / torch.arange(1, links + 1)
-    phase = w * t[:, None]
-    q, qd, qdd = a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase)
-    still = torch.zeros_like(t)
-    return [Motion(t, q, qd, qdd, still, still), Motion(t, q, qd, qdd, 0.4 + 0.1 * torch.sin(2 * t), 0.2 * torch.cos(2 * t))]
 
 
 @final

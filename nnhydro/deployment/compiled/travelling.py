@@ -1,6 +1,6 @@
 """Models with coefficients over the travel: kinematics, then the strips with their memory, then all else and the way to the sensors.
 
-First and last are kernels traced from the model; the strips are physics/travel_kernel.py. Blocks of rows pass through the three while they
+First and last are kernels traced from the model; the strips are physics/travel/kernel.py. Blocks of rows pass through the three while they
 lie in the cache. Needs numba.
 """
 
@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor, stack
 
-from nnhydro.models.compiled.engines import EngineColumns, Function, numba_rows
-from nnhydro.models.compiled.memoryless import example, fields, flat, one_row
-from nnhydro.models.compiled.travel_loads import TravelLoads
-from nnhydro.models.export.tracing import trace
+from nnhydro.deployment.compiled.engines import EngineColumns, Function, numba_rows
+from nnhydro.deployment.compiled.memoryless import example, fields, flat, one_row
+from nnhydro.deployment.compiled.travel_loads import TravelLoads
+from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.transmission import sensed
+from nnhydro.physics.transmission import sensor_torque
 from nnhydro.physics.travel.term import TravelTerm
 
 Array = NDArray[np.float64]
@@ -95,7 +95,7 @@ class TravelKernels:
             """Return the torques (joints,) N m of one instant, the strips' forces N and moments N m being given."""
             flow = Flow(arm, one_row(q, qd, qdd, u0, du0))
             force, moment = strips[None, 0::2], strips[None, 1::2]
-            return (sensed(rest.torque(flow) + flow.normal_columns(force, moment).sum(-1), qd[None], arm)[0],)
+            return (sensor_torque(rest.torque(flow) + flow.normal_columns(force, moment).sum(-1), qd[None], arm)[0],)
 
         program, (tau,) = trace(torque, example(arm.n_links, 2 * arm.n_links))
         return numba_rows(program, list(tau), [*fields(arm.n_links), EngineColumns("strips", 2 * arm.n_links, BLOCK + 1)],

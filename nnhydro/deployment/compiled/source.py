@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
-from nnhydro.models.export.expressions import Program, Scalar, Value
+from nnhydro.deployment.onnx.expressions import Program, Scalar, Value
 
 INLINE: Final[Mapping[str, str]] = {
     "mul": "{0}*{1}", "div": "{0}/{1}", "max": "{0} if {0} > {1} else {1}", "min": "{0} if {0} < {1} else {1}",

@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.models.export.expressions import Program, Value, add, combine, scale, sub
+from nnhydro.deployment.onnx.expressions import Program, Value, add, combine, scale, sub
 
 
 @final

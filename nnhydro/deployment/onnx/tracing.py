@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.utils._python_dispatch import TorchDispatchMode
 
+from nnhydro.deployment.onnx.elementwise import Complex, elementwise
+from nnhydro.deployment.onnx.expressions import Program, Scalar, Value, combine, scale, sub
 from nnhydro.errors import ModelError
-from nnhydro.models.export.elementwise import Complex, elementwise
-from nnhydro.models.export.expressions import Program, Scalar, Value, combine, scale, sub
 
 Objects = NDArray[np.object_]
 FRESH = ("zeros_like", "ones_like", "full_like", "empty_like", "new_zeros", "new_ones", "new_full", "new_empty")  # take the shape only

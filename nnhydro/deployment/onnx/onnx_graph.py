@@ -13,8 +13,8 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.models.export.expressions import Program, Row, Value, row_of
-from nnhydro.models.export.schedule import rounds
+from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
+from nnhydro.deployment.onnx.schedule import rounds
 
 OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "abs": "Abs", "sign": "Sign", "sqrt": "Sqrt", "exp": "Exp",
        "log": "Log", "tanh": "Tanh", "sin": "Sin", "cos": "Cos", "tan": "Tan", "atan": "Atan", "asin": "Asin", "acos": "Acos",

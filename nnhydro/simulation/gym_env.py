@@ -1,6 +1,6 @@
 """`nnhydro/ArmInWater-v0` for gymnasium (extra `rl`): an arm in water that is to bring its joints to a goal.
 
-    import gymnasium, nnhydro.exchange.gym_env
+    import gymnasium, nnhydro.simulation.gym_env
     env = gymnasium.make("nnhydro/ArmInWater-v0", model="my_model")
 
 action       torques at the joints, -1 to 1, in units of `torque_Nm`
@@ -101,7 +101,7 @@ class ArmInWater(gymnasium.Env[Array, Array]):
 def register() -> None:
     """Make the environment known to gymnasium."""
     if NAME not in gymnasium.registry:
-        gymnasium.register(NAME, entry_point="nnhydro.exchange.gym_env:ArmInWater", max_episode_steps=250)
+        gymnasium.register(NAME, entry_point="nnhydro.simulation.gym_env:ArmInWater", max_episode_steps=250)
 
 
 register()

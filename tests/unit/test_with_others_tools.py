@@ -7,12 +7,12 @@ import torch
 from campaigns import GIVEN, dry, planted
 from rigs import arm
 
-import nnhydro.exchange.gym_env  # noqa: F401  # makes the environment known
+import nnhydro.simulation.gym_env  # noqa: F401  # makes the environment known
+from nnhydro.deployment.formats.mujoco import mujoco_xml
+from nnhydro.deployment.formats.mujoco_water import MujocoWater
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.hypotheses.payload_mass import PayloadMass
 from nnhydro.errors import ConfigError, ModelError
-from nnhydro.exchange.mujoco import mujoco_xml
-from nnhydro.exchange.mujoco_water import MujocoWater
 from nnhydro.fitting.linear.recursive import RecursiveFit
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
@@ -80,7 +80,7 @@ def test_the_environment_keeps_gymnasium_s_contract_and_repeats_itself():
 
 @pytest.mark.slow
 def test_the_environment_is_the_dynamics_compiled_or_not():
-    from nnhydro.exchange.gym_env import ArmInWater
+    from nnhydro.simulation.gym_env import ArmInWater
 
     env = ArmInWater(theory(arm(2), state_loads(arm(2))))
     seen = []

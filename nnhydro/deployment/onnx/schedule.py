@@ -5,7 +5,7 @@ A round computes all its atoms at once, one operation a kind. A kind whose atoms
 
 from collections.abc import Sequence
 
-from nnhydro.models.export.expressions import Program, Scalar, Value
+from nnhydro.deployment.onnx.expressions import Program, Scalar, Value
 
 
 def _sources(program: Program, k: int) -> set[int]:

@@ -14,18 +14,17 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from nnhydro.deployment.onnx.expressions import Program
+from nnhydro.deployment.onnx.step import NAMES, Step
+from nnhydro.deployment.onnx.tracing import Objects, trace
 from nnhydro.errors import ModelError, missing_extra, require
-from nnhydro.models.compiled.torque import trial_runs
 from nnhydro.models.corrected_simulation import CorrectedSimulation
-from nnhydro.models.export.expressions import Program
-from nnhydro.models.export.step import NAMES, Step
-from nnhydro.models.export.tracing import Objects, trace
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.models.without_instruments import sensor_faults
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.motion import Motion
+from nnhydro.physics.motion import Motion, trial_runs
 from nnhydro.runtime.files import json_text, write_own
 from nnhydro.runtime.stamp import refuse_foreign
 
@@ -183,7 +182,7 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
         import onnx  # noqa: F401
     except ImportError:
         missing_extra("onnx", "onnx", "nnhydro export")
-    from nnhydro.models.export.onnx_graph import onnx_model
+    from nnhydro.deployment.onnx.onnx_graph import onnx_model
 
     require(precision in PRECISIONS, f"--precision {precision!r}: one of {', '.join(PRECISIONS)}")
     require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'model.onnx'}")

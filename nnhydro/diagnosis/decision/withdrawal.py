@@ -1,0 +1,34 @@
+"""A claim with which held-out recordings are predicted no better is withdrawn: nobody could act on it.
+
+All claims are withdrawn where together they lower the error E on held-out recordings by less than RELEVANT of it; else, one by one, the
+claim without which E is lowest, as long as E does not rise without it.
+"""
+
+from dataclasses import replace
+
+from nnhydro.diagnosis.constants import FORM, RELEVANT
+from nnhydro.diagnosis.decision.decide import Claims
+from nnhydro.diagnosis.decision.proof import Proof, prove
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.models.strip_theory import StripTheory
+
+
+def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
+    """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them."""
+    while True:
+        proof = prove(search, decided.claimed, model, seed)
+        without = {k: proof.without[search.key(k)] for k in decided.claimed.chosen}
+        worst = min(without, key=lambda k: without[k], default=None)
+        if worst is None:
+            return decided, proof
+        useless = proof.before - proof.after < RELEVANT * max(proof.before, FORM)
+        if not useless and without[worst] > proof.after:
+            return decided, proof
+        reason = (f"errors on {proof.held_out} held out go from {100 * (proof.before if useless else without[worst]):.1f} to "
+                  f"{100 * proof.after:.1f} % with it: nobody could act on it")
+        gone = decided.claimed.chosen if useless else (worst,)
+        keys = set(map(search.key, gone))
+        decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
+                          for d in decided.decisions)
+        decided = Claims(search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
+                         {k: share for k, share in decided.shares.items() if k not in gone})

@@ -1,1 +1,0 @@
-"""Models as ONNX: one step in time with its state."""
