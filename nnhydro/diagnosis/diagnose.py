@@ -110,6 +110,10 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     parts = in_parts(search, search.climb(finer.best), model)
     search = parts.search
     best = simplest(search, plain(search, parts.best))
+    if best.chosen != parts.best.chosen:  # what took a special law's place has no finer values yet
+        finer = refine(search, best, model)
+        search = finer.search
+        best = simplest(search, plain(search, search.climb(finer.best)))
     decided = decide(search, best, seed)
     return SearchedCampaign(design, noise, search, decided, model, search.score(()))
 

@@ -3,7 +3,7 @@
 A member k of the best set S is claimed if
     1. it gains more than LEAST_GAIN, than chance does in this campaign, and than FORM^2 of what the largest claim gains: that much may be
        the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
-       and LOOK_ALIKE of what a larger one gains for which its card may be taken
+       and LOOK_ALIKE of what a larger one gains for which its card may be taken, unless it is a standard term that every joint has
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
@@ -104,7 +104,7 @@ def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> li
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
     bars = []
     for i, effect in enumerate(effects):
-        alike = [gains[j] for j, other in enumerate(effects) if j != i and gains[j] > gains[i]
+        alike = [gains[j] for j, other in enumerate(effects) if j != i and gains[j] > gains[i] and not effect.standard
                  and (other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for)]
         bars.append(max(FORM**2 * max(gains), LOOK_ALIKE * max(alike, default=0.0)))
     return bars

@@ -8,6 +8,7 @@ import numpy as np
 from nnhydro.diagnosis.constants import NEAR
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.values import values_of
 
 ALIKE = 0.98  # cosine of the visible torques from which two effects are one
 HARDLY = 0.05  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
@@ -35,8 +36,14 @@ def _signals(search: Search, k: int) -> int:
     return len(search.view.library.hypotheses[k].effect.signature.depends_on)
 
 
+def _is_special(search: Search, found: ScoredSet, k: int) -> bool:
+    """Return whether the values that would be told of member `k` make sense for its law: a grip without a breakaway is plain friction."""
+    h = search.view.library.hypotheses[k]
+    return h.per_recording or h.plausible(values_of(search, found, k).mean)
+
+
 def plain(search: Search, found: ScoredSet) -> ScoredSet:
-    """Return `found` with special laws replaced by plainer ones of their family where they take no more from the unknown.
+    """Return `found` with special laws replaced by plainer ones of their family where they take no more, or their values are those of it.
 
     Of plainer laws that of the fewest signals: a friction that falls with speed contains the dry one, not that of the load.
     Raises nothing. A special law is admitted beside the plain one as any further effect is beside a set.
@@ -53,7 +60,8 @@ def plain(search: Search, found: ScoredSet) -> ScoredSet:
         fewest = min(_signals(search, i) for i in plainer)
         plainest = [i for i in plainer if _signals(search, i) == fewest]
         best = max((search.score((*rest, i)) for i in search.most_gaining(base, plainest)), key=lambda s: s.score)
-        if search.admits(base, best) and not (found.score > best.score + NEAR and search.admits(best, found)):
+        special = found.score > best.score + NEAR and search.admits(best, found) and _is_special(search, found, k)
+        if search.admits(base, best) and not special:
             found = best
     return found
 
