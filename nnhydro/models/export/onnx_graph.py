@@ -130,7 +130,7 @@ class Graph:
     def _elements(self, source: str, index: Sequence[int]) -> str:
         return str(self.node("GatherElements", [source, self.constant(index, np.int32)], axis=0))
 
-    def _shaped(self, vector: str, shape: Sequence[int]) -> str:
+    def _reshape(self, vector: str, shape: Sequence[int]) -> str:
         return str(self.node("Reshape", [vector, self.constant(shape, np.int64)]))
 
     def gather(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
@@ -145,7 +145,7 @@ class Graph:
         if len(shape) == 1 and index == list(range(len(held))):
             return source
         taken = self._elements(source, index)
-        return taken if len(shape) == 1 else self._shaped(taken, shape)
+        return taken if len(shape) == 1 else self._reshape(taken, shape)
 
     def combine(self, wanted: Iterable[Row]) -> None:
         """Compute every linear combination in `wanted` that is not there yet."""
@@ -179,14 +179,14 @@ class Graph:
         source = self.gather((((a, 1.0),) for number in order for a in atoms[number]), shape)
         matrices = W[order[0]] if each == g else W[order[::each]]
         product = self.node("MatMul", [source, self.constant(matrices)])
-        self.chunk(self._shaped(product, [g * m]), [row for number in order for row in rows[number]])
+        self.chunk(self._reshape(product, [g * m]), [row for number in order for row in rows[number]])
 
     def _mirrored(self, atoms: Atoms, rows: list[Row], W: Array, pairs: list[tuple[int, int]], signs: Array) -> None:
         """Rows in pairs that differ in the signs of some atoms only: one matrix, of the atoms and of the atoms with these signs."""
         both = self.gather((((a, 1.0),) for a in (*atoms, *atoms)), (2, len(atoms)))
         signed = self.node("Mul", [both, self.constant(np.stack([np.ones_like(signs), signs]))])
         product = self.node("MatMul", [signed, self.constant(W[:, [a for a, _ in pairs]])])
-        self.chunk(self._shaped(product, [len(rows)]), [rows[pair[side]] for side in (0, 1) for pair in pairs])
+        self.chunk(self._reshape(product, [len(rows)]), [rows[pair[side]] for side in (0, 1) for pair in pairs])
 
     def _dense_cost(self, atoms: int, rows: int) -> float:
         return 2 * NODE + ELEMENT * atoms + TIMES[self.dtype.itemsize] * atoms * rows
