@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from nnhydro.deployment.c_kernels import DOTTED, OPTIONS, dense
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
+from nnhydro.deployment.onnx.mirror import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
 
 LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
@@ -31,19 +32,6 @@ SIDE: Final = 4  # equal matrices from which on they are one product
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
-def _mirror_pairs(W: NDArray[np.float64]) -> tuple[list[tuple[int, int]], NDArray[np.float64]] | None:
-    """Pairs of rows of W (m, k) that differ by one pattern of signs s (k,) only, and s; None where they do not all pair up."""
-    by_size: dict[bytes, list[int]] = defaultdict(list)
-    for i, row in enumerate(np.abs(W)):
-        by_size[row.tobytes()].append(i)
-    if any(len(found) != 2 for found in by_size.values()):
-        return None
-    pairs = [(a, b) for a, b in by_size.values()]
-    signs = np.array([np.sign(W[a] * W[b]) for a, b in pairs])
-    s = np.where((signs >= 0).all(axis=0), 1.0, -1.0)
-    return (pairs, s) if (s < 0).any() and ((signs == s) | (signs == 0)).all() else None
-
-
 Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how much each list goes on within a width: 0 or 1
 
 
@@ -124,7 +112,7 @@ class Tables:
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
         """Rows over the same atoms."""
         W = np.array([[c for _, c in row] for row in rows])
-        paired = _mirror_pairs(W)
+        paired = mirror_pairs(W)
         if paired is None:
             first = self.slots(rows)
             self._matrix(atoms, W, f"v + {first}")

@@ -90,7 +90,8 @@ def sub(a: Value, b: Value) -> Value:
 
 
 FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
-    "same": lambda x: x, "mul": np.multiply, "div": np.divide, "max": np.maximum, "min": np.minimum, "pow": np.power,
+    "same": lambda x: x, "clip": lambda x: np.clip(x, -1.0, 1.0), "unit": lambda x: np.clip(x, 0.0, 1.0),
+    "mul": np.multiply, "div": np.divide, "max": np.maximum, "min": np.minimum, "pow": np.power,
     "maxof": lambda *x: np.max(np.stack(np.broadcast_arrays(*x)), axis=0),
     "minof": lambda *x: np.min(np.stack(np.broadcast_arrays(*x)), axis=0),
     "where": lambda c, a, b: np.where(np.asarray(c) > 0.5, a, b),
@@ -147,6 +148,12 @@ class Program:
         ((k, c),) = x.terms.items()
         return c, Scalar(0.0, {k: 1.0})
 
+    def _root(self, x: Scalar) -> Value | None:
+        """The y of x = sqrt(y); None of anything else."""
+        number = next(iter(x.terms))
+        atom = self.atoms[number] if len(x.terms) == 1 and x.bias == 0 else None
+        return atom.operands[0] if atom is not None and atom.kind == "sqrt" else None
+
     def mul(self, a: Value, b: Value) -> Value:
         """Return a b."""
         if not isinstance(a, Scalar):
@@ -157,6 +164,8 @@ class Program:
         assert isinstance(ua, Scalar)
         assert isinstance(ub, Scalar)
         first, second = sorted((ua, ub), key=lambda x: x.key)
+        if first.key == second.key and (root := self._root(first)) is not None:
+            return scale(root, ca * cb)
         return scale(self.apply("mul", first, second), ca * cb)
 
     def div(self, a: Value, b: Value) -> Value:

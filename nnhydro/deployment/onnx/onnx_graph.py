@@ -2,30 +2,43 @@
 
 Every round of the schedule (schedule.py) becomes: its operands, all linear combinations of what is known, and one operation a kind. Where
 the matrix is small, one product gives all operands at once; where it is not, long sums over the same atoms go as matrices of their own, the
-others as gathered terms, weighed and added. A node costs about 0.3 microseconds however small it is: few nodes mean speed. What may be
-infinite (the travel of a link that has moved for ever) enters no matrix with zeros: 0 times infinity is no number.
+others as gathered terms, weighed and added. A node costs about half a microsecond however small it is: few nodes mean speed. Values that
+nobody asks for any more are left behind, so that what is joined stays short. What may be infinite (the travel of a link that has moved
+for ever) enters no matrix with zeros: 0 times infinity is no number.
 """
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence, Set
+from itertools import islice
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
+from nnhydro.deployment.onnx.clipping import with_clips
+from nnhydro.deployment.onnx.expressions import Array, Program, Row, Value, row_of
+from nnhydro.deployment.onnx.mirror import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
 
 OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "abs": "Abs", "sign": "Sign", "sqrt": "Sqrt", "exp": "Exp",
        "log": "Log", "tanh": "Tanh", "sin": "Sin", "cos": "Cos", "tan": "Tan", "atan": "Atan", "asin": "Asin", "acos": "Acos",
        "floor": "Floor", "ceil": "Ceil", "sigmoid": "Sigmoid", "maxof": "ReduceMax", "minof": "ReduceMin"}
 TESTS = {"positive": "Greater", "zero": "Equal"}
+CLIPS = {"clip": (-1.0, 1.0), "unit": (0.0, 1.0)}
 SPREADING = ("same", "mul", "abs", "sqrt", "pow", "exp", "log", "max", "maxof", "floor", "ceil")  # infinite where an operand is
-LONG = 12  # terms: longer sums go as a matrix, with others over the same atoms
-# microseconds of onnxruntime 1.31 on one x86-64 core, to choose between equal ways: a node, a gathered or added element, a multiplication
-NODE, ELEMENT, TIMES = 0.3, 0.0008, {8: 2.2e-4, 4: 4e-5}
+SHORT, LONG = 4, 12  # terms: sums up to SHORT are padded together; longer than LONG they go as a matrix, over the same atoms
+# microseconds of onnxruntime 1.32 on one x86-64 core, to choose between equal ways: a node, an element gathered, added or copied by a
+# joint, a multiplication in a matrix
+NODE, ELEMENT, COPIED, TIMES = 0.5, 0.0008, 0.00025, {8: 3.6e-4, 4: 1e-4}
 Place = tuple[int, int]  # chunk and position in it
 Atoms = tuple[int | None, ...]  # None: the constant 1
+
+
+def as_cells(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.object_]:
+    """Return expressions as an array of objects."""
+    out = np.empty(len(values), dtype=object)
+    out[:] = values
+    return out.reshape(shape)
 
 
 def _blocks(rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list[Row]]], list[Row]]:
@@ -68,9 +81,10 @@ class Graph:
         self.onnx, self.dtype, self.infinite = onnx, np.dtype(dtype), infinite
         self.nodes: list[Any] = []
         self.constants: dict[tuple[Any, ...], Any] = {}
-        self.chunks: list[tuple[str, int]] = []
+        self.chunks: list[tuple[str, list[Row]]] = []
         self.places: dict[Row, Place] = {}
-        self.moved: dict[int, Place] = {}
+        self.last: dict[Row, int] = {}  # round in which a value is asked for last
+        self.now = self.end = 0
 
     def constant(self, values: Any, dtype: Any = None) -> str:
         """Return the name of an initializer with `values`; equal ones are kept once."""
@@ -90,37 +104,48 @@ class Graph:
         """Take the vector `name` as the values of `rows`."""
         for position, row in enumerate(rows):
             self.places.setdefault(row, (len(self.chunks), position))
-        self.chunks.append((name, len(rows)))
+        self.chunks.append((name, list(rows)))
 
-    def _home(self, place: Place) -> Place:
-        """Where a value lies now that its chunk may be part of a longer one."""
-        chunk, position = place
-        while chunk in self.moved:
-            chunk, offset = self.moved[chunk]
-            position += offset
-        return chunk, position
+    def plan(self, wanted: Sequence[Iterable[Row]]) -> None:
+        """Note when each value is asked for last, given the sums that are operands in each round."""
+        made: set[Row] = set()
+        for number, rows in enumerate(wanted):
+            for row in rows:
+                parts = [] if row in made else [((k, 1.0),) for k, _ in row]
+                self.last.update(dict.fromkeys((row, *parts), number))
+                made.add(row)
+        self.end = len(wanted)
 
-    def _merge_chunks(self, used: Sequence[int]) -> str:
-        """Join chunks to one, which stands for them from now on: a joint pays for each of its parts."""
-        name, offset = self.node("Concat", [self.chunks[c][0] for c in used], axis=0), 0
-        for c in used:
-            self.moved[c] = (len(self.chunks), offset)
-            offset += self.chunks[c][1]
-        self.chunks.append((name, offset))
-        return str(name)
+    def _merge_chunks(self, used: Sequence[int]) -> None:
+        """Join chunks to one, which stands for them from now on, without the values that nobody asks for any more where that pays."""
+        name, rows = str(self.node("Concat", [self.chunks[c][0] for c in used], axis=0)), [row for c in used for row in self.chunks[c][1]]
+        own = [self.places.get(row) == (c, p) for c in used for p, row in enumerate(self.chunks[c][1])]
+        kept = [i for i, row in enumerate(rows) if own[i] and self.last.get(row, -1) >= self.now]
+        for row in (row for row, mine in zip(rows, own, strict=True) if mine):
+            del self.places[row]
+        if COPIED * (len(rows) - len(kept)) * (1 + self.end - self.now) > NODE + ELEMENT * len(kept):
+            name, rows = self._elements(name, kept), [rows[i] for i in kept]
+        self.chunk(name, rows)
+
+    def _elements(self, source: str, index: Sequence[int]) -> str:
+        return str(self.node("GatherElements", [source, self.constant(index, np.int32)], axis=0))
+
+    def _reshape(self, vector: str, shape: Sequence[int]) -> str:
+        return str(self.node("Reshape", [vector, self.constant(shape, np.int64)]))
 
     def gather(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
         """Return the values of `rows`, all known, as one tensor of `shape`."""
-        places = [self._home(self.places[row]) for row in rows]
-        used = sorted({chunk for chunk, _ in places})
-        start = dict(zip(used, np.cumsum([0, *(self.chunks[c][1] for c in used)]), strict=False))
-        index = np.array([start[c] + p for c, p in places], dtype=np.int64).reshape(shape)
-        total = sum(self.chunks[c][1] for c in used)
-        source = self.chunks[used[0]][0] if len(used) == 1 else self._merge_chunks(used)
-        if len(shape) == 1 and len(index) == total and (index == np.arange(total)).all():
+        wanted = list(rows)
+        used = sorted({self.places[row][0] for row in wanted})
+        if len(used) > 1:
+            self._merge_chunks(used)
+            used = [len(self.chunks) - 1]
+        index = [self.places[row][1] for row in wanted]
+        source, held = self.chunks[used[0]]
+        if len(shape) == 1 and index == list(range(len(held))):
             return source
-        taken = str(self.node("GatherElements", [source, self.constant(index.ravel(), np.int64)], axis=0))
-        return taken if len(shape) == 1 else str(self.node("Reshape", [taken, self.constant(shape, np.int64)]))
+        taken = self._elements(source, index)
+        return taken if len(shape) == 1 else self._reshape(taken, shape)
 
     def combine(self, wanted: Iterable[Row]) -> None:
         """Compute every linear combination in `wanted` that is not there yet."""
@@ -128,7 +153,7 @@ class Graph:
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
         wild = [row for row in short if self._wild(row)]
-        few, many = ([row for row in short if (len(row) > 4) == long and not self._wild(row)] for long in (False, True))
+        few, many = ([row for row in short if (len(row) > SHORT) == long and not self._wild(row)] for long in (False, True))
         for rows in (few, many):
             self._sums(rows)
         self._sums(wild, whole=False)
@@ -137,19 +162,38 @@ class Graph:
         return any(k in self.infinite for k, _ in row)
 
     def _product(self, atoms: list[Atoms], rows: list[list[Row]], k: int, m: int) -> None:
-        """Rows over the same atoms by one matrix product, blocks of one shape (k atoms, m rows) together."""
+        """Rows over the same atoms by one matrix product, blocks of one shape (k atoms, m rows) together, equal matrices once."""
         g = len(atoms)
-        source = self.gather((((a, 1.0),) for group in atoms for a in group), (g, 1, k))
         W = np.array([[[c for _, c in row] for row in group] for group in rows]).transpose(0, 2, 1)
-        product = self.node("MatMul", [source, self.constant(W)])
-        self.chunk(self.node("Reshape", [product, self.constant([g * m], np.int64)]), [row for group in rows for row in group])
+        alike: dict[bytes, list[int]] = defaultdict(list)
+        for number in range(g):
+            alike[W[number].tobytes()].append(number)
+        order = [number for group in alike.values() for number in group]
+        each = g // len(alike) if len({len(group) for group in alike.values()}) == 1 else 1
+        order = order if each > 1 else list(range(g))
+        paired = mirror_pairs(W[0].T) if g == 1 else None
+        if paired is not None:
+            self._mirrored(atoms[0], rows[0], W[0], *paired)
+            return
+        shape = (each, k) if each == g else (g // each, each, k)
+        source = self.gather((((a, 1.0),) for number in order for a in atoms[number]), shape)
+        matrices = W[order[0]] if each == g else W[order[::each]]
+        product = self.node("MatMul", [source, self.constant(matrices)])
+        self.chunk(self._reshape(product, [g * m]), [row for number in order for row in rows[number]])
+
+    def _mirrored(self, atoms: Atoms, rows: list[Row], W: Array, pairs: list[tuple[int, int]], signs: Array) -> None:
+        """Rows in pairs that differ in the signs of some atoms only: one matrix, of the atoms and of the atoms with these signs."""
+        both = self.gather((((a, 1.0),) for a in (*atoms, *atoms)), (2, len(atoms)))
+        signed = self.node("Mul", [both, self.constant(np.stack([np.ones_like(signs), signs]))])
+        product = self.node("MatMul", [signed, self.constant(W[:, [a for a, _ in pairs]])])
+        self.chunk(self._reshape(product, [len(rows)]), [rows[pair[side]] for side in (0, 1) for pair in pairs])
 
     def _dense_cost(self, atoms: int, rows: int) -> float:
         return 2 * NODE + ELEMENT * atoms + TIMES[self.dtype.itemsize] * atoms * rows
 
     def _dense(self, rows: Sequence[Row]) -> str:
         """Rows of any terms by one matrix, zeros included; returns the vector of their values."""
-        atoms = sorted({k for row in rows for k, _ in row}, key=lambda k: self._home(self.places[((k, 1.0),)]))
+        atoms = sorted({k for row in rows for k, _ in row}, key=lambda k: self.places[((k, 1.0),)])
         at = {k: i for i, k in enumerate(atoms)}
         W = np.zeros((len(atoms), len(rows)))
         for column, row in enumerate(rows):
@@ -166,10 +210,18 @@ class Graph:
             self.chunk(self._dense(rows), rows)
             return
         padded = [(*row, *(((None, 0.0),) * (width - len(row)))) for row in rows]
-        source = self.gather((((a, 1.0),) for row in padded for a, _ in row), (len(rows), width) if width > 1 else (len(rows),))
         weights = np.array([[c for _, c in row] for row in padded])
-        product = self.node("Mul", [source, self.constant(weights if width > 1 else weights[:, 0])])
+        shape = weights.shape if width > 1 else (len(rows),)
+        source = self.gather((((k, 1.0),) for row in padded for k, _ in row), shape)
+        product = self.node("Mul", [source, self.constant(weights.reshape(shape))])
         self.chunk(product if width == 1 else self.node("ReduceSum", [product, self.constant([1], np.int64)], keepdims=0), rows)
+
+    def output(self, name: str, values: NDArray[np.object_]) -> None:
+        """Compute the output `name`."""
+        rows = [row_of(x) for x in values.ravel()]
+        self.combine(rows)
+        vector = self.gather(rows, (values.size,))
+        self.nodes.append(self.onnx.helper.make_node("Reshape", [vector, self.constant(values.shape, np.int64)], [name]))
 
     def round(self, program: Program, kinds: dict[str, list[int]]) -> None:
         """Compute the atoms `kinds` {kind: atoms}."""
@@ -182,32 +234,39 @@ class Graph:
         plain = {kind: atoms for kind, atoms in kinds.items() if kind not in ("maxof", "minof")}
         slots = [(kind, number) for kind, atoms in plain.items() for number in range(len(operands[atoms[0]]))]
         if slots:
-            sizes = [len(plain[kind]) for kind, _ in slots]
-            whole = self._operands([operands[k][number] for kind, number in slots for k in plain[kind]])
-            parts = [whole] if len(sizes) == 1 else self.node("Split", [whole, self.constant(sizes, np.int64)], len(sizes), axis=0)
+            parts = self._operands([[operands[k][number] for k in plain[kind]] for kind, number in slots])
             vectors: dict[str, list[str]] = defaultdict(list)
             for (kind, _), part in zip(slots, parts, strict=True):
                 vectors[kind].append(part)
             for kind, atoms in plain.items():
                 self.chunk(self._operation(kind, vectors[kind]), [((k, 1.0),) for k in atoms])
 
-    def _operands(self, rows: list[Row]) -> str:
-        """Return the values of `rows` as one vector: by one matrix, or new sums first and then all gathered."""
+    def _operands(self, vectors: list[list[Row]]) -> list[str]:
+        """Return vectors of the values of rows: by one matrix, or new sums first and then all gathered."""
+        rows = [row for vector in vectors for row in vector]
         fresh = dict.fromkeys(row for row in rows if row not in self.places)
-        atoms = len({k for row in rows for k, _ in row})
+        known = {k for row in rows for k, _ in row}
+        atoms, held = len(known), all(self.last.get(((k, 1.0),), -1) >= self.now for k in known)  # of sums known already they may be gone
         blocks, short = _blocks(fresh)
         products = sum(4 * NODE + len(full) * (ELEMENT + TIMES[self.dtype.itemsize] * m) * k for (k, m), full in blocks.items())
         staged = (4 * NODE + ELEMENT * (len(rows) + sum(map(len, short))) + products + min(2.0, self._dense_cost(atoms, len(fresh))))
-        if fresh and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
-            return self._dense(rows)
+        if fresh and held and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
+            whole = self._dense(rows)
+            self.chunk(whole, rows)
+            return self._cut(whole, list(map(len, vectors)))
         self.combine(rows)
-        return self.gather(rows, (len(rows),))
+        return self._cut(self.gather(rows, (len(rows),)), list(map(len, vectors)))
+
+    def _cut(self, whole: str, sizes: list[int]) -> list[str]:
+        return [whole] if len(sizes) == 1 else self.node("Split", [whole, self.constant(sizes, np.int64)], len(sizes), axis=0)
 
     def _operation(self, kind: str, parts: list[str]) -> str:
         """Add the nodes of one operation and return the name of its result."""
         if kind in TESTS:
             truth = self.node(TESTS[kind], [parts[0], self.constant(0.0)])
             return str(self.node("Cast", [truth], to=self.onnx.helper.np_dtype_to_tensor_dtype(self.dtype)))
+        if kind in CLIPS:
+            return str(self.node("Clip", [parts[0], *map(self.constant, CLIPS[kind])]))
         if kind == "where":
             truth = self.node("Greater", [parts[0], self.constant(0.5)])
             return str(self.node("Where", [truth, *parts[1:]]))
@@ -220,10 +279,12 @@ def onnx_model(program: Program, inputs: dict[str, tuple[int, ...]], outputs: di
 
     Inputs on which no output depends are left out. The file format is that of opset `opset`; numbers have the type `dtype`.
     """
+    program, flat = with_clips(program, [x for values in outputs.values() for x in values.ravel()])
+    remaining = iter(flat)
+    outputs = {name: as_cells(list(islice(remaining, values.size)), values.shape) for name, values in outputs.items()}
     graph = Graph(dtype, infinite_atoms(program))
     helper, number = graph.onnx.helper, 0
     kind = helper.np_dtype_to_tensor_dtype(graph.dtype)
-    flat = [x for values in outputs.values() for x in values.ravel()]
     needed, declared = program.dependencies(flat), []
     graph.chunk(graph.constant([1.0]), [((None, 1.0),)])
     for name, shape in inputs.items():
@@ -233,12 +294,18 @@ def onnx_model(program: Program, inputs: dict[str, tuple[int, ...]], outputs: di
             vector = name if len(shape) == 1 else graph.node("Reshape", [name, graph.constant([size], np.int64)])
             graph.chunk(vector, [((k, 1.0),) for k in range(number, number + size)])
         number += size
-    for kinds in rounds(program, flat):
+    planned = rounds(program, flat)
+    done = {k: number for number, kinds in enumerate(planned) for atoms in kinds.values() for k in atoms}
+    due = {name: 1 + max((done.get(k, -1) for x in values.ravel() for k, _ in row_of(x) if k is not None), default=-1)
+           for name, values in outputs.items()}  # an output is made as soon as it can be, so that nothing waits for it
+    wanted = [[row_of(x) for atoms in kinds.values() for k in atoms for x in program.atoms[k].operands] for kinds in [*planned, {}]]
+    for name, number_due in due.items():
+        wanted[number_due] += map(row_of, outputs[name].ravel())
+    graph.plan(wanted)
+    for graph.now, kinds in enumerate([*planned, {}]):
+        for name in (name for name, number_due in due.items() if number_due == graph.now):
+            graph.output(name, outputs[name])
         graph.round(program, kinds)
-    graph.combine(row_of(x) for x in flat)
-    for name, values in outputs.items():
-        vector = graph.gather([row_of(x) for x in values.ravel()], (values.size,))
-        graph.nodes.append(helper.make_node("Reshape", [vector, graph.constant(values.shape, np.int64)], [name]))
     made = helper.make_graph(graph.nodes, "step", declared, [helper.make_tensor_value_info(name, kind, values.shape)
                                                              for name, values in outputs.items()], list(graph.constants.values()))
     model = helper.make_model(made, opset_imports=[helper.make_opsetid("", opset)], producer_name="nnhydro", ir_version=10)

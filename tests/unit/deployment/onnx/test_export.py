@@ -196,6 +196,29 @@ def test_the_sidecar_says_how_to_feed_it(exported):
     assert json.loads(session(path).get_modelmeta().custom_metadata_map["nnhydro"]) == told
 
 
+def test_bounds_are_one_operation_and_the_square_of_a_root_is_none():
+    bounded = {"symmetric": (lambda x: x.clamp(-0.3, 0.3) * 2, "Clip"), "from zero": (lambda x: (3 * x).clamp(0.0, 0.5) + x, "Clip"),
+               "uneven": (lambda x: x.clamp(-0.2, 0.3), "Min"), "the wrong way round": (lambda x: x.clamp(min=0.5).clamp(max=-0.5), "Min")}
+    x = torch.tensor([-2.0, -0.25, 1e-9, 0.25, 2.0], dtype=torch.float64)
+    for name, (function, operation) in bounded.items():
+        program, (values,) = trace(lambda x, function=function: (function(x),), [x])
+        model = onnx_model(program, {"x": (5,)}, {"y": values}, np.float64, 18, {})
+        assert operation in {node.op_type for node in model.graph.node}, name
+        got = session(model.SerializeToString()).run(None, {"x": x.numpy()})[0]
+        np.testing.assert_allclose(got, function(x).numpy(), rtol=1e-15, err_msg=name)
+    program, (values,) = trace(lambda x: (torch.sqrt(x.abs() + 1) ** 2,), [x])
+    assert not {"sqrt", "mul"} & {program.atoms[k].kind for k in program.dependencies(list(values))}
+
+
+def test_values_that_nobody_asks_for_any_more_are_left_behind(hybrid, exported):
+    import onnx
+
+    graph = onnx.shape_inference.infer_shapes(onnx.load(exported[1])).graph
+    sizes = {x.name: x.type.tensor_type.shape.dim[0].dim_value for x in graph.value_info}
+    joined = [sizes[node.output[0]] for node in graph.node if node.op_type == "Concat"]
+    assert max(joined) < len(record(hybrid).program.atoms) / 2
+
+
 def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
     import onnx
 
