@@ -173,7 +173,7 @@ class Graph:
         order = order if each > 1 else list(range(g))
         paired = mirror_pairs(W[0].T) if g == 1 else None
         if paired is not None:
-            self._mirrored(atoms[0], rows[0], W[0], *paired)
+            self._mirror(atoms[0], rows[0], W[0], *paired)
             return
         shape = (each, k) if each == g else (g // each, each, k)
         source = self.gather((((a, 1.0),) for number in order for a in atoms[number]), shape)
@@ -181,7 +181,7 @@ class Graph:
         product = self.node("MatMul", [source, self.constant(matrices)])
         self.chunk(self._reshape(product, [g * m]), [row for number in order for row in rows[number]])
 
-    def _mirrored(self, atoms: Atoms, rows: list[Row], W: Array, pairs: list[tuple[int, int]], signs: Array) -> None:
+    def _mirror(self, atoms: Atoms, rows: list[Row], W: Array, pairs: list[tuple[int, int]], signs: Array) -> None:
         """Rows in pairs that differ in the signs of some atoms only: one matrix, of the atoms and of the atoms with these signs."""
         both = self.gather((((a, 1.0),) for a in (*atoms, *atoms)), (2, len(atoms)))
         signed = self.node("Mul", [both, self.constant(np.stack([np.ones_like(signs), signs]))])
