@@ -44,7 +44,8 @@ class Law:
 def law(name, width=1, joint=0, family=None, standard=False, **keys):
     """The law `name`, of a family of its own."""
     signature = SimpleNamespace(mistaken_for=(), depends_on=("qd",))
-    return Law(SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, signature=signature), width, **keys)
+    card = SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, general=False, signature=signature)
+    return Law(card, width, **keys)
 
 
 def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):

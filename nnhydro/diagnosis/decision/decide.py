@@ -110,14 +110,22 @@ def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> li
     return bars
 
 
+def gain_on_unseen(held: Array) -> float:
+    """Return the nats by which the folds `held` (folds,) are foreseen better without the best, what others lose by form forgiven.
+
+        sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, the sum else
+    """
+    total = float(held.sum())
+    return total - float(held.max()) + FORM * total if len(held) > 2 and total > 0 else total
+
+
 def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
     least = max(RELEVANT, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
-    total = float(held.sum())
-    foreseen = total - float(held.max()) + FORM * total if len(held) > 2 and total > 0 else total
+    foreseen = gain_on_unseen(held)
     tests = (
         (gain, threshold, f"gains {gain:.1f} nats beside the others ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),

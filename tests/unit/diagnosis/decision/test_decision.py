@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from problems import design, law, search, unknown
 
 from nnhydro.diagnosis.calibration.null_draws import null_gains, null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
-from nnhydro.diagnosis.decision.decide import decide, torque_shares
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, LOOK_ALIKE, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
+from nnhydro.diagnosis.decision.decide import _form_bars, decide, gain_on_unseen, torque_shares
 from nnhydro.diagnosis.search.library import bound_bonus, log_mass
 
 LAWS = tuple(law(f"law_{k}") for k in range(8))
@@ -92,6 +92,30 @@ def test_a_standard_term_of_a_joint_is_as_probable_as_not_and_any_other_law_one_
     view = with_planted([], laws=laws).view
     assert view.library.log_prior(0) == 0.0
     assert view.library.log_prior(1) == pytest.approx(-np.log(len(laws)))
+
+
+def test_what_a_law_may_be_taken_for_must_gain_a_tenth_of_it_unless_every_joint_has_it():
+    def bars(standard):
+        laws = (law("law_0"), law("law_1", standard=standard), *LAWS[2:])
+        laws[0].effect.signature.mistaken_for = ("law_1",)
+        one = with_planted([1.0, 0.3], laws=laws)
+        both = one.score((0, 1))
+        gain = one.gain(one.score((1,)), both)
+        return _form_bars(one, both, [one.score((1,)), one.score((0,))])[1] / gain
+
+    assert bars(standard=False) == pytest.approx(LOOK_ALIKE)
+    assert bars(standard=True) == pytest.approx(FORM**2)
+
+
+@pytest.mark.parametrize(("gains", "foreseen"), [
+    ([100.0, -3.0, 5.0, -4.0], True),  # the unknown foresees the others as well
+    ([100.0, -30.0, 5.0, -4.0], False),
+    ([3.0, -1.0, -1.0, -0.5], False),
+    ([1.0, 1.0, 1.0, 1.0], True),
+    ([-1.0, 0.5, 0.2, 0.1], False),
+])
+def test_a_law_may_be_foreseen_worse_in_some_recordings_by_a_tenth_of_what_it_gains_in_all(gains, foreseen):
+    assert (gain_on_unseen(np.array(gains)) > 0) == foreseen
 
 
 def test_a_law_whose_values_make_no_sense_together_is_not_claimed():

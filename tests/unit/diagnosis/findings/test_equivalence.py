@@ -1,0 +1,29 @@
+"""A special law gives way to the plain one of its family where it takes no more, or where its values are those of the plain one."""
+
+import numpy as np
+from problems import design, law, search
+
+from nnhydro.diagnosis.findings.equivalence import plain
+
+
+def fitted(sense):
+    """A search in which a special law of two values fits much better than the plain one of its family, and the set with it."""
+    of = design(0, groups=8, rows=30)
+    X = np.random.default_rng(50).standard_normal((*of.y.shape, 3))
+    of.y = of.y + X @ [0.0, 1.0, 1.0]
+    X[..., 0] = X[..., 1] + 0.3 * X[..., 2]
+    one = search(of, (law("plain", family="friction"), law("special", 2, family="friction", sense=sense)), X)
+    return one, one.score((1,))
+
+
+def test_a_law_that_explains_more_than_the_plain_one_stays():
+    one, found = fitted(lambda values: True)
+    assert found.score > one.score((0,)).score + 10
+    assert plain(one, found).chosen == (1,)
+
+
+def test_a_law_whose_told_values_are_those_of_the_plain_one_gives_way_to_it():
+    told = [False]
+    one, found = fitted(lambda values: not told[0])
+    told[0] = True  # the values of the fit without the unknown make no sense for it
+    assert plain(one, found).chosen == (0,)
