@@ -204,7 +204,7 @@ class Design:
 
 def design_of(problem: Problem, baseline: Baseline) -> Design:
     """Return the rows of `problem` against `baseline`; where nothing is driven, the common scale of the inertial parameters is held."""
-    further = max(0 if s.segment.other_qdd is None else problem.arm.n_links * len(s.segment.other_qdd) for s in problem.stretches)
+    further = problem.further_columns
 
     def build(base: Baseline) -> Design:
         """Return the rows of all blocks against the baseline `base`."""

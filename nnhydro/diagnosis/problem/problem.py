@@ -176,6 +176,11 @@ class Problem:
         """Number of recordings and steady tables."""
         return 1 + max(s.group for s in self.stretches)
 
+    @property
+    def further_columns(self) -> int:
+        """Number of columns, the baseline's last, of how the torque changes with what records of the acceleration disagree in."""
+        return max(0 if s.segment.other_qdd is None else self.arm.n_links * len(s.segment.other_qdd) for s in self.stretches)
+
     def units(self) -> tuple[Unit, ...]:
         """Return the stretches as units for fits of the baseline."""
         return tuple(Unit(s.name, s.name, s.segment.steady, partial(tuple, [s.segment])) for s in self.stretches)

@@ -4,7 +4,8 @@
     M = I + Y_g'W Y_g / s,   Q = (r'W r - b'M^-1 b / s) / s,   b = Y_g'W r_g,   s_0 = r'W r / n,  s_1 the most probable
 
 Noise may have any size in a recording, but what the baseline's own parameters make of it is none: r is what the best fit leaves, W its
-noise up to the size s. The change of parameters is in the spread of what they are known to.
+noise up to the size s. The change of parameters is in the spread of what they are known to. What the records of the acceleration
+disagree in is each recording's own, and no parameter.
 Source: MacKay (1992), Neural Computation 4, eq. 2.7.
 """
 
@@ -51,7 +52,10 @@ def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str,
         rows = problem.group_of == g
         if not p or rows.sum() * joints < FEWEST_ROWS * p or (problem.frequency[rows] < 0).any():
             continue
-        gain, z = gain_of_own_parameters(whitened.Y[rows].reshape(-1, p), r[rows].ravel())
+        Y, left = whitened.Y[rows].reshape(-1, p), r[rows].ravel()
+        gain, z = gain_of_own_parameters(Y, left)
+        by_records = gain_of_own_parameters(Y[:, p - problem.further_columns:], left)[0] if problem.further_columns else 0.0
+        gain -= max(by_records, 0.0)
         change = design.Y[rows] @ z
         share = np.sqrt((change**2).sum(axis=0) / np.maximum((design.tau[rows] ** 2).sum(axis=0), 1e-300))
         if gain - np.log(problem.groups) >= DETECTED and (design.undriven or share.max() >= MATERIAL):
