@@ -94,6 +94,7 @@ def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, me
             and (o.working_model is None) == (h.working_model is None or bool(h.own))
             and all(getattr(o.effect, shape) == getattr(h.effect, shape) for shape in h.spans if shape != name)]
     near = [(getattr(o.effect, name)[0] - value, i) for i, o in laws if getattr(o.effect, name)]
+    near = near if any(step for step, _ in near) else _of_any_shape(search, h, name, value)
     rest = tuple(x for x in found.chosen if x != k)
     centre = max((search.score((*rest, i)).score for step, i in near if step == 0), default=found.score) if h.own else found.score
     variance, slope = ((high - low) / 2) ** 2 / 3, np.zeros(len(mean))
@@ -106,6 +107,12 @@ def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, me
         if drop >= WORSE:
             break
     return variance, slope
+
+
+def _of_any_shape(search: Search, h: Hypothesis, name: str, value: float) -> list[tuple[float, int]]:
+    """Return the steps in `name` from `value` to all laws of `h`, whatever else they differ in: for want of any that differ in it alone."""
+    return [(getattr(o.effect, name)[0] - value, i) for i, o in enumerate(search.view.library.hypotheses)
+            if o.key == h.key and o.width == h.width and not o.own and getattr(o.effect, name)]
 
 
 def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float],
