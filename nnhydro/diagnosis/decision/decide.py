@@ -111,7 +111,7 @@ def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> li
 
 
 def gain_on_unseen(held: Array) -> float:
-    """Return the nats by which the folds `held` (folds,) are foreseen better without the best, what others lose by form forgiven.
+    """Return the nats by which the folds `held` (folds,) are predicted better without the best; what others lose by form is granted.
 
         sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, the sum else
     """
@@ -125,13 +125,13 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
     least = max(RELEVANT, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
-    foreseen = gain_on_unseen(held)
+    on_unseen = gain_on_unseen(held)
     tests = (
         (gain, threshold, f"gains {gain:.1f} nats beside the others ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (foreseen, 0.0, "recordings that the fit has not seen are predicted no better"),
+        (on_unseen, 0.0, "recordings that the fit has not seen are predicted no better"),
         (listed_probability(search, now, k), 0.5, "by what it leaves unexplained, a cause on no card is more probable"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "what it explains is no smaller part of what remains unknown than any law's"),
     )

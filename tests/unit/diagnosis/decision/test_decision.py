@@ -107,15 +107,15 @@ def test_what_a_law_may_be_taken_for_must_gain_a_tenth_of_it_unless_every_joint_
     assert bars(standard=True) == pytest.approx(FORM**2)
 
 
-@pytest.mark.parametrize(("gains", "foreseen"), [
+@pytest.mark.parametrize(("gains", "predicted"), [
     ([100.0, -3.0, 5.0, -4.0], True),  # the unknown foresees the others as well
     ([100.0, -30.0, 5.0, -4.0], False),
     ([3.0, -1.0, -1.0, -0.5], False),
     ([1.0, 1.0, 1.0, 1.0], True),
     ([-1.0, 0.5, 0.2, 0.1], False),
 ])
-def test_a_law_may_be_foreseen_worse_in_some_recordings_by_a_tenth_of_what_it_gains_in_all(gains, foreseen):
-    assert (gain_on_unseen(np.array(gains)) > 0) == foreseen
+def test_a_law_may_be_predicted_worse_in_some_recordings_by_a_tenth_of_what_it_gains_in_all(gains, predicted):
+    assert (gain_on_unseen(np.array(gains)) > 0) == predicted
 
 
 def test_a_law_whose_values_make_no_sense_together_is_not_claimed():
