@@ -10,6 +10,7 @@ from nnhydro.errors import NnhydroError
 
 MAX_BYTES = 300_000  # an arm or a recipe is a page; what is larger is another file taken for it
 DEEPEST, LONGEST = 30, 10_000  # lists within lists; characters of one value
+TOO_DEEP = f"lists and mappings are nested more than {DEEPEST} deep: is this the right file?"
 _Fast: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml's, ten times as fast, where PyYAML was built with it
 
 
@@ -50,7 +51,7 @@ def _require_small(text: str) -> None:
         if isinstance(event, yaml.AliasEvent):
             raise yaml.YAMLError(f"line {line}: aliases (*name) are not accepted: write the value out")
         if depth > DEEPEST:
-            raise yaml.YAMLError(f"line {line}: lists and mappings are nested more than {DEEPEST} deep: is this the right file?")
+            raise yaml.YAMLError(f"line {line}: {TOO_DEEP}")
         if isinstance(event, yaml.ScalarEvent) and len(event.value) > LONGEST:
             raise yaml.YAMLError(f"line {line}: a value of {len(event.value)} characters: is this the right file?")
 
@@ -61,6 +62,8 @@ def _complaint(cause: Exception) -> str:
     if mark is None or not isinstance(cause, yaml.MarkedYAMLError):
         return " ".join(str(cause).split())[:300]
     problem = " ".join(str(cause.problem or cause.context).split())[:200]
+    if "nesting" in problem:  # PyYAML 6.0.4 and later counts, too
+        return f"line {mark.line + 1}: {TOO_DEEP}"
     return f"line {mark.line + 1}: {problem}: indent with spaces, and put texts that hold brackets, colons or commas in quotes"
 
 
