@@ -5,7 +5,8 @@
 
 Noise may have any size in a recording, but what the baseline's own parameters make of it is none: r is what the best fit leaves, W its
 noise up to the size s. The change of parameters is in the spread of what they are known to. What the records of the acceleration
-disagree in is each recording's own, and no parameter.
+disagree in is each recording's own, and no parameter; nor is a change smaller than what the noise of the motion makes of the torque, which
+biases parameters by its share in the motion (Fuller, 1987).
 Source: MacKay (1992), Neural Computation 4, eq. 2.7.
 """
 
@@ -57,7 +58,9 @@ def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str,
         by_records = gain_of_own_parameters(Y[:, p - problem.further_columns:], left)[0] if problem.further_columns else 0.0
         gain -= max(by_records, 0.0)
         change = design.Y[rows] @ z
-        share = np.sqrt((change**2).sum(axis=0) / np.maximum((design.tau[rows] ** 2).sum(axis=0), 1e-300))
-        if gain - np.log(problem.groups) >= DETECTED and (design.undriven or share.max() >= MATERIAL):
+        energy = (change**2).sum(axis=0)
+        plain = energy > design.input_variance[rows].sum(axis=0)
+        large = design.undriven | (energy >= MATERIAL**2 * (design.tau[rows] ** 2).sum(axis=0))
+        if gain - np.log(problem.groups) >= DETECTED and (plain & large).any():
             differ.append(g)
     return tuple(dict.fromkeys(s.name for g in differ for s in problem.stretches if s.group == g))

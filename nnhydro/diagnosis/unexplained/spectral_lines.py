@@ -110,6 +110,11 @@ def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np
     return made
 
 
+def _with_background(parts: Sequence[Residual], highest: float) -> list[Residual]:
+    """Return the recordings that are long enough to have a background below `highest` Hz: in a few ordinates no line is told."""
+    return [part for part in parts if len(part.r) * part.dt * highest > AROUND]
+
+
 def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat: Sequence[Residual] | None = None) -> Line | None:
     """Return the strongest line in the residual of `joint` (from 0), which holds what lies below `edge` Hz.
 
@@ -118,14 +123,13 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat:
     """
     from scipy.special import gammaincc
 
-    used = [p for p in parts if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
-    if len(used) < FEWEST:
-        return None
-    highest = WELL_INSIDE * min(edge, *(0.5 / p.dt for p in used))
-    if highest <= LOWEST:
+    long = [p for p in parts if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
+    highest = WELL_INSIDE * min([edge, *(0.5 / p.dt for p in long)])
+    used = _with_background(long, highest)
+    if len(used) < FEWEST or highest <= LOWEST:
         return None
     spectra = [_ratios(p.r[:, joint], p.dt, highest) for p in used]
-    looked_in = used if flat is None else [p for p in flat if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
+    looked_in = used if flat is None else _with_background([p for p in flat if p.dt > 0 and len(p.r) >= FEWEST_ROWS], highest)
     trend = _trend([(p.r[:, joint], p.dt) for p in looked_in], highest)
     whitened = [_ratios(p.r[:, joint], p.dt, highest, trend) for p in looked_in]
     longest = max(len(p.r) * p.dt for p in used)

@@ -88,3 +88,13 @@ def test_at_frequencies_at_which_the_arm_itself_swings_in_all_recordings_no_hum_
 
     assert strongest(swinging(False), 1).p_value < 1e-6
     assert strongest(swinging(True), 1).p_value > 0.01
+
+
+def test_in_recordings_of_a_few_frequencies_below_the_edge_no_hum_is_told():
+    def cut(part, edge=2.4):
+        spectrum = dct(part.r, axis=0, norm="ortho")
+        spectrum[np.arange(len(spectrum)) / (2 * len(spectrum) * part.dt) > edge] = 0.0
+        return replace(part, r=idct(spectrum, axis=0, norm="ortho"))
+
+    short = [cut(replace(part, r=part.r[:140])) for part in recordings(5, count=16)]
+    assert strongest(short, 0, 2.4) is None
