@@ -117,7 +117,9 @@ class SensorView:
         zero = torch.zeros_like(self.motion.q)
 
         def jacobian(channel: int) -> Tensor:
+            """Return d tau / d angle (0), rate (1) or acceleration (2), (n, joints, joints)."""
             def flow_at(joint: int, step: float) -> Flow:
+                """Return the flow with the channel of `joint` (from 0) moved by `step`."""
                 changes = [zero, zero, zero]
                 changes[channel] = zero + step * unit[joint]
                 return self.flow_moved_by(*changes)

@@ -17,6 +17,7 @@ def _lines() -> OnEpoch:
     began: list[tuple[float, int]] = []
 
     def report(epoch: int, epochs: int, error: float) -> None:
+        """Print a line where one is due."""
         began.append((time.monotonic(), epoch))
         if epoch % max(1, epochs // LINES) == 0:
             (start, first), (now, _) = began[0], began[-1]
@@ -62,6 +63,7 @@ def steps_on_screen(total: int | None = None) -> Iterator[Callable[[str], None]]
     console, began, names = Console(stderr=True, markup=False, highlight=False), time.monotonic(), list[str]()
 
     def report(text: str) -> str | None:
+        """Print the step `text` and the time left."""
         name = text.split(", epoch")[0]
         if name not in names:
             names.append(name)

@@ -10,8 +10,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.model.evidence import WhiteRows, posterior
-from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.model.evidence import WhiteRows
+from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
@@ -63,7 +63,7 @@ def predict_whitened(view: WeightedLibrary, found: ScoredSet, remainder: ScoredS
     """Return the whitened torque (n, joints) of `found`: baseline and effects fitted without the unknown, which is that of `remainder`."""
     whitened, columns = view.whitened, view.join(found.chosen)
     p, m = whitened.p, whitened.m
-    mean = posterior(whitened, columns, none(whitened).vector(whitened)).mean
+    mean = without_unknown(whitened, columns).mean
     made = whitened.Y @ mean[:p]
     for j in range(whitened.joints):
         made[:, j] += (whitened.Phi * whitened.sw[:, j:j + 1]) @ remainder.fit.mean[p + j * m: p + (j + 1) * m]

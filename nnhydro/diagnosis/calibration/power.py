@@ -24,7 +24,7 @@ from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
 from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
-from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import FIRST_SIZE, calibrated_noise
 from nnhydro.diagnosis.noise.spectrum import Noise
@@ -126,7 +126,7 @@ class Sizing:
 
     def __post_init__(self) -> None:
         whitened = self.view.whitened
-        self.alone = posterior(whitened, None, none(whitened).vector(whitened))
+        self.alone = without_unknown(whitened, None)
 
     def row(self, k: int, name: str, unit: str, direction: Array) -> Reveal:
         """Return what is revealed of one parameter, the unknown asleep."""

@@ -138,8 +138,7 @@ def _held_out(search: Search, found: ScoredSet) -> str:
 def fitted_error(search: Search, found: ScoredSet, proof: Proof) -> float:
     """Return the error of the set on all rows, fitted to all of them: what of the error held out is not for want of recordings."""
     fit = best_fit(search, found)
-    D = fit.whitened.Y if fit.columns is None else np.concatenate([fit.whitened.Y, fit.columns.Xw], axis=2)
-    left = _in_time(search.view.library.design, (fit.whitened.y - D @ fit.posterior.mean[fit.own]) / fit.whitened.sw)
+    left = _in_time(search.view.library.design, fit.residual / fit.whitened.sw)
     return float(sum(np.abs(x).sum() for x in left)) / max(proof.torque * sum(x.size for x in left), 1e-300)
 
 

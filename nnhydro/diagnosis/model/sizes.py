@@ -87,6 +87,11 @@ def fit_sizes(whitened: WhiteRows, columns: Columns | None, start: Sizes, update
     return best
 
 
+def without_unknown(whitened: WhiteRows, columns: Columns | None) -> Posterior:
+    """Return the fit of `columns` with the unknown switched off."""
+    return posterior(whitened, columns, none(whitened).vector(whitened))
+
+
 def none(whitened: WhiteRows) -> Sizes:
     """Return the unknown switched off."""
     return Sizes.even(whitened, SMALLEST_SIZE)

@@ -124,6 +124,7 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
     a, b = (x.ravel() for x in np.meshgrid(np.arange(1, PAIRED + 1), np.arange(1, PAIRED + 1)))
 
     def columns(stretch: Stretch) -> Array:
+        """Return the columns (n, m) of all variables and pairs on a stretch."""
         xi = place[problem.stretches.index(stretch)]
         parts = [np.cos(np.pi * m * xi[name][:, None]) for name in alive]
         parts += [np.cos(np.pi * a * xi[first][:, None]) * np.cos(np.pi * b * xi[second][:, None]) for first, second in pairs]

@@ -8,36 +8,25 @@ part is taken only where the rest of the campaign speaks against the law, not wh
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import final
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED
-from nnhydro.diagnosis.model.evidence import posterior
-from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.design import columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
 BINS = 8  # of a joint's angle
 CLEAR = 0.25  # amplitude, of the whole law's, below which a part is silent; above 1 less this it acts
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class WindowSearch:
-    """The search in the grown library and the best set there."""
-
-    search: Search
-    best: ScoredSet
 
 
 def _products(search: Search, found: ScoredSet, k: int, parts: Array) -> tuple[Array, Array]:
@@ -47,7 +36,7 @@ def _products(search: Search, found: ScoredSet, k: int, parts: Array) -> tuple[A
     """
     view = search.view
     columns = view.join(tuple(x for x in found.chosen if x != k))
-    fit = posterior(view.whitened, columns, none(view.whitened).vector(view.whitened))
+    fit = without_unknown(view.whitened, columns)
     Xw = view.whitened.weigh(parts)
     cross = view.whitened.cross(Xw)
     if columns is not None:
@@ -160,7 +149,7 @@ def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
     return search.score((*rest, *same[:1]))
 
 
-def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> WindowSearch:
+def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
 
     Members are asked, and where the unknown holds more than chance also the laws that gain most beside them and beside nothing, these
@@ -175,7 +164,7 @@ def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> WindowSear
     windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda pair: (pair[1].chosen, pair[0])) if k in laws
                             for w in _windows(search, fitted, k, model, fitted is found))
     if not windows:
-        return WindowSearch(search, found)
+        return GrownSearch(search, found)
     grown = _confine(search.view.library, laws, tuple(windows), model)
     following = Search(WeightedLibrary(search.whitened, grown, before=search.view), found.sizes, search.report, search.settled)
     best = following.climb(following.score(found.chosen))
@@ -183,4 +172,4 @@ def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> WindowSear
         if following.view.library.hypotheses[k].activity is not None and k in best.chosen:
             whole = _whole(following, best, k)
             best = best if following.admits(whole, best) else whole
-    return WindowSearch(following, best)
+    return GrownSearch(following, best)

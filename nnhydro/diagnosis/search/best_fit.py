@@ -8,13 +8,14 @@ was found beside a poorer fit would make noise of a misfit of low frequency for 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
-from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
+from nnhydro.diagnosis.model.sizes import none, without_unknown
 from nnhydro.diagnosis.noise.spectrum import reestimate, white_noise
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
@@ -33,6 +34,17 @@ class BestFit:
     posterior: Posterior
     own: Index
 
+    @cached_property
+    def rows(self) -> Array:
+        """The whitened columns (n, joints, k) of baseline and laws."""
+        return self.whitened.Y if self.columns is None else np.concatenate([self.whitened.Y, self.columns.Xw], axis=2)
+
+    @cached_property
+    def residual(self) -> Array:
+        """What the fit leaves, whitened (n, joints)."""
+        left: Array = self.whitened.y - self.rows @ self.posterior.mean[self.own]
+        return left
+
     @property
     def z(self) -> Array:
         """The baseline's parameters (p,)."""
@@ -45,7 +57,7 @@ def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
     whitened = WhiteRows(old.design, old.unknown, v)
     X = search.view.join(found.chosen)
     columns = None if X is None else Columns.of(whitened, whitened.weigh(X.Xw / old.sw[..., None]))
-    fit = posterior(whitened, columns, none(whitened).vector(whitened))
+    fit = without_unknown(whitened, columns)
     own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
     return BestFit(whitened, columns, fit, own)
 

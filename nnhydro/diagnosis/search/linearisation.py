@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from nnhydro.diagnosis.model.evidence import posterior
-from nnhydro.diagnosis.model.sizes import none
+from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
@@ -26,7 +25,7 @@ def scaled_values(view: WeightedLibrary, found: ScoredSet, k: int) -> dict[int, 
     library, whitened = view.library, view.whitened
     at, h = found.places(view)[k], library.hypotheses[k]
     low, high = library.bounds(k)
-    fit = posterior(whitened, view.join(found.chosen), none(whitened).vector(whitened))
+    fit = without_unknown(whitened, view.join(found.chosen))
     beta = np.clip(fit.mean[at].reshape(-1, h.width), low, high) * library.scale[library.at(k)]
     return dict(zip(view.acting_groups(k) if h.per_recording else [0], torch.from_numpy(beta), strict=True))
 
@@ -37,7 +36,7 @@ def calibrated_beside(search: Search, found: ScoredSet, model: StripTheory) -> S
     laws = {k: view.library.hypotheses[k] for k in found.chosen}
     if not any(isinstance(h.effect, InstrumentEffect) for h in laws.values()):
         return model
-    fit = posterior(view.whitened, view.join(found.chosen), none(view.whitened).vector(view.whitened))
+    fit = without_unknown(view.whitened, view.join(found.chosen))
     base = view.library.design.baseline
     made = base.at(base.within(fit.mean[: view.whitened.p]))
     for k, h in laws.items():

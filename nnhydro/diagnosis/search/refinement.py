@@ -1,14 +1,14 @@
 """Finer values of what was found: nonlinear parameters at the peak of the score, instruments linearised about their values."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, final
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
@@ -16,16 +16,7 @@ ROUNDS, OWN_ROUNDS = 5, 5  # of finer values; of values that are each recording'
 ALIKE = 0.5  # nats: one standard deviation; a round that changes less is the last
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class RefinedSearch:
-    """The search in the grown library and the best set there."""
-
-    search: Search
-    best: ScoredSet
-
-
-def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> RefinedSearch:
+def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return `best` with what has a direction in the one, of those that fit alike, in which the water moves least.
 
     Where a held link meets the part of a wave across it alone, a = a_n / |cos x| for all angles x alike has its mode at a_n.
@@ -37,13 +28,13 @@ def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> 
             continue
         others, start = [x for x in best.chosen if x != k], len(hypotheses)
         directions = {getattr(o.effect, "direction"): o.spans["direction"] for o in hypotheses if o.key == h.key and not o.own}  # noqa: B009
-        turned = [h.with_nonlinear( {"direction": direction}, {"direction": span}) for direction, span in directions.items()]
+        turned = [h.with_nonlinear({"direction": direction}, {"direction": span}) for direction, span in directions.items()]
         search = extend_library(search, best, turned, model)
         sets = {i: search.score((*others, i)) for i in (k, *range(start, start + len(turned)))}
         top = max(s.score for s in sets.values())
         near = {i: s for i, s in sets.items() if s.score > top - ALIKE}
         best = near[min(near, key=lambda i: float(sum((x**2).sum() for x in scaled_values(search.view, near[i], i).values())))]
-    return RefinedSearch(search, best)
+    return GrownSearch(search, best)
 
 
 def _finer(search: Search, found: ScoredSet, k: int, model: StripTheory, first: bool) -> list[Hypothesis]:
@@ -63,7 +54,7 @@ def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
     """Return `h` with the value `end` of `name`, and as far beyond it as `h` lies before it."""
     value = getattr(h.effect, name)[0]
     beyond = end**2 / value if min(value, end) > 0 else 2 * end - value
-    return h.with_nonlinear( {name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
+    return h.with_nonlinear({name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
 
 
 def _within_bounds(h: Hypothesis) -> bool:
@@ -110,7 +101,7 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
     return None if any(made.effect == o.effect for o in (h, *(o for o, _ in neighbours))) else made
 
 
-def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = ROUNDS) -> RefinedSearch:
+def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = ROUNDS) -> GrownSearch:
     """Return the best set with finer values of its members: half-way between the values around the best, then where all have their peak.
 
     What has values of each recording's own is at last taken about these.
@@ -136,9 +127,9 @@ def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:
     return all(getattr(one.effect, name) == getattr(other.effect, name) for name in other.spans)
 
 
-def _about_own_values(search: Search, best: ScoredSet, model: StripTheory) -> RefinedSearch:
+def _about_own_values(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return the best set with the columns of members that have values of each recording's own about these, by Newton's method."""
-    found, now = RefinedSearch(search, best), best
+    found, now = GrownSearch(search, best), best
     for _ in range(OWN_ROUNDS):
         own = {k: h.linearised_at(scaled_values(search.view, now, k), model) for k in now.chosen
                if (h := search.view.library.hypotheses[k]).per_recording and isinstance(h.effect, InstrumentEffect)}
@@ -148,7 +139,7 @@ def _about_own_values(search: Search, best: ScoredSet, model: StripTheory) -> Re
         search = extend_library(search, now, list(own.values()), model)
         now = search.score((*(k for k in now.chosen if k not in own), *range(start, start + len(own))))
         if now.score > found.best.score:
-            found = RefinedSearch(search, now)
+            found = GrownSearch(search, now)
     return found
 
 

@@ -63,8 +63,8 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], hea
         if "frequency" not in h.spans:
             continue
         for f in frequencies:
-            line = h.with_nonlinear( {"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
-            turned = [line.with_nonlinear( {"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
+            line = h.with_nonlinear({"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
+            turned = [line.with_nonlinear({"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
                       if "direction" in h.spans]
             for new in (line, *turned):
                 made.setdefault((h.key, *(getattr(new.effect, name) for name in h.spans)), new)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import Posterior, WhiteRows, posterior
-from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import bound_bonus
 from nnhydro.diagnosis.search.view import WeightedLibrary
@@ -81,7 +81,7 @@ class Search:
             columns = self.view.join(key)
             starts = [self.start, Sizes.even(self.whitened, LARGE_START), Sizes(np.minimum(self.start.tau, SMALL_START))]
             fit, sizes = max((fit_sizes(self.whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
-            off = posterior(self.whitened, columns, none(self.whitened).vector(self.whitened))
+            off = without_unknown(self.whitened, columns)
             if off.log_evidence > fit.log_evidence:
                 fit, sizes = off, none(self.whitened)
             unknown = max(fit.log_evidence - off.log_evidence, 0.0)
@@ -278,3 +278,12 @@ class Search:
             if better is not now:
                 return better
         return now
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class GrownSearch:
+    """A search whose library has grown, and the best set there."""
+
+    search: Search
+    best: ScoredSet

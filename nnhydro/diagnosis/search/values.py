@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
-from nnhydro.diagnosis.model.evidence import posterior
-from nnhydro.diagnosis.model.sizes import Sizes, none
+from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit, fit_at
 from nnhydro.diagnosis.search.stepwise import LARGE_START, ScoredSet, Search
 
@@ -43,17 +42,11 @@ class Values:
 
 def _scatter(search: Search, fit: BestFit, covariance: Array, at: Index) -> Array:
     """Return the variance (m,) of the coefficients `at` among the fit's own that the scatter of the recordings' scores gives."""
-    problem, D = search.view.library.design.problem, _rows(fit)
-    r = fit.whitened.y - D @ fit.posterior.mean[fit.own]
+    problem = search.view.library.design.problem
     unit = problem.group_of if problem.groups >= FEWEST_UNITS else problem.block_of
-    scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in np.unique(unit)])
+    scores = np.stack([np.einsum("njk,nj->k", fit.rows[unit == g], fit.residual[unit == g]) for g in np.unique(unit)])
     variances: Array = ((scores @ covariance[:, at]) ** 2).sum(axis=0) * len(scores) / max(len(scores) - 1, 1)
     return variances
-
-
-def _rows(fit: BestFit) -> Array:
-    """The whitened columns (n, joints, k) of baseline and laws."""
-    return fit.whitened.Y if fit.columns is None else np.concatenate([fit.whitened.Y, fit.columns.Xw], axis=2)
 
 
 def _form(fit: BestFit, share: float, covariance: Array, at: Index) -> Array:
@@ -71,13 +64,12 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
     if found.unknown_nats <= FEW_NATS:
         return 0.0
     whitened, p, share = fit.whitened, fit.whitened.p, 0.0
-    r = whitened.y - _rows(fit) @ fit.posterior.mean[fit.own]
     t = Sizes.even(whitened, LARGE_START).vector(whitened)[p:]
     for j in range(whitened.joints):
         at = slice(j * whitened.m, (j + 1) * whitened.m)
         Phi = whitened.Phi * t[at]
         scaled = Phi * whitened.sw[:, j:j + 1]
-        smooth = Phi @ np.linalg.solve(scaled.T @ scaled + np.eye(whitened.m), scaled.T @ r[:, j])
+        smooth = Phi @ np.linalg.solve(scaled.T @ scaled + np.eye(whitened.m), scaled.T @ fit.residual[:, j])
         share = max(share, float(np.sqrt((smooth**2).sum() / whitened.design.time) / whitened.design.scale[j]))
     return share
 
@@ -93,7 +85,7 @@ def values_of(search: Search, found: ScoredSet, k: int, beside: BestFit | None =
     at = np.searchsorted(fit.own, np.arange(place.start, place.stop))
     whole = fit.posterior.covariance(fit.own)
     covariance = whole[np.ix_(at, at)]
-    least = np.diag(posterior(view.whitened, view.join(found.chosen), none(view.whitened).vector(view.whitened)).covariance(
+    least = np.diag(without_unknown(view.whitened, view.join(found.chosen)).covariance(
         np.arange(place.start, place.stop)))
     wanted = np.maximum(_scatter(search, fit, whole, at), least)
     widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))

@@ -46,14 +46,12 @@ def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str,
     fit, design = best_fit(search, found), search.view.library.design
     whitened, problem = fit.whitened, design.problem
     p, joints = whitened.p, whitened.joints
-    laws = np.zeros_like(whitened.y) if fit.columns is None else fit.columns.Xw @ fit.posterior.mean[len(whitened.b):]
-    r = whitened.y - whitened.Y @ fit.posterior.mean[:p] - laws
     differ = []
     for g in range(problem.groups):
         rows = problem.group_of == g
         if not p or rows.sum() * joints < FEWEST_ROWS * p or (problem.frequency[rows] < 0).any():
             continue
-        Y, left = whitened.Y[rows].reshape(-1, p), r[rows].ravel()
+        Y, left = whitened.Y[rows].reshape(-1, p), fit.residual[rows].ravel()
         gain, z = gain_of_own_parameters(Y, left)
         by_records = gain_of_own_parameters(Y[:, p - problem.further_columns:], left)[0] if problem.further_columns else 0.0
         gain -= max(by_records, 0.0)

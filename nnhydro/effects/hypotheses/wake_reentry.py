@@ -69,6 +69,7 @@ class WakeReentry(LoadEffect):
         reach, second = self.length[0] * flow.D[:, None], self.second[0] if self.second else 0.0
 
         def following(old: Tensor) -> Tensor:
+            """Return (v, m) m/s a step after `old`, (..., 2)."""
             v, m = old.unbind(-1)
             rate = (torch.maximum(w.abs(), v.abs()) / reach + self.fading[0]) * carried.steps(3)
             v = w + (v - w) * torch.exp(-rate)
@@ -86,6 +87,7 @@ class WakeReentry(LoadEffect):
             return overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0], second)
 
         def compute() -> tuple[Tensor, Tensor]:
+            """Return the wakes of all lengths and fadings of the grid and their rates."""
             lengths = torch.tensor([length for length, _ in laws], dtype=torch.float64)[:, None, None] * flow.D[:, None]
             return overtaking_by_law(flow.motion.t, w, lengths, torch.tensor([fading for _, fading in laws], dtype=torch.float64))
 

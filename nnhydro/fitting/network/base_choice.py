@@ -54,6 +54,7 @@ def baseline_choice(chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple
     count = 2 if len(groups) >= HALVED else len(groups)
 
     def error(name: str) -> float:
+        """Return the misfit of the baseline `name` on groups held out, summed over folds."""
         total = 0.0
         for k in range(count):
             held_out = [unit for unit in moving if groups.index(unit.group) % count == k]

@@ -120,6 +120,7 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: i
     A, b = unit[:, None] * sums.H * unit + torch.diag(known), unit * sums.g
 
     def theta(weights: Weights) -> Tensor:
+        """Return the parameters (p,) at the penalties `weights`, one a tier."""
         weight = torch.tensor(weights, dtype=torch.float64)[tier]
         open_ = ((weight < CLOSED) | (usual == 0)).nonzero().ravel()
         own, penalty = A[open_[:, None], open_], weight[open_] * usual[open_] + 1e-12
@@ -172,6 +173,7 @@ class _Members:
 
     @staticmethod
     def of(rows: Rows, linear: Linear, watched: Tensor, stated: int) -> "_Members":
+        """Return the sums of all members over the rows that each has watched."""
         shared, joints = linear.shared, rows.target.shape[1]
         prior = slice(linear.law_size, linear.law_size + stated)
         everything, seen = _sums(rows, linear.columns, shared, watched[:, rows.unit])
