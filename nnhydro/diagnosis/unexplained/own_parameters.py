@@ -22,9 +22,13 @@ ROUNDS = 10  # of the size of the noise
 FEWEST_ROWS = 4.0  # rows a parameter: of fewer the noise has no level of its own
 
 
-def gain_of_own_parameters(Y: Array, r: Array) -> tuple[float, Array]:
-    """Return the nats by which r (n,) is more probable with a change z (p,) of its parameters, columns Y (n, p), and the change."""
+def gain_of_own_parameters(Y: Array, r: Array, further: int = 0) -> tuple[float, Array]:
+    """Return the nats by which r (n,) is more probable with a change z (p,) of its parameters, columns Y (n, p), and the change.
+
+    What the last `further` columns gain alone does not count.
+    """
     n, p = Y.shape
+    alone = max(gain_of_own_parameters(Y[:, p - further:], r)[0], 0.0) if further else 0.0
     G, b, rr = Y.T @ Y, Y.T @ r, float(r @ r)
     size = none = rr / n
     z = np.zeros(p)
@@ -38,7 +42,7 @@ def gain_of_own_parameters(Y: Array, r: Array) -> tuple[float, Array]:
     M = np.eye(p) + G / size
     z = np.linalg.solve(M, b / size)
     Q = (rr - float(b @ z)) / size
-    return (n * float(np.log(none / size)) + n - Q - float(np.linalg.slogdet(M)[1])) / 2, z
+    return (n * float(np.log(none / size)) + n - Q - float(np.linalg.slogdet(M)[1])) / 2 - alone, z
 
 
 def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str, ...]:
@@ -51,10 +55,7 @@ def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str,
         rows = problem.group_of == g
         if not p or rows.sum() * joints < FEWEST_ROWS * p or (problem.frequency[rows] < 0).any():
             continue
-        Y, left = whitened.Y[rows].reshape(-1, p), fit.residual[rows].ravel()
-        gain, z = gain_of_own_parameters(Y, left)
-        by_records = gain_of_own_parameters(Y[:, p - problem.further_columns:], left)[0] if problem.further_columns else 0.0
-        gain -= max(by_records, 0.0)
+        gain, z = gain_of_own_parameters(whitened.Y[rows].reshape(-1, p), fit.residual[rows].ravel(), problem.further_columns)
         change = design.Y[rows] @ z
         energy = (change**2).sum(axis=0)
         plain = energy > design.input_variance[rows].sum(axis=0)

@@ -32,3 +32,12 @@ def test_the_gain_is_that_of_the_densities_at_the_most_probable_sizes():
 
 def test_nothing_left_gains_nothing():
     assert gain_of_own_parameters(np.ones((5, 2)), np.zeros(5))[0] == 0.0
+
+
+def test_what_the_records_of_an_acceleration_disagree_in_is_no_change_of_parameters():
+    rng = np.random.default_rng(5)
+    Y = rng.standard_normal((60, 4))
+    disagreed, changed = (Y[:, k] + 0.3 * rng.standard_normal(60) for k in (3, 0))
+    assert gain_of_own_parameters(Y, disagreed)[0] > 20
+    assert gain_of_own_parameters(Y, disagreed, further=1)[0] < 3
+    assert gain_of_own_parameters(Y, changed, further=1)[0] > 20
