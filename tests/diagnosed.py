@@ -8,6 +8,7 @@ from campaigns import angles_only, heavier, planted, recording, sensor_torque, s
 from rigs import arm
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
 
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.physics.flow import Flow
@@ -24,8 +25,6 @@ NOISE = 0.003  # of the torque's rms
 
 def coloured(shape, phi, rng):
     """First-order autoregressive noise of unit variance, (n, joints)."""
-    from scipy.signal import lfilter
-
     return lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal((shape[0] + 500, shape[1])), axis=0)[500:]
 
 
@@ -157,6 +156,30 @@ def shaft(rows):
     return Campaign.of(bare, [], (SteadyTable("shaft", tuple(map(str, range(rows))), np.zeros_like(qd), qd, np.zeros(rows), tau),))
 
 
+def resting(level=4.0, viscous=3.0, bending=3e-4, rate=500.0, seconds=25.0, pause=0.5):
+    """A link in air that goes to and fro in trapezoids of speed and rests between; its joint sticks by bristles (Dahl) and drags."""
+    a = Arm.model_validate({"fluid": {"density_kg_m3": 0.0}, "gravity_m_s2": 9.81, "links": [
+        {"length_m": 0.5, "diameter_m": 0.08, "mass_kg": 6.0, "com_m": 0.25, "inertia_kg_m2": 0.14, "known_to": 0.03}]})
+    found = []
+    for k in range(3):
+        t, low, high, speed, ramp = np.arange(round(seconds * rate)) / rate, -1.9 + 0.2 * k, -0.4, 1.0 + 0.4 * k, 4.0 + k
+        whole = (high - low) / speed + speed / ramp
+        way, since = np.divmod(np.maximum(t - pause, 0.0), whole + pause)
+        qd = np.where(way % 2 == 0, 1.0, -1.0) * np.clip(np.minimum(since, whole - since) * ramp, 0.0, speed)
+        for _ in range(3):  # no drive has corners
+            qd = lfilter([1 - np.exp(-2 * np.pi * 8 / rate)], [1, -np.exp(-2 * np.pi * 8 / rate)], qd)
+        q, qdd = low + np.cumsum(qd) / rate, np.gradient(qd, t)
+        z, stuck = 0.0, np.zeros_like(q)
+        for i, v in enumerate(qd):
+            z = np.sign(v) + (z - np.sign(v)) * np.exp(-abs(v) / rate / bending) if v else z
+            stuck[i] = z
+        rng = np.random.default_rng(k)
+        rigid = (0.14 + 6.0 * 0.25**2) * qdd + 6.0 * 9.81 * 0.25 * np.cos(q)
+        tau = rigid + level * stuck + viscous * qd + 0.3 * rng.standard_normal(len(t))
+        found.append(Recording(f"run{k}", t, np.round(q / 2.4e-5)[:, None] * 2.4e-5, tau[:, None]))
+    return Campaign.of(a, found)
+
+
 CAMPAIGNS = {
     "healthy": lambda: Campaign.of(ARM, made()),
     "healthy, two links": lambda: Campaign.of(TWO, made(TWO, count=8)),
@@ -187,7 +210,9 @@ CAMPAIGNS = {
     "filling": lambda: Campaign.of(ARM, [
         replace(r, tau=r.tau + k / 7 * (heavy.tau - light.tau)) for k, (r, light, heavy) in enumerate(zip(
             made(count=8), *(made(a, count=8, noise=lambda k: 0.0) for a in (ARM, heavier(ARM, 1.3))), strict=True))]),
-    "two short ones": lambda: Campaign.of(ARM, made(count=2, seconds=3.0, noise=lambda k: 0.01)),
+    "two slow ones": lambda: Campaign.of(ARM, [replace(angles_only(r), q=np.round(r.q * 4096 / (2 * np.pi)) * 2 * np.pi / 4096) for r in (
+        recording(ARM, planted(ARM), f"run{k}", seed=25 + k, rate=50.0, highest=0.22 * (1 + 2 * k), noise=0.01) for k in range(2))]),
+    "sticking at rest": resting,
     "column": lambda: simulated(True),
     "steady": table,
     "steady, offset": lambda: table(0.4),

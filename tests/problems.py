@@ -28,6 +28,7 @@ class Law:
     spans: dict = field(default_factory=dict)
     activity: None = None
     working_model: None = None
+    own: dict = field(default_factory=dict)
     sense: Callable[[np.ndarray], bool] = lambda values: True
 
     @property

@@ -185,6 +185,24 @@ def test_what_lies_in_one_recording_alone_is_no_noise_and_the_verdict_names_the_
     assert recording in told.verdict()
 
 
+def test_what_no_parameter_of_the_model_explains_in_one_recording_is_told_of_that_recording():
+    rest = diagnosed("a stop in one run").remainder
+    assert rest.recordings == ("run02",)
+    assert not rest.own_parameters
+
+
+@pytest.mark.slow
+def test_a_joint_that_sticks_at_rest_has_dry_friction_and_no_breakaway_beside_its_viscous_one():
+    told = diagnosed("sticking at rest")
+    assert named(told) == {("coulomb_friction", 1), ("viscous_friction", 1)}
+    for effect, parameter, true in (("coulomb_friction", "level", 4.0), ("viscous_friction", "coefficient", 3.0)):
+        got, low, high = value("sticking at rest", effect, parameter)
+        assert low <= true <= high
+        assert got == pytest.approx(true, rel=0.05)
+    assert value("sticking at rest", "coulomb_friction", "bending")[0] < 0.002, "between the points of the grid"
+    assert told.proof.after < 0.03
+
+
 def test_recordings_in_which_the_model_has_other_parameters_are_no_noise_and_the_verdict_says_so():
     told = diagnosed("filling")
     assert told.detected
@@ -196,7 +214,15 @@ def test_recordings_in_which_the_model_has_other_parameters_are_no_noise_and_the
 
 
 def test_an_error_that_is_large_for_want_of_recordings_alone_is_no_alarm():
-    assert not diagnosed("two short ones").detected
+    told = diagnosed("two slow ones")
+    assert told.proof.after > 3 * told.noise_floor, "stretches are predicted badly from one another"
+    assert not told.detected
+
+
+@pytest.mark.parametrize(("name", "baseline"), [("steady, offset", None), ("shaft, 30 speeds", "rigid")])
+def test_the_noise_of_a_table_is_that_of_its_sensor_whatever_the_unknown_could_make_of_it(name, baseline):
+    torque = np.concatenate([table.tau for table in campaign(name).steady])
+    assert diagnosed(name, baseline).noise_floor == pytest.approx(0.01 * np.sqrt(2 / np.pi) / np.abs(torque).mean(), rel=0.3)
 
 
 def test_the_verdict_says_what_else_the_cause_may_be():

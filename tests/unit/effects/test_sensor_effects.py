@@ -16,7 +16,7 @@ from nnhydro.effects.hypotheses.sensor_timing import first_order_lag, time_delay
 from nnhydro.effects.sensor_view import SensorView, time_derivative
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.motion import tensor
+from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import sensor_torque
 
 
@@ -90,6 +90,22 @@ def test_the_link_follows_the_torque_that_was_measured_and_the_model_where_none_
     assert float((joints.columns(late) - joints.columns(view_of)).abs().max()) > 0.1 * float(joints.columns(view_of).abs().max())
     small = replace(joints, gap=(1e-6,))
     assert_close(small.apply(late) - late.tau, joints.columns(late)[..., 0] * 1e-6, rtol=1e-2, atol=1e-9)
+
+
+def test_the_tangent_of_a_wave_is_what_a_little_more_of_it_changes_and_grows_with_its_drag():
+    a = arm(1)
+    t = np.linspace(0, 4, 200)
+    still = torch.zeros(len(t), 1, dtype=torch.float64)
+    seen = view(a, Motion(tensor(t), still, still, still, still[:, 0], still[:, 0]))
+    def of(cosine, sine):
+        return made("wave_orbital", a, cosine=(cosine,), sine=(sine,), frequency=(0.5,), direction=(np.pi / 2,))
+    wave, step = of(0.4, -0.2), 1e-3
+    tangent = wave.tangent(seen)
+    for k, more in enumerate((of(0.4 + step, -0.2), of(0.4, -0.2 + step))):
+        assert_close((more.apply(seen) - wave.apply(seen)) / step, tangent[..., k], rtol=0, atol=0.01 * float(tangent.abs().max()))
+    weak = of(1e-6, 0.0)
+    assert_close(weak.tangent(seen), weak.columns(seen), rtol=0, atol=1e-2 * float(weak.columns(seen).abs().max()))
+    assert float(tangent.abs().max()) > 1.1 * float(weak.tangent(seen).abs().max()), "its drag grows with its size"
 
 
 def test_flanks_are_wound_by_half_the_gap_at_the_torque_I_over_2_T_and_quick_ones_are_rigid():

@@ -10,7 +10,7 @@ from diagnosed import ARM, campaign, made
 from nnhydro.diagnosis.constants import SMALLEST_SIZE
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import calibrated_noise
-from nnhydro.diagnosis.noise.spectrum import Bands, first_noise
+from nnhydro.diagnosis.noise.spectrum import Bands, first_noise, white_noise
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import problem_of
@@ -30,6 +30,14 @@ def estimated(name):
     of = design(campaign(name))
     noise, _, sizes, _ = calibrated_noise(of, unknown_of(of, of.baseline.at(np.zeros(of.Y.shape[2]))))
     return of, noise, sizes
+
+
+def test_what_the_noise_of_the_motion_makes_of_the_torque_is_in_the_variance_from_the_first():
+    quiet, shaken = design(campaign("healthy")), design(campaign("healthy"))
+    extra = 0.01 * np.linspace(1, 2, quiet.y.size).reshape(quiet.y.shape)
+    vars(shaken)["input_variance"] = quiet.input_variance + extra
+    for noise in (first_noise, white_noise):
+        np.testing.assert_allclose(noise(shaken).v - noise(quiet).v, extra, rtol=1e-6)
 
 
 @pytest.mark.parametrize(("name", "ratio"), [("noise ratio 3", 3.0), ("noise ratio 10", 10.0)])

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from problems import design, law, search
+from problems import design, law, search, unknown
 
-from nnhydro.diagnosis.constants import BASELINE_FORM, RHO
+from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS, RHO
 from nnhydro.diagnosis.model.evidence import WhiteRows
+from nnhydro.diagnosis.model.sizes import without_unknown
+from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
@@ -64,6 +66,28 @@ def test_values_and_covariance_are_those_of_a_dense_fit_without_the_unknown(chos
         got = found(one, chosen, k)
         assert got.mean[0] == pytest.approx(mean[at], rel=1e-6)
         assert got.covariance[0, 0] == pytest.approx(max(inverse[at, at], sandwich[at, at]) + form[at, at], rel=1e-5)
+
+
+def test_what_smoothly_remains_widens_an_interval_as_it_could_move_the_value(monkeypatch):
+    of = design(3, groups=8, rows=30, noise=0.05)
+    smooth = unknown(of).Phi
+    X = np.einsum("nm,mjk->njk", smooth, np.random.default_rng(7).standard_normal((smooth.shape[1], 2, 3)))
+    of.y = of.y + 0.5 * X[..., 0] + 0.5 * smooth[:, ::-1][:, :2]
+    one = search(of, LAWS, X, level=0.05**2)
+    scored = one.score((0,))
+    assert scored.unknown_nats > FEW_NATS
+    with_rest = values_of(one, scored, 0, fit_at(one, scored, one.whitened.v)).covariance[0, 0]
+    monkeypatch.setattr(values, "FEW_NATS", np.inf)
+    without = values_of(one, scored, 0, fit_at(one, scored, one.whitened.v)).covariance[0, 0]
+    assert with_rest > 2 * without
+
+
+def test_an_interval_is_no_narrower_than_the_evidence_that_grants_laws_their_form():
+    one = with_values(0.5, seed=4)
+    scored = one.score((0,))
+    quiet = fit_at(one, scored, 1e-4 * one.whitened.v)
+    evidence = without_unknown(one.whitened, one.view.join((0,))).covariance(np.array([len(one.whitened.b)]))[0, 0]
+    assert values_of(one, scored, 0, quiet).covariance[0, 0] >= evidence > 10 * quiet.posterior.covariance(quiet.own)[-1, -1]
 
 
 def test_an_error_of_the_baseline_s_form_widens_where_noise_tells_nothing():
