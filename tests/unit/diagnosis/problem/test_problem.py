@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import arm
 
-from nnhydro.diagnosis.diagnose import draw_names
+from nnhydro.diagnosis.diagnose import draw_names, hypotheses_for
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, problem_of
@@ -119,6 +119,15 @@ def test_of_a_free_arm_an_effect_may_be_as_large_as_its_drag_however_little_the_
     alone = np.sqrt((design.rows(by_rates) ** 2).sum(axis=0) / design.time)
     np.testing.assert_allclose(design.resistance, alone, rtol=1e-9, err_msg="of one link only what the water does depends on rates")
     assert (design.scale >= alone).all()
+
+
+@pytest.mark.parametrize("edge", [0.5, 1.0, 3.0])
+def test_what_has_a_frequency_is_tried_within_the_band_alone(edge):
+    problem = problem_of(WHOLE, edge=edge)
+    design = design_of(problem, baseline_of("constant", ARM, problem.units(), Preparation(LowPass(edge))))
+    tried = [h.effect.frequency[0] for h in hypotheses_for(design) if "frequency" in h.spans]
+    assert tried
+    assert max(tried) < edge
 
 
 def test_steady_tables_are_rows_as_they_are_and_may_be_all_there_is():
