@@ -110,31 +110,21 @@ class SensorView:
     def _slope(self, flow_at: Callable[[float], Flow]) -> Tensor:
         return (self.torque_of(flow_at(STEP)) - self.torque_of(flow_at(-STEP))) / (2 * STEP)
 
-    @cached_property
-    def by_motion(self) -> tuple[Tensor, Tensor, Tensor]:  # three of (n, joints, joints) N m/rad, N m s/rad, N m s^2/rad
-        """d tau / d (q, qd, qdd), the last index the joint that moves. A memory of the model is moved along with the whole run."""
-        unit = torch.eye(self.arm.n_links, dtype=torch.float64)
-        zero = torch.zeros_like(self.motion.q)
+    def by_motion(self, channel: int, joint: int) -> Tensor:  # (n, joints) N m/rad, N m s/rad, N m s^2/rad
+        """Return d tau / d angle (0), rate (1) or acceleration (2) of `joint` (from 1). A memory of the model moves along with the run."""
+        def slope() -> Tensor:
+            unit = torch.zeros_like(self.motion.q)
+            unit[:, joint - 1] = 1.0
+            q, qd, qdd = (unit if i == channel else torch.zeros_like(unit) for i in range(3))
+            return self._slope(lambda step: self.flow_moved_by(step * q, step * qd, step * qdd))
 
-        def jacobian(channel: int) -> Tensor:
-            """Return d tau / d angle (0), rate (1) or acceleration (2), (n, joints, joints)."""
-            def flow_at(joint: int, step: float) -> Flow:
-                """Return the flow with the channel of `joint` (from 0) moved by `step`."""
-                changes = [zero, zero, zero]
-                changes[channel] = zero + step * unit[joint]
-                return self.flow_moved_by(*changes)
-
-            return torch.stack([self._slope(lambda step, j=j: flow_at(j, step))  # type: ignore[misc]
-                                for j in range(self.arm.n_links)], dim=-1)
-
-        return jacobian(0), jacobian(1), jacobian(2)
+        return self.memo.of(("by_motion", channel, joint), slope)
 
     def along(self, dq: Tensor, joint: int) -> Tensor:
         """Return the first-order change (n, joints) N m when the angle of `joint` (from 1) changes by dq(t) (n,), its rates with it."""
         dqd = self.in_time(dq[:, None])
-        changes = (dq[:, None], dqd, self.in_time(dqd))
-        J = self.by_motion
-        return J[0][:, :, joint - 1] * changes[0] + J[1][:, :, joint - 1] * changes[1] + J[2][:, :, joint - 1] * changes[2]
+        by_angle, by_rate, by_acceleration = (self.by_motion(channel, joint) for channel in range(3))
+        return by_angle * dq[:, None] + by_rate * dqd + by_acceleration * self.in_time(dqd)
 
     @cached_property
     def by_water(self) -> tuple[Tensor, Tensor]:  # two of (n, joints, links, 2) N m s/m, N m s^2/m

@@ -46,11 +46,17 @@ def _nearest(x: Array, points: Array) -> Array:
 
 def _spread_out(x: Array, count: int) -> Array:
     """`count` rows of `x` that lie as far apart as they can: each next one is the farthest from all before."""
-    chosen = [int(np.argmin(((x - x.mean(axis=0)) ** 2).sum(axis=1)))]
-    far = ((x - x[chosen[0]]) ** 2).sum(axis=1)
+    def square_distance(point: Array) -> Array:
+        """Return |x - point|^2 (n,)."""
+        away = x - point
+        made: Array = np.einsum("nk,nk->n", away, away)
+        return made
+
+    chosen = [int(np.argmin(square_distance(x.mean(axis=0))))]
+    far = square_distance(x[chosen[0]])
     while len(chosen) < min(count, len(x)) and far.max() > 0:
         chosen.append(int(np.argmax(far)))
-        far = np.minimum(far, ((x - x[chosen[-1]]) ** 2).sum(axis=1))
+        far = np.minimum(far, square_distance(x[chosen[-1]]))
     return x[chosen]
 
 

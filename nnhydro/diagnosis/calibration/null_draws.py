@@ -20,8 +20,6 @@ Array = NDArray[np.float64]
 
 def null_gains(search: Search, beside: ScoredSet, seed: int) -> Array:
     """Return the largest gain (draws,) of a single law, prior included, in campaigns drawn from the fit `beside` without it."""
-    from scipy.linalg import solve_triangular
-
     view: WeightedLibrary = search.view
     fit, columns = beside.fit, view.join(beside.chosen)
     e, Xe = view.noise_draws(seed, NULL_DRAWS)
@@ -30,7 +28,7 @@ def null_gains(search: Search, beside: ScoredSet, seed: int) -> Array:
         Ae = np.concatenate([Ae, columns.Xw.reshape(-1, columns.Xw.shape[2]).T @ e.reshape(-1, NULL_DRAWS)])
     f = np.random.default_rng([seed, 1]).standard_normal(Ae.shape)
     C = view.projection(beside.chosen, fit)
-    c = Xe.T - C.T @ solve_triangular(fit.chol, Ae * fit.scale[:, None] - f, lower=True, check_finite=False)  # (K, draws)
+    c = Xe.T - C.T @ fit.forward(Ae * fit.scale[:, None] - f)  # (K, draws)
     best = np.full(NULL_DRAWS, -np.inf)
     prior = np.array([view.library.log_prior(int(k)) for k in view.shared])
     for width, laws in view.alike.items():

@@ -39,8 +39,8 @@ def spread_by_baseline(search: Search, found: ScoredSet, k: int) -> Array:
     beta = fit.mean[found.places(view)[k]].reshape(-1, h.width) * view.library.scale[view.library.at(k)]
 
     def columns(model: StripTheory) -> Array:
-        """Return the whitened columns (n, joints, p) of the effect at the reading of `model`."""
-        there: Hypothesis = replace(h, own={}, working_model=None if h.working_model is None or h.own else model)
+        """Return the whitened columns (n, joints, p) of the effect at the reading of `model`, nearly so: only their changes count."""
+        there: Hypothesis = replace(h, own={}, working_model=None if h.working_model is None or h.own else model, rough=True)
         made: Array = whitened.weigh(view.library.design.columns([there], model))
         return made
 

@@ -115,27 +115,36 @@ class Columns:
 @final
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """The fit of a set at sizes `t` (P,) of baseline (1) and unknown: evidence, mean and Cholesky factor of M in the scaled columns."""
+    """The fit of a set at sizes `t` (P,) of baseline (1) and unknown: evidence, mean and Cholesky factor of M in the scaled columns.
+
+    A coefficient of size 0 is 0 and has no row in M: `live` (l,) are the others of all P + k.
+    """
 
     log_evidence: float
     mean: Array  # (P + k,) of the unscaled coefficients
-    chol: Array  # (P + k, P + k) lower, of M
+    chol: Array  # (l, l) lower, of M
     scale: Array  # (P + k,) prior standard deviations
-    half: Array  # (P + k,) L^-1 b
+    half: Array  # (l,) L^-1 b
+    live: Index  # (l,)
 
-    def projection(self, cross: Array) -> Array:
-        """Return C (P + k, m) of columns whose products with those of the fit are `cross`: the fit takes C'C of their Gram matrix."""
+    def forward(self, b: Array) -> Array:
+        """Return L^-1 b (l, m) of `b` (P + k, m) in the scaled columns."""
         from scipy.linalg import solve_triangular
 
-        made: Array = solve_triangular(self.chol, cross * self.scale[:, None], lower=True, check_finite=False)
+        made: Array = solve_triangular(self.chol, b[self.live], lower=True, overwrite_b=True, check_finite=False)
+        return made
+
+    def projection(self, cross: Array) -> Array:
+        """Return C (l, m) of columns whose products with the fit's are `cross` (P + k, m): the fit takes C'C of their Gram matrix."""
+        from scipy.linalg import solve_triangular
+
+        scaled = cross[self.live] * self.scale[self.live, None]
+        made: Array = solve_triangular(self.chol, scaled, lower=True, overwrite_b=True, check_finite=False)
         return made
 
     def covariance(self, at: slice | Index) -> Array:
         """Return the covariance of the coefficients `at`."""
-        from scipy.linalg import solve_triangular
-
-        unit = np.eye(len(self.scale))[:, at]
-        half = solve_triangular(self.chol, unit, lower=True, check_finite=False)
+        half = self.forward(np.eye(len(self.scale))[:, at])
         covariance: Array = half.T @ half * self.scale[at][:, None] * self.scale[at]
         return covariance
 
@@ -143,24 +152,28 @@ class Posterior:
         """Return the posterior variance of every scaled coefficient, prior variance 1, (P + k,)."""
         from scipy.linalg.lapack import dpotri
 
-        inverse = dpotri(self.chol, lower=1)[0]
-        return np.asarray(np.diag(inverse))
+        made = np.ones(len(self.scale))
+        made[self.live] = np.diag(dpotri(self.chol, lower=1)[0])
+        return made
 
 
 def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posterior:
     """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `t` (P,)."""
     from scipy.linalg import cholesky, solve_triangular
 
-    G, b = whitened.G, whitened.b
-    scale = t
+    here = np.flatnonzero(t)
+    G, b, scale, live = whitened.G[np.ix_(here, here)], whitened.b[here], t, here
     if columns is not None and columns.Xw.shape[2]:
-        G = np.block([[G, columns.cross], [columns.cross.T, columns.gram]])
-        b = np.concatenate([b, columns.Xy])
-        scale = np.concatenate([t, np.full(len(columns.Xy), RHO)])
-    M = G * scale[:, None] * scale
+        cross, k = columns.cross[here], len(columns.Xy)
+        G = np.block([[G, cross], [cross.T, columns.gram]])
+        b, scale = np.concatenate([b, columns.Xy]), np.concatenate([t, np.full(k, RHO)])
+        live = np.concatenate([here, np.arange(len(t), len(t) + k)])
+    s = scale[live]
+    M = G * s[:, None] * s
     M[np.diag_indices_from(M)] += 1.0 + 1e-9
     L = cholesky(M, lower=True, overwrite_a=True, check_finite=False)
-    half = solve_triangular(L, b * scale, lower=True, check_finite=False)
-    mean = solve_triangular(L, half, lower=True, trans="T", check_finite=False) * scale
+    half = solve_triangular(L, b * s, lower=True, check_finite=False)
+    mean = np.zeros(len(scale))
+    mean[live] = solve_triangular(L, half, lower=True, trans="T", check_finite=False) * s
     log_evidence = -0.5 * (whitened.log_v + 2 * float(np.log(np.diag(L)).sum()) + whitened.yy - float(half @ half))
-    return Posterior(log_evidence, mean, L, scale, half)
+    return Posterior(log_evidence, mean, L, scale, half, live)

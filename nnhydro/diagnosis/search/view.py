@@ -119,12 +119,12 @@ class WeightedLibrary:
         return self._between[k]
 
     def projection(self, chosen: Sequence[int], fit: Posterior) -> Array:
-        """Return C (P + k, K): what `fit` of the hypotheses `chosen` takes of the shared columns is C'C."""
+        """Return C (l, K): what `fit` of the hypotheses `chosen` takes of the shared columns is C'C."""
         return fit.projection(np.concatenate([self.cross, *map(self.between, chosen)]))
 
     @staticmethod
     def remainders(laws: Alike, C: Array) -> Array:
-        """Return the Gram matrices (laws, width, width) of what a fit with the projection C (P + k, K) leaves of each law."""
+        """Return the Gram matrices (laws, width, width) of what a fit with the projection C (l, K) leaves of each law."""
         Ck = C[:, laws.at.ravel()].reshape(len(C), *laws.at.shape)
         made: Array = laws.gram - np.einsum("nka,nkb->kab", Ck, Ck)
         return made
@@ -212,7 +212,7 @@ class WeightedLibrary:
             numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
         kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
         stacked = np.concatenate([part[..., kept] for part in (cross, *map(self._own_products, chosen))])
-        C = fit.projection(stacked.reshape(len(stacked), -1)).reshape(stacked.shape)
+        C = fit.projection(stacked.reshape(len(stacked), -1)).reshape(-1, *stacked.shape[1:])
         c = Xy[:, kept] - np.einsum("pgk,p->gk", C, fit.half)
         start = 0
         for number in numbers:

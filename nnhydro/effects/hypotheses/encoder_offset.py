@@ -34,7 +34,7 @@ class EncoderOffset(InstrumentEffect):
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return -d tau / d q_j, (n, joints, 1)."""
-        return -seen.by_motion[0][..., self.joint - 1:self.joint]
+        return -seen.by_motion(0, self.joint)[..., None]
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading at the true angles."""

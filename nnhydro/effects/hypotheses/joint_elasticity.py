@@ -80,7 +80,7 @@ class JointElasticity(InstrumentEffect):
         if not len(seen.motion):
             return 0.0
         at, reading = self.joint - 1, seen.tau
-        change = seen.joint_torque(reading + seen.by_motion[2][:, :, at]) - seen.joint_torque(reading)
+        change = seen.joint_torque(reading + seen.by_motion(2, self.joint)) - seen.joint_torque(reading)
         return float(change[:, at].abs().median())
 
     def quantities(self) -> dict[str, Quantity]:

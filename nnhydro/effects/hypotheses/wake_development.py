@@ -9,7 +9,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
-from nnhydro.physics.coefficients.travel_bspline import basis, rest_curve
+from nnhydro.physics.coefficients.travel_bspline import shapes
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import strip_columns, travel_of, unit_drag, unit_inertia
@@ -50,9 +50,7 @@ class WakeDevelopment(LoadEffect):
 
     def shapes(self, s_over_D: Tensor) -> Tensor:
         """Return b_k (..., 3) at the travel `s_over_D` (...)."""
-        end = self.reach[0]
-        first, others = rest_curve(s_over_D, end, CURVES), basis(s_over_D, end, CURVES)
-        return torch.cat([first[..., None], others[..., :-1]], dim=-1)
+        return shapes(s_over_D, self.reach[0], CURVES)[..., :-1]
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (d0, d1, d2, m0, m1, m2), (n, joints, 6)."""

@@ -56,19 +56,23 @@ def _all(s_over_D: Tensor, end: float, count: int) -> Tensor:
     u = (s_over_D / end).clamp(max=1.0).numpy()
     if not u.size:
         return torch.zeros(*u.shape, count + 2, dtype=torch.float64)
-    dense = BSpline.design_matrix(u.ravel(), knots, degree).toarray()
-    return torch.from_numpy(dense.reshape(*u.shape, count + 2))
+    return torch.from_numpy(BSpline(knots, np.eye(count + 2), degree)(u))
+
+
+def shapes(s_over_D: Tensor, end: float, count: int) -> Tensor:
+    """Return b_0, 1 at rest, and b_1 ... b_K at the travel `s_over_D` (...), as (..., 1 + count)."""
+    every = _all(s_over_D, end, count)
+    return torch.cat([every[..., :count], every[..., count:].sum(-1, keepdim=True)], dim=-1)
 
 
 def basis(s_over_D: Tensor, end: float, count: int) -> Tensor:
     """Return b_1 ... b_K at the travel `s_over_D` (...), as (..., count)."""
-    every = _all(s_over_D, end, count)
-    return torch.cat([every[..., 1:count], every[..., count:].sum(-1, keepdim=True)], dim=-1)
+    return shapes(s_over_D, end, count)[..., 1:]
 
 
 def rest_curve(s_over_D: Tensor, end: float, count: int) -> Tensor:
     """Return b_0 at the travel `s_over_D` (...): 1 at rest."""
-    return _all(s_over_D, end, count)[..., 0]
+    return shapes(s_over_D, end, count)[..., 0]
 
 
 def bends(count: int, start: float) -> tuple[Tensor, Tensor]:
@@ -83,4 +87,5 @@ def bends(count: int, start: float) -> tuple[Tensor, Tensor]:
 
 def curve(s_over_D: Tensor, end: float, start: float, c: Tensor) -> Tensor:
     """Return C(s/D) for the value `start` at rest and the coefficients `c` (K,)."""
-    return start * rest_curve(s_over_D, end, len(c)) + basis(s_over_D, end, len(c)) @ c
+    b = shapes(s_over_D, end, len(c))
+    return start * b[..., 0] + b[..., 1:] @ c

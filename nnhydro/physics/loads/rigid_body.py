@@ -63,8 +63,10 @@ class RigidBody(LinearTerm):
             columns[:, links:, :links], columns[:, links:, links:2 * links] = joint_acc.transpose(1, 2), swing.transpose(1, 2)
         for j in range(links):
             for i in range(j, links):
-                P = joint_pos[:, i] - joint_pos[:, j]
-                columns[:, j, i] = _cross(P, joint_acc[:, i])
-                columns[:, j, links + i] = _cross(e[:, i], joint_acc[:, i]) + _cross(P, swing[:, i])
+                columns[:, j, links + i] = _cross(e[:, i], joint_acc[:, i])
                 columns[:, j, 2 * links + i] = acc[:, i]
+                if i > j:
+                    P = joint_pos[:, i] - joint_pos[:, j]
+                    columns[:, j, i] = _cross(P, joint_acc[:, i])
+                    columns[:, j, links + i] += _cross(P, swing[:, i])
         return columns

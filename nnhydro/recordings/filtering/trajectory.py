@@ -11,15 +11,12 @@ The band itself ends where the acceleration is no longer known:
     N(f) = 1 / (1/N_q + 1/N_v + 1/N_a),   N_q = 2 dt s_q^2 (2 pi f)^4,  N_v = 2 dt s_v^2 (2 pi f)^2,  N_a = 2 dt s_a^2    [(rad/s^2)^2/Hz]
     edge = the highest f at which some joint's acceleration has more than KNOWN^-2 times N(f)
 
-because regressors that are noise bias every coefficient towards 0 by the ratio of noise to motion. A joint whose records a constant
-explains as well as a spline does, but for their noise, is at rest:
+because regressors that are noise bias every coefficient towards 0 by the ratio of noise to motion.
 
-    sum |x - constant|^2 / s^2 - sum |x - B c|^2 / s^2 <= m + AT_REST sqrt(2 m)        chi-squared of the m coefficients of c
-
-Source: regression splines, de Boor (1978); bias of errors in variables, Fuller (1987), section 1.1.
+Source: bias of errors in variables, Fuller (1987), section 1.1.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -28,13 +25,12 @@ from numpy.typing import NDArray
 
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation, resample, stretches, surroundings
+from nnhydro.recordings.filtering.spline import Channel, RegressionSplines
 from nnhydro.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
 LOWEST_EDGE, HIGHEST_EDGE = 0.3, 8.0  # Hz: above, corners of a motion are sharper than any record of them
-KNOTS_PER_PERIOD = 4.0  # of the band's edge: the spline passes all below it
-SHARPER = 4.0  # times as many knots where accelerations are measured: they hold the corners of a motion
 ROWS_PER_PERIOD = 8.0  # of the band's edge: laws that bend (friction, drag) spread a motion to higher frequencies
 ROW_RATE = 40.0  # Hz at least: between rows a step of dry friction is displaced by 7 ms rms, half of what a drive's filter delays
 WIDEST = 50.0  # Hz: the spectrum is looked at up to here
@@ -42,8 +38,6 @@ RISE = 2.0  # of the least level: a spectrum that rises again so much has met it
 TINY = 1e-10  # of the largest level: a computed motion without noise holds nothing below
 BANDS_PER_OCTAVE = 4
 PASSED_OVER = 7  # bands: between two lines of a periodic motion, whose odd harmonics are a factor of 3 apart, lie 1.6 octaves
-AT_REST = 4.0  # standard deviations above the mean of chi-squared up to which all that a spline explains is noise
-DEGREE = 5
 NOISE_DRAWS = 4  # of what is left of the records' noise: its variance is averaged over neighbouring frequencies, too
 THIRD = np.sqrt(20.0)  # white noise of unit variance has third differences of variance 20
 
@@ -185,56 +179,6 @@ def band_limited(x: Array, rows: int) -> Array:
     return result
 
 
-def _basis(t: Array, knots: Array, order: int) -> Any:
-    """The B-splines (n, m) on `knots`, differentiated `order` times, as a sparse matrix."""
-    from scipy.interpolate import BSpline
-    from scipy.sparse import diags
-
-    k, inner = DEGREE, knots
-    change: Any = None
-    for _ in range(order):
-        width = inner[k + 1:len(inner) - 1] - inner[1:len(inner) - k - 1]
-        m = len(inner) - k - 1
-        bands: Any = [-k / width, k / width]
-        D: Any = diags(bands, [0, 1], shape=(m - 1, m))
-        change = D if change is None else D @ change
-        inner, k = inner[1:-1], k - 1
-    B = BSpline.design_matrix(t, inner, k)
-    return B if change is None else B @ change
-
-
-def _spline(t: Array, edge: float, channels: list[tuple[int, Array, Array]], may_rest: bool = True) -> Any:
-    """The spline on the times `t` through `channels`: (derivative, values (n, c), weights (c,)); a constant where all is noise."""
-    from scipy.interpolate import BSpline
-    from scipy.linalg import solveh_banded
-
-    span = float(t[-1] - t[0])
-    accelerations = any(order == 2 for order, *_ in channels)
-    wanted = np.ceil(span * KNOTS_PER_PERIOD * edge * (SHARPER if accelerations else 1.0))
-    pieces = int(min(max(wanted, 4), max(len(t) // 2, 4)))
-    knots = np.concatenate([np.full(DEGREE, t[0]), np.linspace(t[0], t[-1], pieces + 1), np.full(DEGREE, t[-1])])
-    m, columns = len(knots) - DEGREE - 1, channels[0][1].shape[1]
-    bases = {order: _basis(t, knots, order) for order, *_ in channels}
-    c = np.zeros((m, columns))
-    for column in range(columns):
-        H: Any = None
-        g = np.zeros(m)
-        for order, values, weights in channels:
-            B = bases[order]
-            H = weights[column] * (B.T @ B) if H is None else H + weights[column] * (B.T @ B)
-            g += weights[column] * (B.T @ values[:, column])
-        bands = np.zeros((DEGREE + 1, m))
-        for offset in range(DEGREE + 1):
-            bands[DEGREE - offset, offset:] = H.diagonal(offset)
-        bands[-1] += 1e-9 * np.median(bands[-1])
-        c[:, column] = solveh_banded(bands, g)
-        constant = np.full(m, channels[0][1][:, column].mean())
-        explained = c[:, column] @ (2 * g - H @ c[:, column]) - constant @ (2 * g - H @ constant)
-        if may_rest and explained <= m + AT_REST * np.sqrt(2 * m):
-            c[:, column] = constant
-    return BSpline(knots, c, DEGREE)
-
-
 def _weights(level: Array | None, floor: Array) -> Array:
     """1/level^2 (c,); a channel whose noise is not known counts as if it were `floor`."""
     found: Array = 1.0 / np.maximum(floor if level is None else level, floor) ** 2
@@ -252,6 +196,15 @@ def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
             if x is not None and name not in ("u0", "du0")}
 
 
+def _left_of_noise(r: Recording, channels: Sequence[Channel], splines: RegressionSplines) -> Any:
+    """The spline of NOISE_DRAWS times all links through white noise of the levels of the records of `r`, weighed as these are."""
+    levels = [white_level(x) for x in (r.q, r.qd, r.qdd) if x is not None]
+    draws = [np.random.default_rng(seed) for seed in range(NOISE_DRAWS)]
+    drawn = [(order, np.concatenate([(0.0 if level is None else level) * rng.standard_normal(x.shape) for rng in draws], axis=1),
+              np.tile(weights, NOISE_DRAWS)) for (order, x, weights), level in zip(channels, levels, strict=True)]
+    return splines.through(drawn, may_rest=False)
+
+
 def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
     """Return the motion of an evenly sampled stretch `r` on `rows` even rows, from all its channels, band-limited above `edge` Hz."""
     t = np.asarray(r.t)
@@ -260,28 +213,25 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
     spread = np.maximum(np.ptp(r.q, axis=0), 1e-9)
     channels = [(order, x, _weights(white_level(x), 1e-7 * spread * (2 * np.pi * edge) ** order))
                 for order, x in ((0, r.q), (1, r.qd), (2, r.qdd)) if x is not None]
+    orders = [order for order, *_ in channels]
+    splines = RegressionSplines.of(t, edge, orders)
+
     def slope(spline: Any) -> Array:
-        """The second derivative of a spline on the rows, (rows, links)."""
+        """The second derivative of a spline on the rows, (rows, columns)."""
         return band_limited(spline.derivative(2)(t), rows)
 
-    q = _spline(t, edge, channels)
+    q = splines.through(channels)
+    noise = _left_of_noise(r, channels, splines)
+    left = np.stack([noise(at), noise.derivative(1)(at), slope(noise)]).reshape(3, rows, NOISE_DRAWS, r.n_links)
     moving = q.derivative(1)(at).any(axis=0)
-    levels = [white_level(x) for x in (r.q, r.qd, r.qdd) if x is not None]
-
-    def left_of_noise(seed: int) -> Array:
-        """What is left of white noise of the records' levels in q, qd, qdd on the rows, (3, rows, links); of a joint at rest nothing."""
-        rng = np.random.default_rng(seed)
-        drawn = [(order, (0.0 if level is None else level) * rng.standard_normal(x.shape), weights)
-                 for (order, x, weights), level in zip(channels, levels, strict=True)]
-        made = _spline(t, edge, drawn, may_rest=False)
-        return np.where(moving, np.stack([made(at), made.derivative(1)(at), slope(made)]), 0.0)
-
     u0 = du0 = np.zeros(rows)
     if r.u0 is not None:
         carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
                     for order, x in ((0, r.u0), (1, r.du0)) if x is not None]
-        u = _spline(t, edge, carriage)
+        u = RegressionSplines.of(t, edge, [order for order, *_ in carriage]).through(carriage)
         u0, du0 = u(at)[:, 0], band_limited(u.derivative(1)(t), rows)[:, 0]
-    return Trajectory(at, q(at), q.derivative(1)(at), slope(q), u0, du0, _around(r, edge, at),
-                      None if r.qdd is None else np.stack([band_limited(r.qdd, rows), slope(_spline(t, edge, channels[:-1]))]),
-                      np.stack([left_of_noise(seed) for seed in range(NOISE_DRAWS)]))
+    others = None
+    if r.qdd is not None:
+        others = np.stack([band_limited(r.qdd, rows), slope(RegressionSplines.of(t, edge, orders[:-1]).through(channels[:-1]))])
+    return Trajectory(at, q(at), q.derivative(1)(at), slope(q), u0, du0, _around(r, edge, at), others,
+                      np.where(moving, left.transpose(2, 0, 1, 3), 0.0))

@@ -53,6 +53,26 @@ def test_the_posterior_is_that_of_ridge_regression_with_the_prior_as_its_penalty
     assert not fit.mean[white.p:len(white.b)].any(), "an unknown of the smallest size is none"
 
 
+@given(seed=st.integers(0, 1000))
+def test_groups_of_size_0_change_neither_evidence_nor_fit_nor_projections(seed):
+    of = design(seed, joints=2)
+    white, rng = whitened(of, seed), np.random.default_rng(seed + 1)
+    X = rng.standard_normal((*of.y.shape, 2))
+    t = Sizes.even(white, 0.5).vector(white) * np.concatenate([np.ones(white.p), rng.integers(0, 2, len(white.b) - white.p)])
+    columns = Columns.of(white, white.weigh(X))
+    fit = posterior(white, columns, t)
+    assert fit.log_evidence == pytest.approx(dense(white, X, t), rel=1e-7, abs=1e-6)
+    s = np.concatenate([t, np.full(2, RHO)])
+    G = np.block([[white.G, columns.cross], [columns.cross.T, columns.gram]])
+    inverse = np.linalg.inv(np.eye(len(s)) + G * s[:, None] * s)
+    np.testing.assert_allclose(fit.mean, s * (inverse @ (s * np.concatenate([white.b, columns.Xy]))), rtol=1e-5, atol=1e-8)
+    np.testing.assert_allclose(fit.variances(), np.diag(inverse), rtol=1e-6)
+    np.testing.assert_allclose(fit.covariance(slice(None)), inverse * s[:, None] * s, rtol=1e-5, atol=1e-8)
+    cross = rng.standard_normal((len(s), 3))
+    C = fit.projection(cross)
+    np.testing.assert_allclose(C.T @ C, (cross * s[:, None]).T @ inverse @ (cross * s[:, None]), rtol=1e-5, atol=1e-8)
+
+
 @given(order=st.permutations(range(len(LAWS))))
 def test_the_order_in_which_laws_are_named_changes_nothing(order):
     one = search(design(7), LAWS)
