@@ -21,7 +21,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 SHORT, MOST = 60, 6  # characters of a further message, messages that are listed
-CACHED_SAMPLES = 2_000_000  # about 100 MB: recordings beyond that are read again from disk when they are needed again
+CACHED_SAMPLES = 500_000  # about 60 MB: recordings beyond that are read again from disk when they are needed again
 
 
 @final

@@ -1,7 +1,7 @@
-"""How much a confidence is worth: `python training/independent_arms/reliability.py [RESULTS.json ...]`, by default those of this folder.
+"""How much a confidence is worth: `python training/independent_arms/reliability.py [RESULTS.json ...]`.
 
-Claims of all results together, by confidence: how many, how sure they were said, how many are right. With the family of what is hidden out
-of the catalogue every claim is wrong. Intervals of shares after Clopper and Pearson (1934).
+The results are those of this folder and of ../foreign by default. Claims of all results together, by confidence: how many, how sure they
+were said, how many are right; then those of each file. With the family of what is hidden out of the catalogue every claim is wrong. Intervals of shares after Clopper and Pearson (1934).
 """
 
 import json
@@ -15,31 +15,43 @@ from run import hit
 from scipy.stats import binomtest
 
 HERE = Path(__file__).parent
+FOREIGN = HERE.parent / "foreign"
+Claim = tuple[float, bool]  # how sure it was said, and whether it is right
 EDGES = np.linspace(0, 1, 11)
 FEWEST = 20  # claims of a bin of which a share is told
 
 
-def claims_of(path: Path) -> list[tuple[float, bool]]:
+def claims_of(path: Path) -> list[Claim]:
     """Return confidence and truth of every claim in a file of results."""
     document: dict[str, Any] = json.loads(path.read_text())
-    known = document["mode"] != "family-out"
-    return [(s["confidence"], known and hit(s, r["hidden"])) for r in document["campaigns"] for s in r["said"]]
+    rows = document["campaigns"]
+    if "mode" in document:
+        known = document["mode"] != "family-out"
+        return [(s["confidence"], known and hit(s, r["hidden"])) for r in rows for s in r["said"]]
+    if "named" in rows[0]:  # of foreign campaigns, without the hidden family
+        return [(confidence, False) for r in rows for _, confidence in r["named"]]
+    return [(confidence, name not in r["wrong"]) for r in rows for name, confidence in zip(r["said"], r["confidence"], strict=True)]
+
+
+def told(claims: list[Claim]) -> str:
+    """Return how many claims there are, how sure they were said and how many are right."""
+    said, right = float(np.mean([c for c, _ in claims])), sum(r for _, r in claims)
+    span = binomtest(right, len(claims)).proportion_ci(method="exact")
+    gap = f"gap {abs(said - right / len(claims)):.3f}" if len(claims) >= FEWEST else "too few to judge"
+    return f"{len(claims):4d} claims, said {said:.3f}, right {right / len(claims):.3f} ({span.low:.2f} to {span.high:.2f}), {gap}"
 
 
 def main() -> None:
-    """Print a row a bin of ten."""
-    paths = [Path(x) for x in sys.argv[1:]] or sorted(HERE.glob("results_*.json"))
-    claims = [claim for path in paths for claim in claims_of(path)]
-    print(f"{len(claims)} claims of {', '.join(p.name for p in paths)}")
+    """Print a row a bin of ten, then a row a file."""
+    paths = [Path(x) for x in sys.argv[1:]] or [*sorted(HERE.glob("results_*.json")), FOREIGN / "results.json", FOREIGN / "family_out.json"]
+    by_file = {path: claims_of(path) for path in paths}
+    claims = [claim for found in by_file.values() for claim in found]
     for low, high in pairwise(EDGES.tolist()):
         inside = [(c, right) for c, right in claims if low <= c < high or c == high == 1.0]
-        if not inside:
-            continue
-        said, right = float(np.mean([c for c, _ in inside])), sum(r for _, r in inside)
-        span = binomtest(right, len(inside)).proportion_ci(method="exact")
-        gap = f"gap {abs(said - right / len(inside)):.3f}" if len(inside) >= FEWEST else "too few to judge"
-        print(f"{low:.1f} to {high:.1f}: {len(inside):4d} claims, said {said:.3f}, right {right / len(inside):.3f} "
-              f"({span.low:.2f} to {span.high:.2f}), {gap}")
+        if inside:
+            print(f"{low:.1f} to {high:.1f}: {told(inside)}")
+    for path, found in by_file.items():
+        print(f"{path.parent.name}/{path.name}: {told(found) if found else 'no claims'}")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
-from nnhydro.diagnosis.search.library import Library, log_mass
+from nnhydro.diagnosis.search.library import TOGETHER, Library, log_mass
 
 Array = NDArray[np.float64]
 OWN_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
@@ -206,10 +206,17 @@ class WeightedLibrary:
         return self._own_between[k]
 
     def _own_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
-        cross, Xy, blocks, places = self._own_parts
-        groups, numbers = cross.shape[1], list(places)
+        places, groups = self._own_parts.places, len(self._rows_of)
+        numbers = list(places)
         if len(self._own_best) == len(places) and len(places) > OWN_SCREENED:  # those that never gained much are not asked again
             numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
+        together = max(1, TOGETHER // groups)
+        for start in range(0, len(numbers), together):
+            self._gains_of_own(numbers[start:start + together], chosen, fit, gained)
+
+    def _gains_of_own(self, numbers: Sequence[int], chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
+        """Enter what each of the laws `numbers` with values of each recording's own adds to `fit` of `chosen`."""
+        cross, Xy, blocks, places = self._own_parts
         kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
         stacked = np.concatenate([part[..., kept] for part in (cross, *map(self._own_products, chosen))])
         C = fit.projection(stacked.reshape(len(stacked), -1)).reshape(-1, *stacked.shape[1:])
@@ -217,7 +224,7 @@ class WeightedLibrary:
         start = 0
         for number in numbers:
             s, w = places[number], places[number].stop - places[number].start
-            live = [g for g in range(groups) if blocks[g, s, :w].any()]
+            live = [g for g in range(cross.shape[1]) if blocks[g, s, :w].any()]
             if live:
                 Ck = C[:, live, start:start + w].reshape(len(C), -1)
                 M = -RHO**2 * (Ck.T @ Ck)
