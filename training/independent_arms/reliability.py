@@ -1,7 +1,8 @@
 """How much a confidence is worth: `python training/independent_arms/reliability.py [RESULTS.json ...]`.
 
 The results are those of this folder and of ../foreign by default. Claims of all results together, by confidence: how many, how sure they
-were said, how many are right; then those of each file. With the family of what is hidden out of the catalogue every claim is wrong. Intervals of shares after Clopper and Pearson (1934).
+were said, how many are right; then those of each file. With the family of what is hidden out of the catalogue every claim is wrong.
+Intervals of shares after Clopper and Pearson (1934).
 """
 
 import json
