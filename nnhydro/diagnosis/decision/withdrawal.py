@@ -1,7 +1,7 @@
 """A claim with which held-out recordings are predicted no better is withdrawn: nobody could act on it.
 
-All claims are withdrawn where together they lower the error E on held-out recordings by less than RELEVANT of it; else, one by one, the
-claim without which E is lowest, as long as E does not rise without it.
+One by one the claim goes without which the error E on held-out recordings is lowest, as long as E does not rise without it. Then all go
+where together they lower E by less than RELEVANT of it.
 """
 
 from dataclasses import replace
@@ -21,12 +21,13 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
         worst = min(without, key=lambda k: without[k], default=None)
         if worst is None:
             return decided, proof
+        burden = without[worst] <= proof.after
         useless = proof.before - proof.after < RELEVANT * max(proof.before, FORM)
-        if not useless and without[worst] > proof.after:
+        if not burden and not useless:
             return decided, proof
-        reason = (f"errors on {proof.held_out} held out go from {100 * (proof.before if useless else without[worst]):.1f} to "
+        reason = (f"errors on {proof.held_out} held out go from {100 * (without[worst] if burden else proof.before):.1f} to "
                   f"{100 * proof.after:.1f} % with it: nobody could act on it")
-        gone = decided.claimed.chosen if useless else (worst,)
+        gone = (worst,) if burden else decided.claimed.chosen
         keys = set(map(search.key, gone))
         decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
                           for d in decided.decisions)

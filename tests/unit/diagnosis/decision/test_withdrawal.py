@@ -38,3 +38,8 @@ def test_a_claim_stays_if_the_error_is_larger_without_it(third, stay, monkeypatc
 def test_claims_that_change_the_error_by_nothing_anybody_would_act_on_are_withdrawn_together(monkeypatch):
     errors = {(): 0.5, (0, 1, 2): 0.499, (1, 2): 0.51, (0, 2): 0.51, (0, 1): 0.51, (1,): 0.5, (0,): 0.5, (2,): 0.5}
     assert left_of(errors, monkeypatch) == ()
+
+
+def test_a_useful_claim_stays_where_the_claim_beside_it_spoils_the_prediction(monkeypatch):
+    errors = {(): 0.28, (0, 1, 2): 0.32, (1, 2): 0.32, (0, 2): 0.33, (0, 1): 0.31, (1,): 0.29, (0,): 0.21, (2,): 0.4}
+    assert left_of(errors, monkeypatch) == (0,)
