@@ -9,7 +9,7 @@ Source: McLain & Rock (1998), section 4, footnote 1 (error).
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,4 +76,17 @@ def error_interval(parts: Sequence[Misfit], seed: int) -> tuple[float, float]:
     pick = np.random.default_rng(seed).integers(0, len(parts), (DRAWS, len(parts)))
     ratios = residual[pick].sum(axis=1) / np.maximum(torque[pick].sum(axis=1), 1e-300)
     low, high = np.quantile(np.minimum(ratios, 1e9), [0.025, 0.975])
+    return float(low), float(high)
+
+
+def interval_of_share(hits: int, tries: int, method: Literal["exact", "wilson"] = "exact") -> tuple[float, float]:
+    """Return the 95 % interval of the share of `hits` in `tries`; that of no tries is everything.
+
+    Source: "exact", Clopper and Pearson (1934), Biometrika 26; "wilson", Wilson (1927), J. Am. Stat. Assoc. 22.
+    """
+    from scipy.stats import binomtest
+
+    if not tries:
+        return 0.0, 1.0
+    low, high = binomtest(hits, tries).proportion_ci(method=method)
     return float(low), float(high)

@@ -11,17 +11,15 @@ from itertools import pairwise
 import numpy as np
 from run import HERE, defaults, scored, suite_of
 
+from nnhydro.evaluation.metrics import interval_of_share
+
 STEPS = (0.5, 0.8, 0.9, 0.95, 0.98, 1.0)  # of confidence
 
 
 def share(hits: int, tries: int) -> dict:
-    """Return the share with its 95 % interval. Source: Clopper and Pearson (1934), Biometrika 26."""
-    from scipy.stats import binomtest
-
-    if not tries:
-        return {"hits": 0, "tries": 0, "share": 0.0, "low": 0.0, "high": 1.0}
-    span = binomtest(hits, tries).proportion_ci(method="exact")
-    return {"hits": hits, "tries": tries, "share": hits / tries, "low": float(span.low), "high": float(span.high)}
+    """Return the share with its 95 % interval."""
+    low, high = interval_of_share(hits, tries)
+    return {"hits": hits, "tries": tries, "share": hits / tries if tries else 0.0, "low": low, "high": high}
 
 
 def counted(score: dict) -> dict:

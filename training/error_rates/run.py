@@ -20,13 +20,13 @@ import torch
 import yaml
 from numpy.typing import NDArray
 from scipy.signal import lfilter
-from scipy.stats import binomtest
 
 from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import power
 from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.effects.catalogue import catalogue
+from nnhydro.evaluation.metrics import interval_of_share
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.runtime.files import write_json
@@ -77,9 +77,9 @@ def rms(healthy: Campaign) -> Array:
 
 
 def share(hits: int, tries: int) -> dict[str, float]:
-    """Return a share with its 95 % interval (Clopper and Pearson)."""
-    span = binomtest(hits, tries).proportion_ci(method="exact")
-    return {"share": hits / tries, "low": float(span.low), "high": float(span.high), "hits": hits, "tries": tries}
+    """Return a share with its 95 % interval."""
+    low, high = interval_of_share(hits, tries)
+    return {"share": hits / tries, "low": low, "high": high, "hits": hits, "tries": tries}
 
 
 def false_alarms(config: dict) -> None:

@@ -38,12 +38,12 @@ def scored(answer: dict[str, Any], document: dict[str, Any]) -> dict[str, Any]:
 
 
 def share(values: list[bool]) -> str:
-    """Return a share with its 95 % interval (Clopper and Pearson, 1934)."""
-    from scipy.stats import binomtest
+    """Return a share with its 95 % interval."""
+    from nnhydro.evaluation.metrics import interval_of_share
 
     if not values:
         return "-"
-    low, high = binomtest(sum(values), len(values)).proportion_ci(method="exact")
+    low, high = interval_of_share(sum(values), len(values))
     return f"{100 * sum(values) / len(values):.0f} % ({100 * low:.0f} to {100 * high:.0f}) of {len(values)}"
 
 

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 from run import hit
-from scipy.stats import binomtest
+
+from nnhydro.evaluation.metrics import interval_of_share
 
 HERE = Path(__file__).parent
 FOREIGN = HERE.parent / "foreign"
@@ -37,9 +38,9 @@ def claims_of(path: Path) -> list[Claim]:
 def told(claims: list[Claim]) -> str:
     """Return how many claims there are, how sure they were said and how many are right."""
     said, right = float(np.mean([c for c, _ in claims])), sum(r for _, r in claims)
-    span = binomtest(right, len(claims)).proportion_ci(method="exact")
+    least, most = interval_of_share(right, len(claims))
     gap = f"gap {abs(said - right / len(claims)):.3f}" if len(claims) >= FEWEST else "too few to judge"
-    return f"{len(claims):4d} claims, said {said:.3f}, right {right / len(claims):.3f} ({span.low:.2f} to {span.high:.2f}), {gap}"
+    return f"{len(claims):4d} claims, said {said:.3f}, right {right / len(claims):.3f} ({least:.2f} to {most:.2f}), {gap}"
 
 
 def main() -> None:

@@ -60,11 +60,11 @@ def hit(said: dict[str, Any], hidden: dict[str, Any] | None) -> bool:
 
 
 def summary(mode: str, rows: list[dict[str, Any]]) -> dict[str, str]:
-    """Return the shares with their 95 % intervals (Clopper and Pearson, 1934)."""
-    from scipy.stats import binomtest
+    """Return the shares with their 95 % intervals."""
+    from nnhydro.evaluation.metrics import interval_of_share
 
     def share(hits: list[bool]) -> str:
-        low, high = binomtest(sum(hits), max(len(hits), 1)).proportion_ci(method="exact")
+        low, high = interval_of_share(sum(hits), len(hits))
         return f"{sum(hits)} of {len(hits)}, {100 * sum(hits) / max(len(hits), 1):.1f} % ({100 * low:.1f} to {100 * high:.1f})"
 
     if mode == "healthy":

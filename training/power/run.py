@@ -15,12 +15,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest
 
 from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import Power, Reveal, power
 from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.evaluation.metrics import interval_of_share
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.runtime.files import write_json
@@ -30,9 +30,8 @@ RUNS = HERE / "runs"
 
 
 def share_and_interval(hits: int, tries: int) -> tuple[float, float, float]:
-    """Return a share and its 95 % interval (Wilson 1927, J. Am. Stat. Assoc. 22)."""
-    low, high = binomtest(hits, tries).proportion_ci(method="wilson") if tries else (0.0, 1.0)
-    return hits / tries if tries else float("nan"), float(low), float(high)
+    """Return a share and its 95 % interval."""
+    return (hits / tries if tries else float("nan"), *interval_of_share(hits, tries, "wilson"))
 
 
 def revealed(config: dict, recordings: list[str]) -> Power:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from nnhydro.evaluation.metrics import Misfit, error_interval
+from nnhydro.evaluation.metrics import Misfit, error_interval, interval_of_share
 
 MEASURED = np.array([[1.0, 0.0], [-2.0, 4.0], [3.0, -4.0]])
 MODELLED = np.array([[1.5, 0.0], [-2.0, 3.0], [2.0, -4.0]])
@@ -109,3 +109,13 @@ def test_the_interval_lies_between_the_best_and_the_worst_recording(count, seed)
     errors = [part.error for part in parts]
     low, high = error_interval(parts, seed)
     assert min(errors) - 1e-12 <= low <= high <= max(errors) + 1e-12
+
+
+def test_the_interval_of_a_share_is_that_of_its_closed_form_and_of_no_tries_it_is_everything():
+    low, high = interval_of_share(0, 20)
+    assert (low, high) == (0.0, pytest.approx(1 - 0.025 ** (1 / 20)))
+    assert interval_of_share(20, 20) == (pytest.approx(0.025 ** (1 / 20)), 1.0)
+    z, n, p = 1.959963984540054, 20, 0.25
+    middle, half = (p + z**2 / (2 * n)) / (1 + z**2 / n), z * (p * (1 - p) / n + z**2 / (4 * n**2)) ** 0.5 / (1 + z**2 / n)
+    assert interval_of_share(5, 20, "wilson") == (pytest.approx(middle - half), pytest.approx(middle + half))
+    assert interval_of_share(0, 0) == (0.0, 1.0)

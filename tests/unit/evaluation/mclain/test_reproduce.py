@@ -53,6 +53,7 @@ def test_the_error_of_few_segments_is_the_golden_one():
         assert pooled_error(exact, ours) == pytest.approx(wanted, abs=1e-10), n
 
 
+@pytest.mark.slow
 def test_four_segments_are_enough_on_top_of_the_papers_own_residual(result):
     document = golden("segments")
     noisy = dict(zip(document["n"], document["error_vs_noisy_measurement"]["0.1055"], strict=True))
