@@ -276,6 +276,7 @@ def test_the_next_command_keeps_the_mapping(tmp_path, capsys):
     assert f"--map '{tmp_path / 'my map.yaml'}'" in said.rpartition("Next: ")[2]
 
 
+@pytest.mark.slow
 def test_what_makes_a_campaign_unusable_is_told_by_every_command_that_works_on_it(tmp_path, capsys):
     root = tmp_path / "c"
     write(root)

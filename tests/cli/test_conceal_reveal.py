@@ -27,6 +27,7 @@ def diagnosed(folder: Path, effect: str | None, joint: int | None = 1) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_conceal_writes_campaigns_that_open_and_says_what_is_next(suite: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["conceal", "--out", str(tmp_path / "s"), "--effect", "none", *SMALL, "--seed", "1", "--count", "2"]) == 0
     shown = capsys.readouterr().out

@@ -89,6 +89,7 @@ def test_export_refuses_what_it_does_not_know(place, said, tmp_path, options, wo
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_export_of_a_model_over_the_travel_holds_its_memory(place, said, tmp_path):
     a = arm(2)
     save_model(StripTheory(a, GIVEN, {}, "state", state_loads(a)), tmp_path / "state")

@@ -61,6 +61,7 @@ def test_every_command_can_be_quiet_and_speak_json(command, capsys):
     assert "--quiet" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["check", "identify", "predict", pytest.param("gains", marks=SLOW), "export",
                                      pytest.param("benchmark", marks=SLOW)])
 def test_a_command_ends_with_a_verdict_and_quiet_leaves_that_alone(command, place, printed, capsys):

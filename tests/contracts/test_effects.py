@@ -50,8 +50,9 @@ def view(a, motion, water=True):
     return SensorView(Flow(a, motion), lambda flow: sensor_torque(loads.torque(flow), flow.motion.qd, flow.arm), place)
 
 
-def columns(hypothesis, a, motion):
-    return hypothesis.columns(view(a, motion)) if isinstance(hypothesis, InstrumentEffect) else hypothesis.columns(Flow(a, motion))
+def columns(hypothesis, seen):
+    """The columns of a hypothesis; `seen` serves all those of one motion, and what they have in common is made once."""
+    return hypothesis.columns(seen if isinstance(hypothesis, InstrumentEffect) else seen.flow)
 
 
 def valued(hypothesis, size=1.0):
@@ -89,8 +90,9 @@ def test_look_alikes_are_in_the_catalogue(id_):
 @pytest.mark.parametrize("make", [states, run])
 def test_columns_have_the_right_shape_and_are_finite(id_, links, make):
     a, motion = arm(links), make(links)
+    seen = view(a, motion)
     for hypothesis in found(id_, a):
-        X = columns(hypothesis, a, motion)
+        X = columns(hypothesis, seen)
         assert X.shape == (len(motion), links, len(hypothesis.linear_values()))
         assert X.dtype == torch.float64
         assert X.isfinite().all()
@@ -99,7 +101,8 @@ def test_columns_have_the_right_shape_and_are_finite(id_, links, make):
 @IDS
 def test_it_can_be_seen_in_some_motion_of_a_two_link_arm(id_):
     a = arm(2)
-    assert any(columns(hypothesis, a, run(2, rows=200)).any() for hypothesis in found(id_, a))
+    seen = view(a, run(2, rows=200))
+    assert any(columns(hypothesis, seen).any() for hypothesis in found(id_, a))
 
 
 @IDS
@@ -108,7 +111,7 @@ def test_short_stretches_are_no_trouble(id_, rows):
     a, motion = arm(2), run(2)
     short = replace(motion, **{name: getattr(motion, name)[:rows] for name in ("t", "q", "qd", "qdd", "u0", "du0")})
     hypothesis = found(id_, a)[0]
-    assert columns(hypothesis, a, short).shape[:2] == (rows, 2)
+    assert columns(hypothesis, view(a, short)).shape[:2] == (rows, 2)
     if isinstance(hypothesis, InstrumentEffect):
         assert hypothesis.apply(view(a, short)).shape == (rows, 2)
 
@@ -134,8 +137,8 @@ def test_a_joint_that_is_not_there_is_refused(id_):
 @IDS
 def test_what_the_card_says_of_rest_is_true(id_):
     a = arm(2)
-    still = replace(at_rest(2), steady=False)
-    X = max(float(columns(hypothesis, a, still).abs().max()) for hypothesis in found(id_, a))
+    still = view(a, replace(at_rest(2), steady=False))
+    X = max(float(columns(hypothesis, still).abs().max()) for hypothesis in found(id_, a))
     assert (X == 0.0) == EFFECTS[id_].signature.zero_at_rest
 
 
@@ -143,9 +146,9 @@ def test_what_the_card_says_of_rest_is_true(id_):
 def test_what_the_card_says_of_the_mirror_is_true(id_):
     a, motion = arm(2), run(2, rows=150)
     sign = {"odd": -1, "even": 1, "mixed": 0}[EFFECTS[id_].signature.parity]
-    unlike = 0.0
+    unlike, in_the_mirror, as_it_is = 0.0, view(a, mirrored_about_X(motion)), view(a, motion)
     for hypothesis in found(id_, a)[:6]:
-        there, here = columns(hypothesis, a, mirrored_about_X(motion)), columns(hypothesis, a, motion)
+        there, here = columns(hypothesis, in_the_mirror), columns(hypothesis, as_it_is)
         if sign:
             assert_close(there, sign * here, rtol=1e-6, atol=1e-6 * max(float(here.abs().max()), 1e-9))
         unlike += min(float((there + here).abs().max()), float((there - here).abs().max()))
@@ -158,8 +161,9 @@ def test_friction_never_gives_energy(id_):
     assert cls.dissipates or cls.family not in ("dry_friction", "viscous")
     if cls.dissipates:
         a, motion = arm(2), hub_at_rest(states(2))
+        seen = view(a, motion)
         for hypothesis in found(id_, a):
-            X = columns(hypothesis, a, motion)
+            X = columns(hypothesis, seen)
             assert ((X * motion.qd[..., None]).sum(1) >= -1e-12).all()
             assert all(low >= 0 for low, _ in hypothesis.linear_bounds())
 

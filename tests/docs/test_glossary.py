@@ -77,6 +77,7 @@ def offences(path):
     yield from (f"{path.name}: {text[:60]!r}" for text in sentences(tree) if from_sentences & set(re.findall(r"[a-z]+", text.lower())))
 
 
+@pytest.mark.slow
 def test_no_retired_word_stands_in_a_name_or_a_sentence():
     found = [line for path in SOURCES for line in offences(path)]
     assert found == [], "docs/glossary.md has the words to write instead"

@@ -45,6 +45,7 @@ def messages(path):
             yield "".join(str(part.value) if isinstance(part, ast.Constant) else "value" for part in node.values)
 
 
+@pytest.mark.slow
 def test_a_message_has_25_words_a_sentence_at_most():
     found = [s for path in sorted((ROOT / "nnhydro").rglob("*.py")) for text in messages(path) if "= " not in text and "->" not in text
              for s in sentences(text) if words(s) > MOST]

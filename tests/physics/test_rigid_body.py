@@ -74,6 +74,7 @@ def test_the_power_of_the_drives_is_the_rate_of_change_of_the_energy(links):
     assert_close(power, torch.func.vmap(rate)(motion.q, motion.qd, motion.qdd, motion.u0), **AUTOGRAD)
 
 
+@pytest.mark.slow
 @LINKS
 def test_the_rate_of_the_mass_matrix_minus_twice_the_coriolis_matrix_is_skew(links):
     a, motion = arm(links), without_acceleration(hub_at_rest(states(links, seed=5)))

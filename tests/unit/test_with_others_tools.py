@@ -26,6 +26,7 @@ def theory(a, loads):
     return StripTheory(a, GIVEN, {}, "physics", loads)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [planted, state_loads])
 def test_mujoco_with_our_water_accelerates_and_moves_as_our_dynamics_do(make):
     a = arm(2)
@@ -48,6 +49,7 @@ def test_mujoco_with_our_water_accelerates_and_moves_as_our_dynamics_do(make):
     np.testing.assert_allclose(data.qpos, state.q, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_an_added_mass_far_above_the_links_own_is_stable():
     a = arm(2)
     light = a.model_copy(update={"links": tuple(link.model_copy(update={"mass_kg": 0.05, "inertia_kg_m2": 0.001}) for link in a.links)})
@@ -62,6 +64,7 @@ def test_an_added_mass_far_above_the_links_own_is_stable():
         MujocoWater(theory(arm(3), planted(arm(3))), mj)
 
 
+@pytest.mark.slow
 def test_the_environment_keeps_gymnasium_s_contract_and_repeats_itself():
     from gymnasium.utils.env_checker import check_env
 
@@ -106,6 +109,7 @@ def measured(a, loads, seconds=6.0, dt=0.01, seed=0, payload=None):
     return q, qd, qdd, tau + 0.02 * np.random.default_rng(seed).standard_normal(tau.shape)
 
 
+@pytest.mark.slow
 def test_coefficients_are_found_while_the_arm_moves_and_their_deviations_hold():
     a = arm(2)
     fit = RecursiveFit(theory(a, planted(a, (0.5,) * 3, (0.2,) * 3)), ["normal_drag", "added_mass"], std=1.0, noise_Nm=0.02, forgetting=1.0)
@@ -117,6 +121,7 @@ def test_coefficients_are_found_while_the_arm_moves_and_their_deviations_hold():
     np.testing.assert_allclose(fit.covariance, fit.covariance.T)
 
 
+@pytest.mark.slow
 def test_a_payload_picked_up_in_mid_run_is_tracked():
     a = arm(2)
     loads = planted(a)

@@ -60,6 +60,7 @@ def results(healthy, fitted, compared):
             "Catalogue": nnhydro.catalogue(), "network": nnhydro.train(healthy, TINY)}
 
 
+@pytest.mark.slow
 def test_every_result_says_its_verdict_as_text_in_a_notebook_and_as_a_frame(healthy, fitted, compared):
     for name, result in results(healthy, fitted, compared).items():
         sentence = result.verdict()

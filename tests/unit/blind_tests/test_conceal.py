@@ -206,6 +206,7 @@ def suite(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_the_same_seed_and_key_give_the_same_bytes(suite, tmp_path):
     conceal(tmp_path / "again", [SMALL], 11, suite / "key.txt")
     files = sorted(p.relative_to(tmp_path / "again") for p in (tmp_path / "again").rglob("*")

@@ -64,6 +64,7 @@ def test_what_remembers_is_stepped_as_finely_as_in_the_run(cause):
     assert np.abs(said - exact_truth[0]).sum() < 0.05 * np.abs(exact_truth[1] - exact_truth[0]).sum()
 
 
+@pytest.mark.slow
 def test_the_phases_of_chance_that_were_drawn_are_not_known():
     drawn = healthy(FULL)
     unseen = next(iter(drawn.unseen.values()))
@@ -79,6 +80,7 @@ def test_derivatives_that_have_to_be_taken_cost_more_than_those_that_are_given()
     assert 0 < error(healthy(FULL)) < error(healthy(RARE))
 
 
+@pytest.mark.slow
 def test_angles_of_a_compliant_drive_are_not_held_against_the_truth():
     drawn = draw_campaign(3, 0, Wish("encoder_offset", "strong", 1, size="small"))
     seen = {f"unseen/{name}.csv": unseen.links for name, unseen in drawn.unseen.items()}

@@ -66,8 +66,8 @@ def towed(rows, speed=0.05, dt=2e-3):
     return Motion(t, held + torch.tensor([0.4, 0.3]), held, held, u0, torch.where(t < 0.02, speed / 0.02, 0.0).to(u0))
 
 
-def driven(folder, motion, precision, std, flags=()):
-    """Torques (n, 2) of the header in `folder` for a motion."""
+def compiled(folder, precision, std, flags=()):
+    """The header in `folder` as a function of a motion that returns its torques (n, 2)."""
     kind, real = (np.float64, "double") if precision == "double" else (np.float32, "float")
     # under -Werror the standard deviation must be asked for where the model has one
     text = DRIVER.replace("real_t", real).replace(" STD", ", std" if std else "").replace("arm_reset(&s);",
@@ -78,13 +78,23 @@ def driven(folder, motion, precision, std, flags=()):
     command = [compiler(), *FLAGS, *flags, "drive.c", "-o", library, "-lm"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    n = len(motion)
-    dt = torch.diff(motion.t, prepend=motion.t[:1] - 0.7)  # the first one is not read
-    columns = [motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None], dt[:, None]]
-    given = np.ascontiguousarray(torch.cat(columns, dim=1).numpy(), kind)
-    out = np.zeros((n, 2), kind)
-    ctypes.CDLL(str(library)).drive(ctypes.c_long(n), given.ctypes.data_as(ctypes.c_void_p), out.ctypes.data_as(ctypes.c_void_p))
-    return out
+    loaded = ctypes.CDLL(str(library))
+
+    def torques(motion):
+        n = len(motion)
+        dt = torch.diff(motion.t, prepend=motion.t[:1] - 0.7)  # the first one is not read
+        columns = [motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None], dt[:, None]]
+        given = np.ascontiguousarray(torch.cat(columns, dim=1).numpy(), kind)
+        out = np.zeros((n, 2), kind)
+        loaded.drive(ctypes.c_long(n), given.ctypes.data_as(ctypes.c_void_p), out.ctypes.data_as(ctypes.c_void_p))
+        return out
+
+    return torques
+
+
+def driven(folder, motion, precision, std):
+    """Torques (n, 2) of the header in `folder` for a motion."""
+    return compiled(folder, precision, std)(motion)
 
 
 MODELS = {
@@ -119,17 +129,17 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
     a = arm(2)
     model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY.model_copy(update={"baseline": "constant"}))
-    motion = long_run(100_000)
+    motion, slow = long_run(100_000), towed(20_000)
     want = model.torque(motion).numpy()
     for precision in ("double", "single"):
         told = export_c(model, tmp_path / "arm.h", precision)
         assert "static NOINLINE CLONES void loop" in (tmp_path / "arm.h").read_text()
-        far = np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() / np.sqrt((want**2).mean())
+        torques = compiled(tmp_path, precision, told["std"])
+        far = np.abs(torques(motion) - want).max() / np.sqrt((want**2).mean())
         assert far < SAME[precision], f"{precision}: {far:.1e}"
     assert only_wake(model)
-    told, slow = export_c(model, tmp_path / "arm.h", "single"), towed(20_000)
     want = model.torque(slow).numpy()
-    assert np.abs(driven(tmp_path, slow, "single", told["std"]) - want).max() < SAME["single"] * np.sqrt((want**2).mean())
+    assert np.abs(torques(slow) - want).max() < SAME["single"] * np.sqrt((want**2).mean())
 
 
 @pytest.mark.slow
@@ -138,12 +148,14 @@ def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processo
     model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY.model_copy(update={"baseline": "state"}))
     motion = long_run(20_000)
     want = model.torque(motion).numpy()
-    for precision, flags in (("double", ()), ("double", ("-DNO_DISPATCH",)), ("single", ()), ("single", ("-DNO_DISPATCH",))):
+    for precision in ("double", "single"):
         told = export_c(model, tmp_path / "arm.h", precision)
-        far = np.abs(driven(tmp_path, motion, precision, told["std"], flags) - want).max() / np.sqrt((want**2).mean())
-        assert far < SAME[precision], f"{precision} {flags}: {far:.1e}"
+        for flags in ((), ("-DNO_DISPATCH",)):
+            far = np.abs(compiled(tmp_path, precision, told["std"], flags)(motion) - want).max() / np.sqrt((want**2).mean())
+            assert far < SAME[precision], f"{precision} {flags}: {far:.1e}"
 
 
+@pytest.mark.slow
 def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     model, motion = MODELS["state"](arm(2)), towed(4500)
     told = export_c(model, tmp_path / "arm.h", "single")
@@ -153,6 +165,7 @@ def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     assert far < SAME["single"], f"{far:.1e}: with travel added up in single precision it is 9e-5"
 
 
+@pytest.mark.slow
 def test_the_header_says_what_it_is_and_comes_with_steps_to_try_it(tmp_path):
     a = arm(2)
     told = export_c(theory(a, state_loads(a)), tmp_path / "my arm.h", digest="abc")
@@ -184,15 +197,19 @@ def through_onnx(path, motion):
     """Torques (n, 2) of the ONNX file `path`, fed step by step with the memory that it gave back."""
     import onnxruntime
 
-    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    alone = onnxruntime.SessionOptions()
+    alone.intra_op_num_threads = alone.inter_op_num_threads = 1  # threads that wait for so small a step cost more than it
+    session = onnxruntime.InferenceSession(str(path), alone, providers=["CPUExecutionProvider"])
     shapes, found = {x.name: x.shape for x in session.get_inputs()}, []
     outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next")]
     memory = np.zeros(shapes.get("memory", [0]))
+    dt = np.full((len(motion), 1), 2e-3)
+    dt[0] = -1.0
+    columns = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "u0": motion.u0, "du0": motion.du0, "dt": dt}
+    columns = {name: np.asarray(columns[name]).reshape(-1, *shapes[name]) for name in shapes if name != "memory"}
     for k in range(len(motion)):
-        given = {"q": motion.q[k], "qd": motion.qd[k], "qdd": motion.qdd[k], "u0": motion.u0[k:k + 1], "du0": motion.du0[k:k + 1],
-                 "dt": torch.tensor([2e-3 if k else -1.0], dtype=torch.float64), "memory": memory}
-        found_now = dict(zip(outputs, session.run(outputs, {name: np.asarray(given[name]).reshape(shapes[name]) for name in shapes}),
-                             strict=True))
+        given = {name: column[k] for name, column in columns.items()} | ({"memory": memory} if "memory" in shapes else {})
+        found_now = dict(zip(outputs, session.run(outputs, given), strict=True))
         found.append(found_now["tau"].ravel())
         memory = found_now.get("memory_next", memory)
     return np.stack(found)
@@ -284,6 +301,7 @@ def test_an_acceleration_is_found_where_newton_s_method_goes_to_and_fro():
     np.testing.assert_allclose(native.acceleration([0, 0], [0, 0], [0.0, 0.0], start=[4.0, -2.0]), 0.0, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["state", "sheltered"])
 def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
     model, motion = MODELS[name](arm(2)), long_run(300)

@@ -48,6 +48,7 @@ def test_its_derivatives_are_those_of_the_dynamics():
         np.testing.assert_allclose(np.asarray(got), getattr(want, name), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_file_holds_the_same_function(tmp_path):
     a = arm(2)
     model = theory(a, state_loads(a))

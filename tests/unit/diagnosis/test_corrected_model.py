@@ -43,6 +43,7 @@ def change(model, without, r):
     return predict(model, r).tau - predict(without, r).tau
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rubbing", "free pendulum", "steady, offset"])
 def test_the_model_holds_every_finding_and_differs_from_the_baseline_by_them(name):
     told = diagnosed(name)
@@ -65,6 +66,7 @@ def test_predictions_of_the_corrected_model_are_as_good_as_the_proof_says_on_a_m
     assert level == pytest.approx(FRICTION, rel=0.05), "the sentence, the model and what predict does agree"
 
 
+@pytest.mark.slow
 def test_where_nothing_is_found_the_corrected_model_is_the_baseline():
     told, r = diagnosed("healthy"), campaign("healthy").load("run00")
     assert np.array_equal(predict(told.corrected, r).tau, predict(told.baseline, r).tau)

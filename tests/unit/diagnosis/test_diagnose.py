@@ -88,6 +88,7 @@ def test_the_order_and_the_names_of_files_change_nothing_that_is_decided():
     assert [(d.effect, d.joint, d.claimed) for d in other.decisions] == [(d.effect, d.joint, d.claimed) for d in usual.decisions]
 
 
+@pytest.mark.slow
 def test_a_free_pendulum_is_judged_by_its_weight_and_shows_both_its_frictions():
     told = diagnosed("free pendulum")
     assert named(told) == {("viscous_friction", 1), ("coulomb_friction", 1)}
@@ -178,6 +179,7 @@ def test_a_delay_is_told_as_a_delay_and_not_as_half_a_low_pass():
         assert low <= true <= high, parameter
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "recording"), [("not zeroed once", "run03"), ("a stop in one run", "run02")])
 def test_what_lies_in_one_recording_alone_is_no_noise_and_the_verdict_names_the_recording(name, recording):
     told = diagnosed(name)
@@ -203,6 +205,7 @@ def test_a_joint_that_sticks_at_rest_has_dry_friction_and_no_breakaway_beside_it
     assert told.proof.after < 0.03
 
 
+@pytest.mark.slow
 def test_recordings_in_which_the_model_has_other_parameters_are_no_noise_and_the_verdict_says_so():
     told = diagnosed("filling")
     assert told.detected
@@ -315,6 +318,7 @@ def test_progress_is_told_step_by_step():
     assert said[-1] == "next experiment"
 
 
+@pytest.mark.slow
 def test_a_cut_off_that_is_given_is_the_edge_of_the_band():
     told = diagnosed("healthy", cutoff_hz=2.0)
     assert told.checks["band_hz"] == 2.0

@@ -85,6 +85,7 @@ def test_forward_dynamics_undoes_inverse_dynamics(links, make):
     np.testing.assert_allclose(torque, tau, atol=ROUNDING)
 
 
+@pytest.mark.slow
 def test_forward_dynamics_of_a_learned_model_undoes_its_inverse(hybrid):
     dynamics = nnhydro.Dynamics(hybrid)
     assert not dynamics.affine
@@ -96,6 +97,7 @@ def test_forward_dynamics_of_a_learned_model_undoes_its_inverse(hybrid):
     np.testing.assert_allclose(found, qdd, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_the_mass_matrix_of_a_learned_model_is_the_slope_of_each_torque_over_each_acceleration(hybrid):
     dynamics = nnhydro.Dynamics(hybrid)
     q, qd, qdd = np.random.default_rng(8).uniform(-1, 1, (3, 4, 2))
@@ -191,6 +193,7 @@ def test_a_state_is_asked_with_its_memory():
     assert moved.t == 0.02
 
 
+@pytest.mark.slow
 def test_steps_converge_at_the_second_order_of_the_memory_or_better():
     a = arm(2)
     dynamics, ends = nnhydro.Dynamics(theory(a, state_loads(a))), []

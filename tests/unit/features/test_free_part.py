@@ -60,6 +60,7 @@ def test_a_slack_line_is_learned_by_the_free_part_and_not_without_it():
     assert left[0] < 0.6 * left[1]
 
 
+@pytest.mark.slow
 def test_where_nothing_asks_for_it_there_is_none_and_the_mirror_is_exact():
     a = arm(2)
     model = train(campaign(a, planted(a), 6, seconds=2.0, rate=25.0, noise=0.01), FAST)
@@ -68,6 +69,7 @@ def test_where_nothing_asks_for_it_there_is_none_and_the_mirror_is_exact():
     assert_close(model.torque(mirrored_about_Y(motion)), -model.torque(motion), rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_model_with_a_free_part_is_stored_whole(tmp_path):
     a = arm(2)
     bare = train(campaign(a, planted(a), 4, seconds=2.0, rate=25.0, noise=0.01), FAST)

@@ -85,6 +85,7 @@ def test_one_joint_with_a_negated_torque(healthy):
     assert "the torque of joint 1 has the wrong sign" in channel_order(c, c.plan()).what
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_the_lines_of_the_advice_mend_all_of_it_at_once(fault, healthy, tmp_path):
     """Following the advice for two negated torques used to leave one negated, and that passed."""

@@ -34,6 +34,7 @@ def nrmse(got, want):
     return float(np.sqrt(((got - want) ** 2).mean(0) / want.var(0)).max())
 
 
+@pytest.mark.slow
 def test_a_curve_is_learned_that_no_line_can_follow():
     x, y, _ = table()
     model = TorqueRegressor(epochs=120, batch=64).fit(x[:500], y[:500])

@@ -57,6 +57,7 @@ def test_the_region_is_stored_with_the_model(model, tmp_path):
     assert len(json.dumps(loaded.fit[DOMAIN])) < 100_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["network", "hybrid"])
 def test_networks_know_their_region_too(whole, kind):
     model = train(whole, TINY.model_copy(update={"model": kind}))

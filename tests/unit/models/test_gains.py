@@ -69,6 +69,7 @@ def test_exact_gains_are_those_of_finite_differences(drive, gravity):
         torch.testing.assert_close(getattr(gain_matrix(model, motion), name), want, **NEAR)
 
 
+@pytest.mark.slow
 def test_gains_of_a_trained_hybrid_are_those_of_finite_differences(hybrid):
     motion, gains = states(2, 20), gain_matrix(hybrid, states(2, 20))
     for name, want in zip(INPUTS, differences(hybrid, motion, 1e-6), strict=True):
@@ -116,6 +117,7 @@ def test_a_model_that_computes_outside_torch_gets_differences():
     torch.testing.assert_close(got.qd, want.qd, **NEAR)
 
 
+@pytest.mark.slow
 def test_sweeps_show_the_model_beside_baseline_textbook_and_dry_arm(hybrid):
     made = sweeps(hybrid, Around(1.5, 0.2, (0.1, 0.4)))
     assert [(s.joint, s.over) for s in made] == [(j, over) for j in (0, 1) for over in ("speed_rad_s", "angle_rad")]

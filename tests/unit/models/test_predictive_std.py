@@ -64,6 +64,7 @@ def test_the_spread_is_the_sum_of_its_parts():
     assert spread_of(doubt, 0.2 * ones, 4 * ones, 0 * ones) == pytest.approx(np.sqrt(0.16 + 4.0 + 0.01 + 144.0))
 
 
+@pytest.mark.slow
 @KINDS
 def test_held_out_torques_lie_within_the_intervals_as_often_as_said(kind):
     whole = noisy()

@@ -75,6 +75,7 @@ def share_used(whole, model, name):
     return float((model.torque(motion) - base).abs().sum() / (model.members(motion).mean(dim=0) - base).abs().sum())
 
 
+@pytest.mark.slow
 def test_the_residual_fades_where_a_motion_leaves_what_was_trained(tank):
     _, new, model = tank
     near, far = share_used(new, model, "alike"), share_used(new, model, "unlike")

@@ -164,6 +164,7 @@ def test_pickled_weights_are_never_opened(tmp_path):
         refused(folder, "understood")
 
 
+@pytest.mark.slow
 def test_weights_of_another_layout_are_refused(tmp_path):
     folder = save_model(made("network"), tmp_path / "model")
     other = save_model(train(whole(arm(1)), TINY.model_copy(update={"epochs": 1})), tmp_path / "other")

@@ -146,6 +146,7 @@ def test_mass_and_friction_of_a_ball_screw_are_found_in_its_units(folder):
         assert found[name]["ci95"][0] <= value <= found[name]["ci95"][1]
 
 
+@pytest.mark.slow
 def test_a_linear_axis_goes_from_folder_to_prediction_by_commands(folder, tmp_path, capsys):
     assert run(["check", str(folder)]) == 0
     assert run(["identify", str(folder), "--model", "rigid", "--out", str(tmp_path / "m")]) == 0
@@ -196,6 +197,7 @@ def test_a_prediction_for_a_linear_axis_is_the_force():
     assert np.abs(predict(model, runs[0]).tau - runs[0].tau).mean() < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wet", [False, True])
 def test_a_hybrid_learns_a_linear_axis(wet):
     shape = {"fluid": {"density_kg_m3": 1000.0}, "links": [{"mass_kg": 12.0, "length_m": 0.8, "diameter_m": 0.05}]} if wet else {}

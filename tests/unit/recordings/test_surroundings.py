@@ -113,6 +113,7 @@ def test_coefficients_are_found_on_a_base_that_moves_in_water_that_flows(tmp_pat
             assert fit[f"added_mass.C_M[{link}]"]["value"] == pytest.approx(C_M, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["network", "hybrid"])
 def test_networks_see_base_and_water(kind):
     a = arm(2)

@@ -173,6 +173,7 @@ def test_a_term_may_stand_there_twice_under_names_of_its_own() -> None:
     np.testing.assert_allclose(next(runs(two)).tau, next(runs(plain)).tau, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_controlled_campaign_comes_from_the_same_recipe(tmp_path: Path) -> None:
     short = {"kind": "slew", "name": "reach", "q_rad": [[0, 0], [0.3, -0.15]], "duration_s": 0.3, "rest_s": 0.05}
     made = recipe(controller={"kind": "pd", "kp": 60, "kd": 6, "torque_limit_Nm": 30}, motions=[short], unseen=[])
@@ -224,6 +225,7 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
     assert contents(measured) == {"arm.yaml": b"precious"}
 
 
+@pytest.mark.slow
 def test_a_failing_simulation_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_campaign(recipe(), tmp_path / "tank")
     before = contents(tmp_path)
@@ -253,6 +255,7 @@ def _verdict(document: dict[str, Any]) -> str:
     return ""
 
 
+@pytest.mark.slow
 @given(st.sampled_from(_paths(BASE)[1:]), ANYTHING, st.text(max_size=6))
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_whatever_stands_in_a_recipe_it_is_understood_or_refused_in_one_line(path: tuple[Any, ...], value: Any, extra: str) -> None:

@@ -63,6 +63,7 @@ def test_the_better_the_model_inside_the_smaller_the_tracking_error(tmp_path):
     assert errors[2] < 0.5 * errors[1] < 0.5 * errors[0]
 
 
+@pytest.mark.slow
 def test_a_sliding_mode_holds_the_arm_within_its_boundary_layer_against_a_wrong_model():
     a = arm(2)
     r = run(planted(a), kind="sliding_mode", kp=[30.0, 8.0], slope=10.0, boundary=0.5)
@@ -70,6 +71,7 @@ def test_a_sliding_mode_holds_the_arm_within_its_boundary_layer_against_a_wrong_
     assert worst(r) < worst(run(planted(a), kind="computed_torque", kp=25.0, kd=10.0)) / 3
 
 
+@pytest.mark.slow
 def test_an_integral_takes_away_what_a_steady_load_leaves():
     loads = planted(arm(2)).plus("lean", BuoyancyTilt((0.0, 0.0), (5.0, 2.0)))
     still = {**SLEW, "q_rad": [[0.0, 0.2], [0.01, 0.2]], "duration_s": 0.1, "rest_s": 0.7}
@@ -85,6 +87,7 @@ def test_an_integral_stands_still_while_the_torque_is_clipped():
     assert np.abs(r.state.q).max() < 1.2
 
 
+@pytest.mark.slow
 def test_a_delay_shifts_the_torque_by_whole_periods():
     a = arm(2)
     plain, late = (run(planted(a), kind="pd", kp=40.0, kd=4.0, delay_s=delay) for delay in (0.0, 0.01))

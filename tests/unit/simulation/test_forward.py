@@ -67,6 +67,7 @@ def test_a_torque_at_one_joint_from_the_acceleration_of_another_stands_in_its_ro
     np.testing.assert_array_equal(plant.mass_and_rest(zero, still, still, zero, zero)[0][0], [[1.0, 0.5], [0.0, 1.0]])
 
 
+@pytest.mark.slow
 def test_inverse_dynamics_of_the_differentiated_motion_returns_the_drive_torque() -> None:
     of = arm()
     loads = true_loads(TERMS, of, "r")
@@ -79,6 +80,7 @@ def test_inverse_dynamics_of_the_differentiated_motion_returns_the_drive_torque(
     np.testing.assert_allclose(tau[held - 1], r.tau[held], atol=5e-5 * np.abs(r.tau).max())  # differences at 1 kHz: 1.8e-5
 
 
+@pytest.mark.slow
 def test_the_integrator_converges_at_fourth_order() -> None:
     """Measured 3.991 and 3.993; the water's added mass alone, for |w| w of the drag is only once differentiable."""
     of = arm()
@@ -90,6 +92,7 @@ def test_the_integrator_converges_at_fourth_order() -> None:
     assert ((orders > 3.5) & (orders < 4.6)).all(), orders
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pd", "computed_torque"])
 def test_the_work_of_the_drives_is_kinetic_energy_and_what_the_drag_takes(kind: str) -> None:
     of = arm()
@@ -106,6 +109,7 @@ def test_the_work_of_the_drives_is_kinetic_energy_and_what_the_drag_takes(kind: 
     assert work == pytest.approx(kinetic[-1] - kinetic[0] + trapezoid(drag, dx=1 / 1000.0), rel=8e-5)  # the trapezoid rule at 1 kHz: 3e-5
 
 
+@pytest.mark.slow
 def test_computed_torque_on_a_dry_arm_follows_the_reference_and_needs_its_inverse_dynamics() -> None:
     of = arm(fluid={"density_kg_m3": 0.0})
     loads = true_loads({}, of, "r")
@@ -115,6 +119,7 @@ def test_computed_torque_on_a_dry_arm_follows_the_reference_and_needs_its_invers
     assert np.abs(r.tau - exact.tau).mean() < 0.02 * np.abs(exact.tau).max()
 
 
+@pytest.mark.slow
 def test_the_controller_holds_its_torque_and_keeps_its_limit() -> None:
     of = arm()
     r = run(of, true_loads(TERMS, of, "r"), 1000.0, 20, torque_limit_Nm=[3.0, 1.0])
@@ -124,6 +129,7 @@ def test_the_controller_holds_its_torque_and_keeps_its_limit() -> None:
     assert (changes % 20 == 0).all()
 
 
+@pytest.mark.slow
 def test_a_run_does_not_depend_on_the_others_in_its_batch() -> None:
     of = arm()
     loads, law = true_loads(TERMS, of, "r"), Controller(kind="pd", kp=(40.0,), kd=(4.0,)).torque_law(of)

@@ -85,6 +85,7 @@ def test_states_at_which_a_formula_could_break_are_ordinary(motion):
     assert_equal(compile_model(model_of(arm()), "numpy"), replace(motion, qdd=motion.qdd + 0.1))
 
 
+@pytest.mark.slow
 def test_numba_gives_the_same_in_one_loop():
     pytest.importorskip("numba")
     made = compile_model(model_of(arm(drive={"kind": "remote"})), "numba")
@@ -190,6 +191,7 @@ def test_what_is_no_sum_of_load_terms_is_refused():
         compile_model(Other(arm(), Preparation(None), {}))
 
 
+@pytest.mark.slow
 def test_the_travel_is_compiled_for_runs_and_steady_rows_and_one_state_does_not_tell_it():
     pytest.importorskip("numba")
     made = compile_model(model_of(arm(), "state"))

@@ -210,6 +210,7 @@ def test_bounds_are_one_operation_and_the_square_of_a_root_is_none():
     assert not {"sqrt", "mul"} & {program.atoms[k].kind for k in program.dependencies(list(values))}
 
 
+@pytest.mark.slow
 def test_values_that_nobody_asks_for_any_more_are_left_behind(hybrid, exported):
     import onnx
 

@@ -74,6 +74,7 @@ def test_the_dearer_an_effect_the_stronger_it_must_be():
     assert strength_needed(10.0, 5.0, 2) < plain, "chance adds half a nat a value"
 
 
+@pytest.mark.slow
 def test_what_the_baseline_fits_cannot_be_revealed_and_says_so(small):
     mine = row(small[1], "added_mass", parameter="C_M[1]")
     assert mine.size is None
@@ -109,6 +110,7 @@ def test_a_weighed_link_hides_more_of_a_payload_the_less_it_is_known(small, tmp_
     assert row(loose, "payload_mass").visible < row(small[1], "payload_mass").visible
 
 
+@pytest.mark.slow
 def test_more_noise_asks_for_a_larger_size(small, tmp_path):
     loud = power(simulate_plan(plan(tmp_path, "0.03"))[0], without=WITHOUT)
     for effect, joint in (("torque_bias", 1), ("torque_gain", 2), ("coulomb_friction", 2)):

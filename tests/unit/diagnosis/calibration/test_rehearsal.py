@@ -85,6 +85,7 @@ def test_a_place_is_told_by_its_joint_or_as_the_whole_arm():
     assert (label(("torque_bias", 2)), label(("payload_mass", 0))) == ("torque_bias joint 2", "payload_mass")
 
 
+@pytest.mark.slow
 def test_products_with_another_torque_are_those_of_rows_with_that_torque(found):
     view = found.search.view
     old, rng = view.whitened, np.random.default_rng(0)

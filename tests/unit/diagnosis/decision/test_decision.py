@@ -43,6 +43,7 @@ def test_two_planted_laws_are_claimed_whatever_their_order():
     assert decide(one, one.run(), 0).claimed.chosen == (0, 1)
 
 
+@pytest.mark.slow
 def test_laws_that_take_little_from_the_unknown_one_by_one_are_found_together_beside_what_is_in_no_card():
     for seed in range(3):
         rng = np.random.default_rng(100 + seed)
@@ -209,6 +210,7 @@ def test_every_member_that_fails_is_told_with_the_first_test_that_it_fails():
     assert decided.decisions[0].document()["joint"] is None
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 300))
 @settings(max_examples=10)
 def test_a_search_never_ends_below_the_empty_set_and_is_the_same_each_time(seed):

@@ -100,6 +100,7 @@ def test_of_a_rivals_laws_the_one_that_comes_nearer_counts():
     assert 0 < ahead[0, 1] < 15, "a value more is all that it costs"
 
 
+@pytest.mark.slow
 def test_recorded_columns_are_those_of_the_campaign_at_hand(found):
     judge = judged(found, ("torque_bias", "coulomb_friction"))
     k, whitened = judge.numbers[0], found.search.whitened
@@ -127,6 +128,7 @@ def test_a_constant_is_not_in_doubt_for_a_hose_that_holds_it_as_a_special_case(f
     assert contest_of(found.search, found.decided.claimed) is None
 
 
+@pytest.mark.slow
 def test_a_constant_or_a_hose_is_told_apart_by_the_motion_that_is_proposed(found, tmp_path, monkeypatch):
     contest = judged(found, ("torque_bias", "umbilical_stiffness")).contest
     monkeypatch.setattr(proposal, "contest_of", lambda search, claimed: contest)

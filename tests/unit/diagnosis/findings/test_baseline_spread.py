@@ -24,6 +24,7 @@ def test_a_wave_on_a_held_arm_hangs_on_the_added_mass():
     assert spread / rms == pytest.approx(1 - (1 + mass) / (1 + mass + free), rel=0.1), "its load is (1 + C_M) times its size"
 
 
+@pytest.mark.slow
 def test_a_load_does_not_hang_on_the_baseline():
     found = search_design(design_on(problem_of(campaign("rubbing")), None), 0)
     (k,) = found.decided.claimed.chosen

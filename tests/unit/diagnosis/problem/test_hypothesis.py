@@ -128,6 +128,7 @@ def _resemblance(one, other, flow):
     return 1 - float((left**2).sum() / (u**2).sum())
 
 
+@pytest.mark.slow
 @given(direction=st.floats(-np.pi, np.pi), depth=st.floats(0.15, 0.8))
 @settings(max_examples=25)
 def test_a_wall_in_any_direction_resembles_one_that_is_tried_at_first(direction, depth):

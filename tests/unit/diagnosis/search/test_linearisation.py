@@ -12,6 +12,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 
 
+@pytest.mark.slow
 def test_instruments_are_taken_at_the_reading_of_the_baseline_with_the_loads_found():
     design = design_on(problem_of(campaign("rubbing")), None)
     search = search_design(design, 0).search

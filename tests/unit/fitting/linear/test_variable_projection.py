@@ -112,6 +112,7 @@ def test_where_noise_moves_the_best_travel_scale_the_curve_stays():
     torch.testing.assert_close(added_mass_curve(found.loads, TRAVELS), added_mass_curve(truth, TRAVELS), rtol=0, atol=0.07)
 
 
+@pytest.mark.slow
 def test_ten_random_tables_of_the_travel_scale_end_in_the_same_curve():
     """There is no start value; where the table's points lie does not matter. Searches from one start end at 5.61 or 10.71 as well."""
     rng, pairs = np.random.default_rng(5), slews(NOISE, 1)
@@ -164,6 +165,7 @@ def test_two_links_with_curves_of_their_own_are_identified():
         torch.testing.assert_close(drag_curve(found.loads, TRAVELS, link), drag_curve(truth, TRAVELS, link), rtol=0, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_the_band_of_the_curve_holds_the_truth_and_is_of_the_size_of_the_noise():
     truth, s, inside = state_loads(ARM), TRAVELS[5:100:10], []
     for seed in range(6):

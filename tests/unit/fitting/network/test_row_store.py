@@ -52,6 +52,7 @@ def test_an_empty_store_says_what_is_missing():
         store.columns()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["network", "hybrid"])
 def test_training_from_mapped_rows_gives_the_very_same_weights(kind, tmp_path):
     held = train(small(), TINY.model_copy(update={"model": kind}))

@@ -43,6 +43,7 @@ def uninterrupted(kind, layers):
     return train(small(), tiny(model=kind, epochs=5, layers=layers))
 
 
+@pytest.mark.slow
 @KINDS
 def test_the_same_seed_gives_the_same_model_and_another_seed_another(kind):
     one, again, other = (train(small(), tiny(model=kind, seed=seed)) for seed in (1, 1, 2))
@@ -140,6 +141,7 @@ def test_training_stops_when_nobody_has_improved_for_the_patience():
     assert state.epoch == int(state.best_epoch.max()) + 3
 
 
+@pytest.mark.slow
 @KINDS
 def test_a_folds_model_knows_nothing_of_the_torques_that_are_held_out(kind):
     whole = small()
