@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.experiment.rig_limits import Rig
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import Sizes
 from nnhydro.diagnosis.model.unknown import Unknown
@@ -108,3 +109,8 @@ def dense(white, X, t, at=None):
     sign, logdet = np.linalg.slogdet(cov)
     assert sign > 0
     return -0.5 * (logdet + y @ np.linalg.solve(cov, y))
+
+
+def rig():
+    """What a rig of two joints on a carriage can do."""
+    return Rig(np.array([[-1.0, 1.0], [-0.5, 2.0]]), np.array([1.5, 2.0]), np.array([6.0, 8.0]), 0.5, np.array([9.0, 3.0]), 8.0)

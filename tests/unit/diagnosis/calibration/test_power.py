@@ -1,21 +1,18 @@
-"""What a campaign can reveal, and the motion that settles what it cannot: plans, sizes and planted effects of the stated size."""
+"""What a campaign can reveal: plans, sizes, planted effects of the stated size, and the motions that are drawn."""
 
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from problems import rig
 
 from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan
 from nnhydro.diagnosis.calibration.power import _typical, power, strength_needed
 from nnhydro.diagnosis.constants import RELEVANT
 from nnhydro.diagnosis.diagnose import search_design
-from nnhydro.diagnosis.experiment.discrimination import Contest
 from nnhydro.diagnosis.experiment.motions import draw, neighbours
-from nnhydro.diagnosis.experiment.proposal import Proposal
-from nnhydro.diagnosis.experiment.rig_limits import Rig, read_limits
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ConfigError
 
@@ -182,10 +179,6 @@ def test_effects_of_the_stated_size_are_found_and_of_a_third_of_it_are_not(small
     assert np.mean(small_hits) <= 0.4
 
 
-def rig():
-    return Rig(np.array([[-1.0, 1.0], [-0.5, 2.0]]), np.array([1.5, 2.0]), np.array([6.0, 8.0]), 0.5, np.array([9.0, 3.0]), 8.0)
-
-
 def test_every_motion_drawn_or_varied_stays_within_the_limits_of_the_rig(small):
     limits, rng = rig(), np.random.default_rng(1)
     drawn = draw(limits, small[0].arm, 100.0, 30, rng)
@@ -203,35 +196,3 @@ def test_every_motion_drawn_or_varied_stays_within_the_limits_of_the_rig(small):
 def test_no_motion_is_towed_where_the_carriage_has_never_moved(small):
     drawn = draw(replace(rig(), u0=0.0), small[0].arm, 100.0, 20, np.random.default_rng(1))
     assert not any(m.state.u0.any() for m in drawn)
-
-
-@pytest.mark.parametrize(("chance_of_it", "words"), [
-    (0.93, "record the proposed slew (4.0 s) 3 times: it settles the matter with a chance of 93 % (a motion drawn at random: 60 %)."),
-    (0.04, "no motion is likely to tell coulomb_friction at joint 2 from stribeck_friction"),
-    (0.494, "recorded 3 times, settles the matter with a chance of 49 %.")])
-def test_a_proposal_that_would_hardly_settle_anything_says_so(chance_of_it, words):
-    contest = Contest((3, 7), (), (0.0, 1.0), (("coulomb_friction", 2), ("stribeck_friction", 2)))
-    motion = SimpleNamespace(document={"kind": "slew"}, t=np.linspace(0, 4, 9))
-    proposal = Proposal(contest, motion, 3, 1.0, chance_of_it, 0.6, None)
-    assert words in proposal.statement()
-    assert proposal.document("next.csv")["separates"][1] == {"effect": "stribeck_friction", "joint": 2}
-
-
-def test_stated_limits_replace_what_the_rig_has_shown_and_the_rest_stays(tmp_path):
-    path = tmp_path / "limits.yaml"
-    path.write_text("q_rad: [[-2, 2], [-1, 1.5]]\ndq_rad_s: 3\nu0_m_s: 0.8\n")
-    wider = rig().with_limits(read_limits(path))
-    np.testing.assert_array_equal(wider.q, [[-2, 2], [-1, 1.5]])
-    np.testing.assert_array_equal(wider.rate, [3, 3])
-    np.testing.assert_array_equal(wider.acceleration, rig().acceleration)
-    assert (wider.u0, wider.seconds, wider.stated) == (0.8, rig().seconds, True)
-
-
-@pytest.mark.parametrize(("text", "line"), [
-    ("dq_rads: 3\n", "unknown key 'dq_rads': did you mean 'dq_rad_s'"), ("q_rad: [[-1, 1]]\n", "q_rad has 1 ranges for an arm of 2 joint"),
-    ("q_rad: [[1, -1], [0, 1]]\n", "the lower angle first"), ("tau_Nm: [1, 2, 3]\n", "limits: tau_Nm: 3 numbers for an arm of 2 joint")])
-def test_limits_that_do_not_fit_are_refused_in_one_line(tmp_path, text, line):
-    path = tmp_path / "limits.yaml"
-    path.write_text(text)
-    with pytest.raises(ConfigError, match=re.escape(line)):
-        read_limits(path).check(2)
