@@ -18,11 +18,11 @@ CORPUS = sorted(path for path in (HERE / "corpus").glob("*/*") if path.is_file()
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_what_once_failed_gets_a_result_or_one_line(path, tmp_path):
-    start = time.perf_counter()
+    start = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # numbers at the edge of what a float holds overflow on the way
         TARGETS[path.parent.name](path.read_bytes(), tmp_path)
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5
 
 
 @pytest.mark.parametrize("name", TARGETS)

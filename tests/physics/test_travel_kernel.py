@@ -103,6 +103,7 @@ def test_a_recording_longer_than_the_kernels_pieces_is_not_torn():
     assert_equal(travelling(a, 1, {}), Flow(a, motion(1, 2, 2500, "from rest")))
 
 
+@pytest.mark.slow  # compiles a kernel
 def test_rows_that_are_not_finite_do_not_come_out_as_torques():
     a, flow = arm(2), motion(1, 2, 50, "from rest")
     flow.qd[20] = torch.nan

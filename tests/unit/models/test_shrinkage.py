@@ -83,6 +83,7 @@ def test_the_residual_fades_where_a_motion_leaves_what_was_trained(tank):
     assert far < 0.6
 
 
+@pytest.mark.slow
 def test_the_hybrid_gains_on_the_kind_that_was_trained_and_loses_nothing_on_another(tank):
     _, new, model = tank
     gained = {}
@@ -94,6 +95,7 @@ def test_the_hybrid_gains_on_the_kind_that_was_trained_and_loses_nothing_on_anot
     assert gained["unlike"] < 1.05, gained
 
 
+@pytest.mark.slow
 def test_of_six_members_every_recording_is_watched_in_both_orders(tank):
     shown, _, model = tank
     watched = watched_units(units(shown, GIVEN), SIX, model.arm)
