@@ -1,6 +1,6 @@
 """A law of the load on every strip of the arm, linear in its coefficients, which all links and joints share; its memory is learned.
 
-    f = sum_q b_q(w, dw, m, v, a, b) sum_p c_qp phi_p(z)                                                              [N/m]
+    f = sum_q b_q(w, dw, m, v, a, b) sum_p c_qp phi_p(z) + loads of neurons (strip_neurons.py)                        [N/m]
     tau_j = sum over strips of f ds times the strip's lever about joint j, behind belt and gears                 [N m]
 
     b_1, b_2  1/2 rho D |w| w  and  rho pi D^2/4 dw: Morison's loads                                             phi: 1, z, z z
@@ -25,14 +25,16 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.scaling import gear_ratios
+from nnhydro.features.strip_neurons import COUNT, directions, neuron_loads
 from nnhydro.features.strip_state import StripView
 from nnhydro.features.wake import LASTING, STRIPS, TRAVEL
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
-# Tiers of coefficients: Morison's two; drag that remembers; inertia that does; memory that swings; those of body and odd features, and of
-# free functions (fitting/network/linear_part.py); from SURROUNDED on those that the first, the second ... set of variables bends.
-MEAN, REMEMBERED, SWUNG, ACCELERATED, ARM, FREE, SURROUNDED = range(7)
+# Tiers of coefficients: Morison's two; drag that remembers; memory that swings; inertia that remembers; neurons; those of body and odd
+# features, and of free functions (fitting/network/linear_part.py); from SURROUNDED on those that the first, the second ... set of
+# variables bends.
+MEAN, REMEMBERED, SWUNG, ACCELERATED, NEURONS, ARM, FREE, SURROUNDED = range(8)
 MORISON = 2  # drag and inertia: the loads whose coefficients may bend with z
 DRAGS, SWINGS, INERTIAS = 1 + 4 * len(TRAVEL), 6, 1 + 2 * len(TRAVEL) + len(LASTING)  # loads that remember, by speed and by acceleration
 CHUNK = 128  # rows at a time: their products stay in the processor's cache
@@ -69,6 +71,7 @@ def tiers(sets: Sequence[int], of_three: Sequence[int], count: int) -> Tensor:
     per_load = [torch.cat([torch.tensor([MEAN]), phi])] * MORISON
     for first in [REMEMBERED] * DRAGS + [SWUNG] * SWINGS + [ACCELERATED] * INERTIAS + [REMEMBERED] * (1 + len(TRAVEL)):
         per_load.append(torch.cat([torch.tensor([first]), phi[:k]]))
+    per_load.append(torch.full((2 * COUNT,), NEURONS))
     return torch.cat(per_load)
 
 
@@ -106,35 +109,39 @@ def to_sensors(flow: Flow, force: Tensor, moment: Tensor) -> Tensor:
     return to_drives(joint, flow.arm) / gear_ratios(flow.arm)[:, None]
 
 
-def _pieces(view: StripView, z: Tensor, of_three: Sequence[int]) -> Iterator[tuple[Tensor, Tensor]]:
-    """Loads (m, links, q, s) and monomials (m, links, p, s), CHUNK rows at a time."""
+def _pieces(view: StripView, z: Tensor, of_three: Sequence[int], N: Tensor) -> Iterator[tuple[Tensor, Tensor, tuple[Tensor, ...]]]:
+    """Loads (m, links, q, s), monomials (m, links, p, s) and what `neuron_loads` gives, CHUNK rows at a time."""
     for start in range(0, len(z), CHUNK):
         rows = slice(start, start + CHUNK)
-        yield unit_loads(view, rows), monomials(z[rows], of_three)
+        yield unit_loads(view, rows), monomials(z[rows], of_three), neuron_loads(view, N, rows)
 
 
 def law_columns(view: StripView, z: Tensor, of_three: Sequence[int]) -> Tensor:
-    """Return d tau / d coefficient (n, joints, coefficients) N m: drag, inertia, then load by load what remembers."""
+    """Return d tau / d coefficient (n, joints, coefficients) N m: drag, inertia, load by load what remembers, the neurons' s and s^2."""
     straight = 1 + z.shape[2]
     forces: list[Tensor] = []
     moments: list[Tensor] = []
-    for loads, phi in _pieces(view, z, of_three):
-        for weight, sums in ((loads, forces), (loads * view.x[:, None], moments)):
+    for loads, phi, (s, drag, inertia) in _pieces(view, z, of_three, directions()):
+        neurons = torch.cat([drag * s, inertia * s**2], dim=2)
+        for lever, sums in ((torch.ones_like(view.x), forces), (view.x, moments)):
+            weight = loads * lever[:, None]
             own = torch.einsum("nlqs,nlps->nlqp", weight[:, :, :MORISON], phi)
             rest = torch.einsum("nlqs,nlps->nlqp", weight[:, :, MORISON:], phi[:, :, :straight])
-            sums.append(torch.cat([own.flatten(2), rest.flatten(2)], dim=2))
+            sums.append(torch.cat([own.flatten(2), rest.flatten(2), torch.einsum("nlks,ls->nlk", neurons, lever)], dim=2))
     return to_sensors(view.flow, torch.cat(forces), torch.cat(moments))
 
 
-def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], c: Tensor) -> Tensor:
-    """Return the torques (E, n, joints) N m of E sets of coefficients c (E, coefficients)."""
+def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], c: Tensor, N: Tensor) -> Tensor:
+    """Return the torques (E, n, joints) N m of E sets of coefficients c (E, coefficients); N (k, STATES) are the neurons' directions."""
     E, straight = len(c), 1 + z.shape[2]
     bent = size(z.shape[2], of_three)
-    own = c[:, :MORISON * bent].reshape(E * MORISON, bent)
-    rest = c[:, MORISON * bent:].reshape(E, -1, straight).transpose(1, 2).flatten(0, 1)  # the loads first: many loads, few monomials
+    products, odd, even = torch.split(c, [c.shape[1] - 2 * len(N), len(N), len(N)], dim=1)
+    own = products[:, :MORISON * bent].reshape(E * MORISON, bent)
+    rest = products[:, MORISON * bent:].reshape(E, -1, straight).transpose(1, 2).flatten(0, 1)  # the loads first: many loads, few monomials
     found = []
-    for loads, phi in _pieces(view, z, of_three):
+    for loads, phi, (s, drag, inertia) in _pieces(view, z, of_three, N):
         C, F = (torch.unflatten(weights @ x, 2, (E, -1)) for weights, x in ((own, phi), (rest, loads[:, :, MORISON:])))
-        found.append((C * loads[:, :, None, :MORISON]).sum(dim=3) + (F * phi[:, :, None, :straight]).sum(dim=3))  # (m, links, E, s) N
+        found.append((C * loads[:, :, None, :MORISON]).sum(dim=3) + (F * phi[:, :, None, :straight]).sum(dim=3)
+                     + drag * (odd @ s) + inertia * (even @ s**2))  # (m, links, E, s) N
     f = torch.cat(found)
     return to_sensors(view.flow, f.sum(dim=3), (f * view.x[:, None]).sum(dim=3)).permute(2, 0, 1)

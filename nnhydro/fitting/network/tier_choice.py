@@ -14,14 +14,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nnhydro.features.strip_law import ACCELERATED, ARM, REMEMBERED, SURROUNDED, SWUNG
+from nnhydro.features.strip_law import ACCELERATED, ARM, NEURONS, REMEMBERED, SURROUNDED, SWUNG
 
 Weights = tuple[float, ...]  # lambda of each tier
 
 PENALTIES = tuple(10.0**k for k in range(1, -6, -1))  # lambda of a tier
 CLOSED = 1e9  # lambda that leaves a tier out
 MEAN_PENALTY = 1e-4
-UNWATCHED = (MEAN_PENALTY, 1e-2, 1e-2, 1e-2, 1e-1, CLOSED)  # where no recording can be watched; sets of surroundings as ARM
+UNWATCHED = (MEAN_PENALTY, 1e-2, 1e-2, 1e-2, 1e-1, 1e-1, CLOSED)  # where no recording can be watched; sets of surroundings as ARM
 WORTH = 0.98  # of the loss without the tier; memory over travel is opened wherever it gains at all
 SEED = 0
 
@@ -38,7 +38,7 @@ def chosen_weights(loss: Callable[[Weights], float], there: Collection[int], tie
     def at(tier: int, value: float) -> Weights:
         return (*weights[:tier], value, *weights[tier + 1:])
 
-    order = [tier for tier in (REMEMBERED, SWUNG, ACCELERATED, *range(SURROUNDED, tiers), ARM) if tier in there]
+    order = [tier for tier in (REMEMBERED, SWUNG, ACCELERATED, NEURONS, *range(SURROUNDED, tiers), ARM) if tier in there]
     for tier in order:
         best = min(PENALTIES, key=lambda value: loss(at(tier, value)))
         if loss(at(tier, best)) < (1.0 if tier == REMEMBERED else WORTH) * loss(tuple(weights)):

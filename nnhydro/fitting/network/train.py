@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.body_columns import inertial_directions
+from nnhydro.features.strip_neurons import directions
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.fitting.linear.several_arms import calibrated_on, on_arm
@@ -63,7 +64,7 @@ def _skip(part: LinearPart, rows: Rows, spread: Tensor) -> Tensor:
 
 def _law(part: LinearPart, linear: Linear, names: tuple[str, ...]) -> StripLaw:
     return StripLaw(names, linear.seen.lowest, linear.seen.highest, part.shared[:, :linear.law_size].contiguous(),
-                    part.shared[:, linear.law_size:].contiguous())
+                    part.shared[:, linear.law_size:].contiguous(), directions().clone())
 
 
 @one_thread()

@@ -16,6 +16,7 @@ from torch import Tensor
 
 from nnhydro.features.feature_set import View, features
 from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_scale
+from nnhydro.features.strip_neurons import COUNT, LENGTH
 from nnhydro.features.wake import LASTING, SWINGING, TRAVEL
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.free_part import FreePart
@@ -30,7 +31,7 @@ from nnhydro.recordings.arm import Arm
 
 WIDENING = 3.0  # a feature a third of its half range outside, or a link a third faster than ever, doubles the deviation
 FAR = 3.0  # half ranges outside: beyond them all that can be said is that it is far
-BANK = [list(TRAVEL), list(LASTING), list(SWINGING)]  # what the strips' water remembers: a model is of one bank
+BANK = [list(TRAVEL), list(LASTING), list(SWINGING), [COUNT, LENGTH]]  # what the strips' water remembers: a model is of one bank
 LEFT_OUT = "left_out"  # in the record of the fit: the share of the recordings that each member left out of it
 BASELINE, LAW, FREE = "baseline.", "law.", "free."  # before the names of a baseline's tensors, a law's, and a free part's
 

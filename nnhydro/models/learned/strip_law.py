@@ -20,8 +20,9 @@ class StripLaw:
     names: tuple[str, ...]
     lowest: Tensor  # (k,)
     highest: Tensor  # (k,)
-    coefficients: Tensor  # (E, 2 p): drag, inertia
+    coefficients: Tensor  # (E, p): drag, inertia, what remembers, neurons
     body: Tensor  # (E, b), features/body_columns.py
+    neurons: Tensor  # (k, states): the directions N of features/strip_neurons.py
 
     def torque(self, flow: Flow) -> Tensor:
         """Return the sensor torques (E, n, joints) N m."""
@@ -29,7 +30,7 @@ class StripLaw:
         z, of_three = strip_states(view, self.names)
         held = torch.minimum(torch.maximum(z, self.lowest[:, None]), self.highest[:, None])
         whole = torch.einsum("njp,ep->enj", body_columns(flow), self.body)
-        return whole + law_torque(view, held, of_three, self.coefficients) if self.names else whole
+        return whole + law_torque(view, held, of_three, self.coefficients, self.neurons) if self.names else whole
 
     def arrays(self) -> dict[str, Tensor]:
         """Return the tensors that a model file holds."""

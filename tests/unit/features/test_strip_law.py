@@ -10,6 +10,7 @@ from nnhydro.features.strip_law import (
     ACCELERATED,
     MEAN,
     MORISON,
+    NEURONS,
     REMEMBERED,
     SURROUNDED,
     SWUNG,
@@ -19,6 +20,7 @@ from nnhydro.features.strip_law import (
     tiers,
     unit_loads,
 )
+from nnhydro.features.strip_neurons import COUNT, directions, neuron_loads
 from nnhydro.features.strip_state import StripView, sets_of, strip_states
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.config import TrainingConfig
@@ -40,7 +42,7 @@ def test_the_torque_is_the_sum_of_its_columns(links):
     strips, z, of_three = view(run(links), links)
     columns = law_columns(strips, z, of_three)
     c = torch.randn(4, columns.shape[2], generator=torch.Generator().manual_seed(1), dtype=torch.float64)
-    assert_close(law_torque(strips, z, of_three, c), torch.einsum("njp,ep->enj", columns, c), rtol=1e-9, atol=1e-9)
+    assert_close(law_torque(strips, z, of_three, c, directions()), torch.einsum("njp,ep->enj", columns, c), rtol=1e-9, atol=1e-9)
 
 
 def test_the_first_of_drag_and_of_inertia_are_morisons_by_strips():
@@ -57,7 +59,8 @@ def test_every_coefficient_has_one_tier():
     strips, z, of_three = view(run(2))
     count, loads, k = law_columns(strips, z, of_three).shape[2], unit_loads(strips).shape[2], z.shape[2]
     place = tiers(sets_of(strips, LAW), of_three, count)
-    assert count == MORISON * size(k, of_three) + (loads - MORISON) * (1 + k)
+    assert count == MORISON * size(k, of_three) + (loads - MORISON) * (1 + k) + 2 * COUNT
+    assert (place == NEURONS).sum() == 2 * COUNT
     assert (place == MEAN).sum() == MORISON
     assert sum(int((place == tier).sum()) for tier in (REMEMBERED, SWUNG, ACCELERATED)) == loads - MORISON
     assert sorted(set(place[place >= SURROUNDED].tolist())) == [SURROUNDED + number for number in range(len(LAW))]

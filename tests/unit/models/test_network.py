@@ -13,6 +13,7 @@ from torch.func import grad, jacrev
 from nnhydro.features.body_columns import body_columns
 from nnhydro.features.feature_set import feature_sets, features
 from nnhydro.features.strip_law import law_columns
+from nnhydro.features.strip_neurons import directions
 from nnhydro.features.strip_state import StripView, state_sets, strip_states
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.learned.learned import LEFT_OUT, WIDENING, LearnedTorque, swiftness, view_of
@@ -160,7 +161,7 @@ def random_law(a, shown, names=DEFAULTS.law, members=3, seed=1):
     body = torch.randn(members, body_columns(Flow(a, shown)).shape[2], generator=g, dtype=torch.float64)
     count = law_columns(StripView(Flow(a, shown)), z, of_three).shape[2]
     coefficients = torch.randn(members, count, generator=g, dtype=torch.float64)
-    return StripLaw(tuple(names), z.amin(dim=(0, 1, 3)), z.amax(dim=(0, 1, 3)), coefficients, body)
+    return StripLaw(tuple(names), z.amin(dim=(0, 1, 3)), z.amax(dim=(0, 1, 3)), coefficients, body, directions())
 
 
 def learned(a, hybrid, bound=2.0, seed=1, names=DEFAULTS.features, law=DEFAULTS.law, hidden=(8,), parallel=False):
