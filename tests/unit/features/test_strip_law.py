@@ -20,7 +20,7 @@ from nnhydro.features.strip_law import (
     tiers,
     unit_loads,
 )
-from nnhydro.features.strip_neurons import COUNT, directions, neuron_loads
+from nnhydro.features.strip_neurons import COUNT, directions
 from nnhydro.features.strip_state import StripView, sets_of, strip_states
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.config import TrainingConfig
