@@ -217,7 +217,7 @@ def test_values_that_nobody_asks_for_any_more_are_left_behind(hybrid, exported):
     graph = onnx.shape_inference.infer_shapes(onnx.load(exported[1])).graph
     sizes = {x.name: x.type.tensor_type.shape.dim[0].dim_value for x in graph.value_info}
     joined = [sizes[node.output[0]] for node in graph.node if node.op_type == "Concat"]
-    assert max(joined) < len(record(hybrid).program.atoms) / 2
+    assert max(joined) < 0.7 * len(record(hybrid).program.atoms)  # the neurons of a strip are needed together
 
 
 def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
