@@ -113,6 +113,7 @@ class SensorView:
     def by_motion(self, channel: int, joint: int) -> Tensor:  # (n, joints) N m/rad, N m s/rad, N m s^2/rad
         """Return d tau / d angle (0), rate (1) or acceleration (2) of `joint` (from 1). A memory of the model moves along with the run."""
         def slope() -> Tensor:
+            """Return the central difference over the channel of the joint, (n, joints)."""
             unit = torch.zeros_like(self.motion.q)
             unit[:, joint - 1] = 1.0
             q, qd, qdd = (unit if i == channel else torch.zeros_like(unit) for i in range(3))

@@ -128,23 +128,19 @@ class Posterior:
     live: Index  # (l,)
 
     def forward(self, b: Array) -> Array:
-        """Return L^-1 b (l, m) of `b` (P + k, m) in the scaled columns."""
+        """Return L^-1 b (l, m) of `b` (l, m) in the scaled columns that live; `b` is used up."""
         from scipy.linalg import solve_triangular
 
-        made: Array = solve_triangular(self.chol, b[self.live], lower=True, overwrite_b=True, check_finite=False)
+        made: Array = solve_triangular(self.chol, b, lower=True, overwrite_b=True, check_finite=False)
         return made
 
     def projection(self, cross: Array) -> Array:
         """Return C (l, m) of columns whose products with the fit's are `cross` (P + k, m): the fit takes C'C of their Gram matrix."""
-        from scipy.linalg import solve_triangular
-
-        scaled = cross[self.live] * self.scale[self.live, None]
-        made: Array = solve_triangular(self.chol, scaled, lower=True, overwrite_b=True, check_finite=False)
-        return made
+        return self.forward(cross[self.live] * self.scale[self.live, None])
 
     def covariance(self, at: slice | Index) -> Array:
         """Return the covariance of the coefficients `at`."""
-        half = self.forward(np.eye(len(self.scale))[:, at])
+        half = self.forward(np.eye(len(self.scale))[self.live][:, at])
         covariance: Array = half.T @ half * self.scale[at][:, None] * self.scale[at]
         return covariance
 

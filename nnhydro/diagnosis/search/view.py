@@ -212,9 +212,9 @@ class WeightedLibrary:
             numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
         together = max(1, TOGETHER // groups)
         for start in range(0, len(numbers), together):
-            self._gains_of_own(numbers[start:start + together], chosen, fit, gained)
+            self._enter_own_gains(numbers[start:start + together], chosen, fit, gained)
 
-    def _gains_of_own(self, numbers: Sequence[int], chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
+    def _enter_own_gains(self, numbers: Sequence[int], chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
         """Enter what each of the laws `numbers` with values of each recording's own adds to `fit` of `chosen`."""
         cross, Xy, blocks, places = self._own_parts
         kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])

@@ -50,6 +50,7 @@ def _shared_curves(loads: Loads) -> bool:
 def general(loads: Loads, pairs: Sequence[Pair]) -> Rows:
     """Return the rows of any sum of terms with a travel scale."""
     def rows(nu: tuple[float, ...]) -> tuple[Array, Array]:
+        """Return columns (n, joints, p) and torques (n, joints) N m at the travel scales `nu`."""
         scaled = with_tau_s(loads, *nu)
         linear = scaled.linear()
         fixed = Loads({name: term for name, term in scaled.terms.items() if name not in linear})
@@ -77,6 +78,7 @@ def rows_of(loads: Loads, pairs: Sequence[Pair]) -> Rows:
     whole = weights[joints:].sum(1).T
 
     def rows(nu: tuple[float, ...]) -> tuple[Array, Array]:
+        """Return columns (n, joints, p) and torques (n, joints) N m at the travel scales `nu`, of the shared curves."""
         if len(nu) == 1 or nu[0] == nu[1]:
             both = power_sums(travels / nu[0], weights)
         else:

@@ -77,6 +77,7 @@ def carried_half_derivative(v: Tensor, carried: StepMemory) -> Tensor:
         return torch.stack([*([none] * width), v, none], dim=2)
 
     def next_memory(old: Tensor) -> Tensor:
+        """Return the memory (n, strips, width + 2) a step after `old`."""
         dt = carried.steps(2)
         past, slope = old[:, :, :width], (v - old[:, :, width]) / (dt + 1e-12)
         fades = torch.exp(-rates * dt)[:, None, :]

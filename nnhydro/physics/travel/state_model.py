@@ -53,6 +53,7 @@ def bspline_loads(arm: Arm, count: int = 8, tau_s: float = 10.0, **options: Any)
 def with_tau_s(loads: Loads, tau_s: float, added_mass: float | None = None) -> Loads:
     """Return `loads` with the travel scale of every term that has one set to `tau_s`; `added_mass` gives C_M a scale of its own."""
     def at_scale(term: LoadTerm) -> LoadTerm:
+        """Return `term` with its travel scale, where it has one."""
         if not any(f.name == "tau_s" for f in term.parameters()):
             return term
         own = added_mass if added_mass is not None and "drag" not in term.kind else tau_s

@@ -79,6 +79,7 @@ def sampled_motion(t: ArrayLike, U: ArrayLike) -> CylinderMotion:
     travel, acceleration = U_of_t.antiderivative(), U_of_t.derivative()
 
     def time_at(s: Real) -> Real:
+        """Return when the travel is `s`."""
         low, high = np.zeros_like(s), np.full_like(s, time[-1])
         for _ in range(60):  # bisection: U may vanish at the start, where Newton's step would not exist
             middle = 0.5 * (low + high)

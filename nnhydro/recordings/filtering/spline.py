@@ -56,9 +56,9 @@ def _bands(B: Any) -> Array:
 class RegressionSplines:
     """Splines on the same times: their knots, and by derivative B^(k) with the diagonals of B^(k)'B^(k), made once for all records."""
 
-    knots: Array
-    bases: dict[int, Any]
-    bands: dict[int, Array]
+    knots: Array  # (m + DEGREE + 1,) s
+    bases: dict[int, Any]  # sparse (n, m)
+    bands: dict[int, Array]  # (DEGREE + 1, m)
 
     @staticmethod
     def of(t: Array, edge: float, orders: Collection[int]) -> "RegressionSplines":

@@ -150,3 +150,14 @@ def test_a_carriage_of_constant_speed_does_not_accelerate():
     made = trajectory(replace(r, u0=speed), EDGE, len(r))
     assert not made.du0.any()
     assert made.u0 == pytest.approx(speed.mean())
+
+
+@pytest.mark.parametrize("channels", ["q", "qv", "qva"])
+def test_what_is_left_of_the_noise_is_as_large_as_what_noise_of_the_records_makes_of_the_trajectory(channels):
+    recorded = [moved(channels=channels, noise=NOISE, given=seed)[0] for seed in range(6)]
+    made = [trajectory(r, EDGE, len(r)) for r in recorded]
+    exact = trajectory(moved(channels=channels, noise=(1e-9, 1e-8, 1e-7))[0], EDGE, len(recorded[0]))
+    for order, name in enumerate(("q", "qd", "qdd")):
+        found = rms(np.concatenate([getattr(m, name) - getattr(exact, name) for m in made]))
+        told = rms(np.concatenate([draw[order] for m in made for draw in m.noise]))
+        assert told == pytest.approx(found, rel=0.15), f"{name} from {channels}"
