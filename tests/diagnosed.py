@@ -111,11 +111,14 @@ def since(first):
     return Campaign.of(ARM, [replace(r, clock=1e4 + 3600.0 * k + r.t) for k, r in enumerate(runs)])
 
 
-def held_in_a_wave(height=0.12, frequency=0.965):
+OTHER_WAVES = (0.965, 0.61, 0.74, 1.22, 0.88, 0.53)  # Hz
+
+
+def held_in_a_wave(height=0.12, frequencies=(0.965,) * 6):
     """An arm held at another angle in each recording, in water that sways along +Y: Morison's load of a cylinder at rest, by hand."""
     link, found = ARM.links[0], []
-    L, D, w = link.length_m, link.diameter_m, 2 * np.pi * frequency
-    for k in range(6):
+    L, D = link.length_m, link.diameter_m
+    for k, w in enumerate(2 * np.pi * np.array(frequencies)):
         rng = np.random.default_rng(k + 80)
         t = np.arange(1000) / 50.0
         q, phase = rng.uniform(-1.2, 1.2), rng.uniform(0, 6)
@@ -198,6 +201,7 @@ CAMPAIGNS = {
     "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=8, more=lambda r, k: dry(r, 2, 0.2))),
     "rubbing since the fourth": lambda: since(3),
     "held in a wave": held_in_a_wave,
+    "held in other waves": lambda: held_in_a_wave(frequencies=OTHER_WAVES),
     "held in still water": lambda: held_in_a_wave(height=1e-6),
     "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=8)),
     "free pendulum": pendulum,

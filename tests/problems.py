@@ -30,6 +30,8 @@ class Law:
     activity: None = None
     working_model: None = None
     own: dict = field(default_factory=dict)
+    lines: dict = field(default_factory=dict)
+    log_tried: float = 0.0
     sense: Callable[[np.ndarray], bool] = lambda values: True
 
     @property

@@ -34,8 +34,9 @@ from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
+from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
-from nnhydro.diagnosis.search.starts import across_held_links, at_lines, extra_starts, line_frequencies
+from nnhydro.diagnosis.search.starts import extra_starts
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.diagnosis.trained_on import trained_on, with_record
@@ -88,7 +89,8 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     progress("noise and baseline")
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     hypotheses = hypotheses_for(design, without)
-    lines = at_lines(hypotheses, line_frequencies(design), across_held_links(design))
+    across = across_held_links(design)
+    lines = at_lines(hypotheses, line_frequencies(design), across) + at_own_lines(hypotheses, design, across)
     hypotheses += extra_starts(hypotheses, design.problem, model) + lines
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)

@@ -103,9 +103,13 @@ class Effect(ParametricTerm):
                  for value in getattr(self, f.name)}
         return {name: Quantity(value, unit) for name, (value, unit) in (linear | shape).items()}
 
-    def statement(self, intervals: Mapping[str, Interval] | None = None) -> str:
-        """Return the finding as one sentence with numbers and units; `intervals` holds (low, high) by the name of the quantity."""
-        return self.sentence({name: format_quantity(q, (intervals or {}).get(name)) for name, q in self.quantities().items()})
+    def statement(self, intervals: Mapping[str, Interval] | None = None, instead: Mapping[str, str] | None = None) -> str:
+        """Return the finding as one sentence with numbers and units.
+
+        `intervals` holds (low, high) by the name of the quantity, `instead` what is said in the place of a quantity.
+        """
+        said = {name: format_quantity(q, (intervals or {}).get(name)) for name, q in self.quantities().items()}
+        return self.sentence(said | dict(instead or {}))
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the sentence; `said` holds each quantity as text with unit."""

@@ -91,7 +91,7 @@ def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, me
     """
     value, (low, high) = getattr(h.effect, name)[0], h.spans[name]
     laws = [(i, o) for i, o in enumerate(search.view.library.hypotheses) if o.key == h.key and o.width == h.width and not o.own
-            and (o.working_model is None) == (h.working_model is None or bool(h.own))
+            and o.lines == h.lines and (o.working_model is None) == (h.working_model is None or bool(h.own))
             and all(getattr(o.effect, shape) == getattr(h.effect, shape) for shape in h.spans if shape != name)]
     near = [(getattr(o.effect, name)[0] - value, i) for i, o in laws if getattr(o.effect, name)]
     near = near if any(step for step, _ in near) else _of_any_shape(search, h, name, value)
@@ -112,7 +112,7 @@ def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, me
 def _of_any_shape(search: Search, h: Hypothesis, name: str, value: float) -> list[tuple[float, int]]:
     """Return the steps in `name` from `value` to all laws of `h`, whatever else they differ in: for want of any that differ in it alone."""
     return [(getattr(o.effect, name)[0] - value, i) for i, o in enumerate(search.view.library.hypotheses)
-            if o.key == h.key and o.width == h.width and not o.own and getattr(o.effect, name)]
+            if o.key == h.key and o.width == h.width and not o.own and o.lines == h.lines and getattr(o.effect, name)]
 
 
 def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float],
@@ -154,7 +154,11 @@ def finding_of(search: Search, found: ScoredSet, k: int) -> NamedEffect:
     inside = [a for a in others if a.equivalent]
     members = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
     families = {effect.family, *(search.view.library.hypotheses[a.number].effect.family for a in inside)}
-    statement = effect.statement(spans)
+    lines = {search.view.library.design.problem.names[g]: f for g, f in h.lines.items()}
+    if lines:
+        low, high = min(lines.values()), max(lines.values())
+        parameters["frequency"] |= {"ci95": [low, high], "by_recording": lines}
+    statement = effect.statement(spans, {"frequency": f"{low:.3g} to {high:.3g} Hz, another in each recording," } if lines else {})
     statement = statement if h.activity is None else f"{statement} It acts {h.activity.sentence()} only."
     own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
     parameters = {name: parameter | {"unit": own(parameter["unit"])} for name, parameter in parameters.items()}

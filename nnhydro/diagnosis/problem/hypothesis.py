@@ -30,7 +30,8 @@ class Hypothesis:
     """An effect with its nonlinear parameters; `spans` are their neighbouring values, `grid` how many were tried at first.
 
     An instrument effect with a `working_model` has its columns about its own values, on the reading of that model, nearly so if `rough`.
-    Values that are each recording's own are `own`, by the number of the recording. With an `activity` it acts only there.
+    Values that are each recording's own are `own`, by the number of the recording, its frequencies `lines`, Hz, where they differ;
+    `log_tried` is the logarithm of how many sets of them there were to choose from. With an `activity` it acts only there.
     """
 
     effect: AnyEffect
@@ -40,6 +41,8 @@ class Hypothesis:
     activity: ActivityWindow | None = None
     rough: bool = False
     own: Mapping[int, Tensor] = field(default_factory=dict)
+    lines: Mapping[int, float] = field(default_factory=dict)
+    log_tried: float = 0.0
 
     @property
     def key(self) -> Key:
@@ -81,7 +84,9 @@ class Hypothesis:
 
     def effect_in(self, group: int) -> AnyEffect:
         """Return the effect in the recording of number `group`: with its own values where it has such."""
-        return self.with_values(self.own[group]) if group in self.own else self.effect
+        effect = self.with_values(self.own[group]) if group in self.own else self.effect
+        at_line: dict[str, Any] = {"frequency": (self.lines[group],)} if group in self.lines else {}
+        return replace(effect, **at_line) if at_line else effect
 
     def linearised_at(self, values: Mapping[int, Tensor], model: StripTheory) -> "Hypothesis":
         """Return an instrument hypothesis with its columns about `values` on the reading of `model`; loads are linear as they are.

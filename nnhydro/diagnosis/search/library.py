@@ -104,12 +104,12 @@ class Library:
         """Return the log prior odds of hypothesis `k`: every key alike, every law of a key alike, every part of a campaign alike.
 
         A standard term of a joint is as probable as not: what machines have, few baselines hold. That a law acts in a part
-        only is as improbable as a claim without the least gain.
+        only is as improbable as a claim without the least gain. Frequencies of each recording's own were chosen from all in the band.
         """
         h = self.hypotheses[k]
         part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])
         odds = 0.0 if h.effect.standard else np.log(len(self.key_counts))
-        return -float(odds + np.log(self.key_counts[h.key]) + part)
+        return -float(odds + np.log(self.key_counts[h.key]) + part + h.log_tried)
 
     @cached_property
     def _parts(self) -> Counter[Key]:

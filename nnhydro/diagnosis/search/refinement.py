@@ -8,6 +8,7 @@ import numpy as np
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
+from nnhydro.diagnosis.search.lines import lines_at_peak
 from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -106,6 +107,8 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
 
     What has values of each recording's own is at last taken about these.
     """
+    on_lines = lines_at_peak(search, best, model)
+    search, best = on_lines.search, on_lines.best
     moving = set(best.chosen)
     for number in range(rounds):
         before, model = best, calibrated_beside(search, best, model)

@@ -1,0 +1,151 @@
+"""Waves at the lines of the torque: of one frequency in all recordings, or of another in each; across links that are held, too."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.problem.design import Design
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.search.best_fit import best_fit
+from nnhydro.diagnosis.search.linearisation import extend_library
+from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
+from nnhydro.models.strip_theory import StripTheory
+
+Array = NDArray[np.float64]
+HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
+LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
+LOWEST = 0.05  # Hz
+ROUNDS, STEPS = 6, (-2.0, -1.0, 0.0, 1.0, 2.0)  # of finer lines: steps at first in the reciprocal of the recordings' length, then in halves
+
+
+def _periodogram(design: Design, i: int) -> tuple[Array, Array]:
+    """Return frequencies (m,) Hz and the padded periodogram (m,), mean 1, of what the baseline alone leaves in block `i`."""
+    problem, block = design.problem, design.problem.blocks[i]
+    x = problem.inverse(block, design.excess[problem.block_of == i])
+    padded = PADDING * len(x)
+    power = (np.abs(np.fft.rfft((x - x.mean(axis=0)) * np.hanning(len(x))[:, None], padded, axis=0)) ** 2).sum(axis=1)
+    return np.fft.rfftfreq(padded, problem.stretches[block.stretch].segment.dt), power / max(float(power.mean()), 1e-300)
+
+
+def line_frequencies(design: Design) -> tuple[float, ...]:
+    """Return the frequencies, Hz, of the strongest lines in what the baseline alone leaves, at the resolution of the longest stretches.
+
+    The periodograms of all blocks are summed: a wave of one frequency stands out in all.
+    """
+    from scipy.signal import find_peaks
+
+    grid = np.linspace(LOWEST, design.problem.edge, LINES_GRID)
+    moving = [i for i, block in enumerate(design.problem.blocks) if not block.steady]
+    total = sum((np.interp(grid, *_periodogram(design, i)) for i in moving), np.zeros(LINES_GRID))
+    peaks = find_peaks(total)[0]
+    return tuple(float(grid[k]) for k in sorted(peaks, key=lambda k: -total[k])[:LINES])
+
+
+def own_lines(design: Design) -> dict[int, float]:
+    """Return the frequency, Hz, of the strongest line of every recording by its number; none where they cannot be told apart.
+
+    Of a wave that is another in each recording, at the vertex of the parabola through the logarithms of the periodogram's highest points.
+    """
+    problem, found, width = design.problem, dict[int, tuple[float, float]](), 0.0
+    for i, block in enumerate(problem.blocks):
+        if block.steady:
+            continue
+        stretch = problem.stretches[block.stretch]
+        f, power = _periodogram(design, i)
+        inside = np.flatnonzero((f >= LOWEST) & (f < problem.edge))[1:-1]
+        if len(inside) == 0:
+            continue
+        k = int(inside[np.argmax(power[inside])])
+        before, at, after = np.log(np.maximum(power[k - 1:k + 2], 1e-300))
+        vertex = f[k] + (f[1] - f[0]) * float(np.clip((after - before) / max(2 * (2 * at - before - after), 1e-12), -0.5, 0.5))
+        width = max(width, 1 / (stretch.segment.dt * (block.stop - block.start)))
+        found[stretch.group] = max(found.get(stretch.group, (0.0, 0.0)), (float(power[k]) * (block.stop - block.start), float(vertex)))
+    lines = {g: vertex for g, (_, vertex) in found.items()}
+    return lines if lines and max(lines.values()) - min(lines.values()) > width else {}
+
+
+def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
+    """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape.
+
+    What has a direction is tried in the directions `headings`, rad, too.
+    """
+    made: dict[tuple[Any, ...], Hypothesis] = {}
+    for h in hypotheses:
+        if "frequency" not in h.spans:
+            continue
+        for f in frequencies:
+            line = h.with_nonlinear({"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
+            turned = [line.with_nonlinear({"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
+                      if "direction" in h.spans]
+            for new in (line, *turned):
+                made.setdefault((h.key, *(getattr(new.effect, name) for name in h.spans)), new)
+    return tuple(made.values())
+
+
+def across_held_links(design: Design) -> tuple[float, ...]:
+    """Return the direction, rad from +X, across each link that is held at one angle in all recordings."""
+    phi = np.cumsum(np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches if not s.segment.steady] or
+                                   [np.zeros((0, design.problem.arm.n_links))]), axis=1)
+    mean = np.exp(1j * phi).mean(axis=0) if len(phi) else np.zeros(0)
+    return tuple(float(np.angle(1j * direction)) for direction in mean if abs(direction) > HELD)
+
+
+def at_own_lines(hypotheses: Sequence[Hypothesis], design: Design, headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
+    """Return the hypotheses that have a frequency, and values, of each recording's own once more at the line of each, in all directions."""
+    lines, problem = own_lines(design), design.problem
+    if not lines:
+        return ()
+    length = {g: sum(len(s.segment) * s.segment.dt for s in problem.stretches if s.group == g) for g in lines}
+    log_tried = float(sum(np.log(max(problem.edge * length[g], 1.0)) for g in lines))
+    made: dict[tuple[Any, ...], Hypothesis] = {}
+    for h in hypotheses:
+        if "frequency" not in h.spans or not h.per_recording:
+            continue
+        spans = {name: span for name, span in h.spans.items() if name != "frequency"}
+        mean: dict[str, Any] = {"frequency": (float(np.mean(list(lines.values()))),)}
+        start = replace(h, effect=replace(h.effect, **mean), spans=spans, lines=lines, log_tried=log_tried)
+        turned = [start.with_nonlinear({"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
+                  if "direction" in spans]
+        for new in (start, *turned):
+            made.setdefault((h.key, *(getattr(new.effect, name) for name in spans)), new)
+    return tuple(made.values())
+
+
+def _explained(design: Design, left: Array, X: Array) -> Array:
+    """Return the energy (groups,) that columns X (n, joints, k) explain of the rows `left` (n, joints) of each recording, all alike.
+
+    Beside the model errors in the noise of the evidence, small changes of a line hardly count: the sharp peak is that of the energy.
+    """
+    made = []
+    for g in range(design.problem.groups):
+        rows = design.problem.group_of == g
+        part, r = X[rows].reshape(-1, X.shape[2]), left[rows].ravel()
+        made.append(float(r @ part @ np.linalg.lstsq(part, r)[0]))
+    return np.array(made)
+
+
+def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
+    """Return `best` with the line of every recording where its wave gains most there."""
+    design = search.view.library.design
+    stretches = design.problem.stretches
+    for k in best.chosen:
+        h = search.view.library.hypotheses[k]
+        if not h.lines or h.own:
+            continue
+        others = tuple(x for x in best.chosen if x != k)
+        fit = best_fit(search, search.score(others))
+        level = np.sqrt((fit.whitened.sw**2).mean(axis=0))  # a joint that has more noise counts less
+        left = fit.residual / fit.whitened.sw * level
+        step = {g: 1 / sum(len(s.segment) * s.segment.dt for s in stretches if s.group == g) for g in h.lines}
+        for number in range(ROUNDS):
+            tried = [replace(h, lines={g: max(f + way * step[g] / 2**number, LOWEST) for g, f in h.lines.items()}) for way in STEPS]
+            energy = np.stack([_explained(design, left, design.columns([o], model) * level[:, None]) for o in tried])
+            h = replace(h, lines={g: tried[int(np.argmax(energy[:, g]))].lines[g] for g in h.lines})
+        start = len(search.view.library.hypotheses)
+        search = extend_library(search, best, [h], model)
+        finer = search.score((*others, start))
+        best = finer if finer.score > search.score(best.chosen).score else search.score(best.chosen)
+    return GrownSearch(search, best)

@@ -1,0 +1,61 @@
+"""Waves are tried at the lines of the torque, of each recording's own where they differ, and across links that are held."""
+
+import numpy as np
+import pytest
+from diagnosed import OTHER_WAVES, campaign, diagnosed
+from rigs import arm
+
+from nnhydro.diagnosis.problem.design import design_on
+from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
+from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies, own_lines
+
+
+def test_the_line_of_a_wave_is_found_in_what_the_baseline_leaves():
+    design = design_on(problem_of(campaign("held in a wave")), None)
+    assert min(abs(f - 0.965) for f in line_frequencies(design)) < 0.005
+    assert across_held_links(design) == (), "it is held at another angle in every recording"
+
+
+def test_across_a_link_that_is_held_is_a_right_angle_from_it():
+    from dataclasses import replace
+
+    from nnhydro.recordings.campaign import Campaign
+
+    of = campaign("held in a wave")
+    still = [replace(r, q=0 * r.q + 0.4) for r in of.recordings()]
+    (direction,) = across_held_links(design_on(problem_of(Campaign.of(of.arm, still)), None))
+    assert direction == pytest.approx(0.4 + np.pi / 2)
+
+
+def test_a_wave_is_tried_at_every_line_from_every_side_and_what_has_no_frequency_is_not():
+    laws = enumerate_hypotheses(arm(1), (3.0,))
+    sides = {h.effect.direction for h in laws if h.key[0] == "wave_orbital"}
+    made = at_lines(laws, (0.7, 1.1), (0.123,))
+    assert {h.key[0] for h in made} == {"wave_orbital"}
+    assert {(h.effect.frequency[0], h.effect.direction) for h in made} == {(f, d) for f in (0.7, 1.1) for d in sides | {(0.123,)}}
+    assert all(h.spans["frequency"][0] < h.effect.frequency[0] < h.spans["frequency"][1] for h in made)
+
+
+def test_where_the_waves_differ_each_recording_has_its_line():
+    design = design_on(problem_of(campaign("held in other waves")), None)
+    found = own_lines(design)
+    assert [found[g] for g in range(6)] == pytest.approx(OTHER_WAVES, abs=0.005)
+    assert own_lines(design_on(problem_of(campaign("held in a wave")), None)) == {}, "one line in all"
+
+
+def test_the_law_of_lines_of_their_own_pays_for_every_line_it_could_have_had():
+    design = design_on(problem_of(campaign("held in other waves")), None)
+    made = at_own_lines(enumerate_hypotheses(arm(1), (3.0,)), design)
+    assert {h.key[0] for h in made} == {"wave_orbital"}
+    assert all("frequency" not in h.spans and h.log_tried > 6 * np.log(10) for h in made), "20 s and more than 0.5 Hz, six times"
+    assert [made[0].effect_in(g).frequency[0] for g in range(6)] == [made[0].lines[g] for g in range(6)]
+
+
+def test_waves_that_differ_are_told_with_the_frequency_of_each_recording():
+    (finding,) = diagnosed("held in other waves").findings
+    told = finding.parameters["frequency"]
+    assert finding.effect.id == "wave_orbital"
+    assert "0.53 to 1.22 Hz, another in each recording," in finding.statement
+    assert told["by_recording"] == pytest.approx({f"held{k}": f for k, f in enumerate(OTHER_WAVES)}, abs=5e-4)
+    assert diagnosed("held in other waves").proof.after < 0.1
