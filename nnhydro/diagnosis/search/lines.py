@@ -27,7 +27,8 @@ def _periodogram(design: Design, i: int) -> tuple[Array, Array]:
     x = problem.inverse(block, design.excess[problem.block_of == i])
     padded = PADDING * len(x)
     power = (np.abs(np.fft.rfft((x - x.mean(axis=0)) * np.hanning(len(x))[:, None], padded, axis=0)) ** 2).sum(axis=1)
-    return np.fft.rfftfreq(padded, problem.stretches[block.stretch].segment.dt), power / max(float(power.mean()), 1e-300)
+    density: Array = power / max(float(power.mean()), 1e-300)
+    return np.fft.rfftfreq(padded, problem.stretches[block.stretch].segment.dt), density
 
 
 def line_frequencies(design: Design) -> tuple[float, ...]:
