@@ -28,7 +28,8 @@ def _periodogram(design: Design, i: int) -> tuple[Array, Array]:
     padded = PADDING * len(x)
     power = (np.abs(np.fft.rfft((x - x.mean(axis=0)) * np.hanning(len(x))[:, None], padded, axis=0)) ** 2).sum(axis=1)
     density: Array = power / max(float(power.mean()), 1e-300)
-    return np.fft.rfftfreq(padded, problem.stretches[block.stretch].segment.dt), density
+    f: Array = np.asarray(np.fft.rfftfreq(padded, problem.stretches[block.stretch].segment.dt), dtype=np.float64)
+    return f, density
 
 
 def line_frequencies(design: Design) -> tuple[float, ...]:
