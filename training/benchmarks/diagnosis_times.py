@@ -45,12 +45,12 @@ def hidden(effect: str) -> Path:
 def slack_line() -> Path:
     """Return ns_tank's arm with a slack mooring line (training/asymmetric_arm)."""
     sys.path.insert(0, str(ROOT / "training" / "asymmetric_arm"))
-    from run import with_line  # type: ignore[attr-defined]
+    from run import changed  # type: ignore[attr-defined]
 
     made = RUNS / "slack_line"
     if not made.exists():
         line = {"anchor_m": [0.6, -0.3], "slack_m": 0.5, "stiffness_N_m": 20.0}
-        with_line(ROOT / "datasets" / "ns_tank", made, line)
+        changed(ROOT / "datasets" / "ns_tank", made, line)
     return made
 
 

@@ -8,7 +8,8 @@ A member k of the best set S is claimed if
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
     4. one of its values differs from 0 by PRECISE standard deviations, and none lies beyond a physical bound
-    5. it moves the torque by RELEVANT of its rms, in a part of the campaign also by FORM of the largest claim: its form may show there
+    5. it moves the torque by RELEVANT of its rms, or makes FORM of the energy of what remains without it; in a part of the campaign also
+       FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
 Members that fail leave the set, the one that gains least first, and the others are judged again.
 """
@@ -24,6 +25,7 @@ from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LOOK_ALIKE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import values_of
 
@@ -68,6 +70,13 @@ def torque_shares(search: Search, found: ScoredSet) -> dict[int, float]:
         torque = np.sqrt(((u / whitened.sw) ** 2).sum(axis=0) / design.time)
         shares[k] = float((torque / np.maximum(design.scale, 1e-300)).max())
     return shares
+
+
+def _share_left(search: Search, rest: ScoredSet) -> float:
+    """Return the rms of what the fit of `rest` leaves over the torque's rms, at the joint where it is smallest."""
+    fit, design = best_fit(search, rest), search.view.library.design
+    left = np.sqrt(((fit.residual / fit.whitened.sw) ** 2).sum(axis=0) / design.time)
+    return float((left / np.maximum(design.scale, 1e-300)).min())
 
 
 def _precision(search: Search, found: ScoredSet, k: int) -> float:
@@ -123,7 +132,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
-    least = max(RELEVANT, FORM * max(others, default=0.0))
+    least = max(min(RELEVANT, np.sqrt(FORM) * _share_left(search, rest)), FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
     on_unseen = gain_on_unseen(held)
     tests = (

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
+from nnhydro.diagnosis.model.size_prior import size_of
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.stepwise import ScoredSet
@@ -53,6 +54,12 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
     return dealt[index].astype(np.int64)
 
 
+def sizes_of_members(view: WeightedLibrary, found: ScoredSet) -> Array:
+    """Return the prior standard deviation (k,) of every column of a set, its effects of their most probable sizes."""
+    sizes = [np.full(at.stop - at.start, size_of(found.fit.mean[at], found.fit.covariance(at))) for at in found.places(view).values()]
+    return np.concatenate([np.zeros(0), *sizes])
+
+
 def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:
     """Return log p(left-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
@@ -64,9 +71,9 @@ def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -
         part = WhiteRows(whole.design, whole.unknown, whole.v, rows)
         scores = []
         for found in sets:
-            columns = view.join(found.chosen)
+            columns, rho = view.join(found.chosen), sizes_of_members(view, found)
             kept = None if columns is None else Columns.of(part, columns.Xw[rows])
-            on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
+            on, without = (posterior(whole, columns, t, rho).log_evidence - posterior(part, kept, t, rho).log_evidence
                            for t in (found.sizes.vector(whole), off))
             scores.append((1 - granted) * on + granted * without)
         made.append(scores)

@@ -153,8 +153,8 @@ class Posterior:
         return made
 
 
-def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posterior:
-    """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `t` (P,)."""
+def posterior(whitened: WhiteRows, columns: Columns | None, t: Array, rho: Array | float = RHO) -> Posterior:
+    """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `rho` (k,) and `t` (P,)."""
     from scipy.linalg import cholesky, solve_triangular
 
     here = np.flatnonzero(t)
@@ -162,7 +162,7 @@ def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posteri
     if columns is not None and columns.Xw.shape[2]:
         cross, k = columns.cross[here], len(columns.Xy)
         G = np.block([[G, cross], [cross.T, columns.gram]])
-        b, scale = np.concatenate([b, columns.Xy]), np.concatenate([t, np.full(k, RHO)])
+        b, scale = np.concatenate([b, columns.Xy]), np.concatenate([t, np.broadcast_to(rho, k)])
         live = np.concatenate([here, np.arange(len(t), len(t) + k)])
     s = scale[live]
     M = G * s[:, None] * s

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import Posterior, WhiteRows, posterior
+from nnhydro.diagnosis.model.size_prior import size_bonus
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import bound_bonus
@@ -91,14 +92,16 @@ class Search:
     def _bonus(self, chosen: tuple[int, ...], fit: Posterior) -> float:
         if not chosen:
             return 0.0
-        start, total, variances = len(self.whitened.b), 0.0, fit.variances()
+        start, total = len(self.whitened.b), 0.0
         library = self.view.library
         for k in chosen:
             width = self.view.columns(k).Xw.shape[2]
             total += library.log_prior(k)
             low, high = library.bounds(k)
             at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
-            total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
+            covariance = fit.covariance(at)
+            total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(np.diag(covariance)))
+            total += size_bonus(fit.mean[at], covariance)
             if not library.hypotheses[k].per_recording:
                 values = np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]
                 total += 0.0 if library.hypotheses[k].plausible(values) else IMPOSSIBLE
