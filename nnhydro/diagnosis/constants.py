@@ -1,6 +1,6 @@
 """Every constant of the decision, once: value, meaning, reason."""
 
-RHO = 0.3  # prior standard deviation of an effect in shares of the torque: wide, since an effect of half of the torque must not pay for it
+RHO = 0.3  # largest prior standard deviation of an effect in shares of the torque: an effect of half of the torque must not pay for it
 FORM = 0.1  # relative model error of any explanation, of what there is to explain: laws of published papers differ by a tenth in form
 LATE = 0.015  # s: model error in timing of any explanation, the delay of an ordinary motor drive's filter
 NU = 8.0  # observations by which a noise level is drawn to its neighbours: a variance of eight is known to a factor of 2
@@ -13,7 +13,7 @@ LEAST_GAIN = 3.0  # nats by which a set with a claim is more probable than witho
 NULL_QUANTILE = 0.99  # of the largest gain in campaigns drawn without the effect
 NULL_DRAWS = 200  # so that the 99 % point is known to about half a nat
 PRECISE = 2.0  # standard deviations by which some value of a claim differs from 0
-RELEVANT = 0.003  # share of the torque's rms that a claim moves at least: less is what strips and interpolation differ by
+RELEVANT = 0.003  # share of the torque's rms that a claim moves at least, where noise hides less: strips and interpolation differ by it
 NEAR = 3.0  # nats behind a finding within which an alternative cannot be told from it: odds of 20
 DETECTED = 16.0  # nats of the unknown from which there is a mismatch: odds of 1e7, for some 30 sizes and noise that is only nearly white
 MATERIAL = 0.01  # share of a joint's torque that an unknown must hold to be told

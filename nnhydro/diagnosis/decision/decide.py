@@ -132,7 +132,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
-    least = max(min(RELEVANT, np.sqrt(FORM) * _share_left(search, rest)), FORM * max(others, default=0.0))
+    least = max(min(RELEVANT, FORM**0.5 * _share_left(search, rest)), FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
     on_unseen = gain_on_unseen(held)
     tests = (

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
-from nnhydro.diagnosis.model.size_prior import size_of
+from nnhydro.diagnosis.model.size_prior import size_and_bonus
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.stepwise import ScoredSet
@@ -56,8 +56,8 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
 
 def sizes_of_members(view: WeightedLibrary, found: ScoredSet) -> Array:
     """Return the prior standard deviation (k,) of every column of a set, its effects of their most probable sizes."""
-    sizes = [np.full(at.stop - at.start, size_of(found.fit.mean[at], found.fit.covariance(at))) for at in found.places(view).values()]
-    return np.concatenate([np.zeros(0), *sizes])
+    fit, places = found.fit, found.places(view).values()
+    return np.concatenate([np.zeros(0), *(np.full(at.stop - at.start, size_and_bonus(fit.mean[at], fit.covariance(at))[0]) for at in places)])
 
 
 def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:

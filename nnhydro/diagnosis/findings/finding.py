@@ -28,6 +28,7 @@ from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
 WORSE, MOST_NEIGHBOURS = 0.5, 12  # nats by which a neighbouring value is told from the best: one standard deviation; how many are asked
+FARTHER = 1.4  # times as far as the neighbour before
 
 
 @final
@@ -98,7 +99,7 @@ def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, me
     rest = tuple(x for x in found.chosen if x != k)
     centre = max((search.score((*rest, i)).score for step, i in near if step == 0), default=found.score) if h.own else found.score
     variance, slope = ((high - low) / 2) ** 2 / 3, np.zeros(len(mean))
-    for step, i in sorted((pair for pair in near if pair[0] != 0), key=lambda pair: abs(pair[0]))[:MOST_NEIGHBOURS]:
+    for step, i in _ever_farther(near)[:MOST_NEIGHBOURS]:
         there = search.score((*rest, i))
         drop, values = centre - there.score, values_of(search, there, i, best_fit(search, found))
         if values.bounded:
@@ -107,6 +108,15 @@ def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, me
         if drop >= WORSE:
             break
     return variance, slope
+
+
+def _ever_farther(near: list[tuple[float, int]]) -> list[tuple[float, int]]:
+    """Return the neighbours (step, number), nearest first, each farther by FARTHER than the one before: they crowd about the best."""
+    kept: list[tuple[float, int]] = []
+    for pair in sorted((pair for pair in near if pair[0] != 0), key=lambda pair: abs(pair[0])):
+        if not kept or abs(pair[0]) >= FARTHER * abs(kept[-1][0]):
+            kept.append(pair)
+    return kept
 
 
 def _of_any_shape(search: Search, h: Hypothesis, name: str, value: float) -> list[tuple[float, int]]:

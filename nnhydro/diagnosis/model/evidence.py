@@ -3,8 +3,9 @@
     y ~ N(0, V + A L A'),   A = [Y, Phi_1, ..., Phi_J, X_S],   L = diag(1, tau^2 s^2, RHO^2)
     log p(y | S) = -1/2 [log|V| + log|M| + y'W y - b'M^-1 b],   W = V^-1,  G = A'W A,  M = I + L^1/2 G L^1/2,  b = L^1/2 A'W y
 
-Columns of hypotheses are scaled so that the value 1 makes the torque's rms at the joint where it weighs most: RHO is the prior standard
-deviation of an effect in shares of the torque. Source: MacKay (1992), Neural Computation 4; Rasmussen & Williams (2006), section 5.4.
+Columns of hypotheses are scaled so that the value 1 makes the torque's rms at the joint where it weighs most: RHO is the largest prior
+standard deviation of an effect in shares of the torque, that of smaller ones comes in afterwards (model.size_prior).
+Source: MacKay (1992), Neural Computation 4; Rasmussen & Williams (2006), section 5.4.
 """
 
 from collections.abc import Sequence
