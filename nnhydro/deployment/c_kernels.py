@@ -11,7 +11,7 @@ DOTTED: Final = """#define DOTTED(out, c, at, n) { real s[8] = {0}; int i = 0; \
 # the processor, gcc and glibc on x86-64 choose a function's version when the program starts: wide vectors where there are some
 OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
-#pragma GCC optimize ("O3,fp-contract=fast")
+#pragma GCC optimize ("O3,fp-contract=fast,no-trapping-math")
 #define OPTIONS_PUSHED
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(__AVX__) && !defined(NO_DISPATCH)
 #define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
@@ -54,17 +54,17 @@ def _in_registers(m: int, per: int, lanes: str) -> str:
     sums = range(m // per)
     return f"""    {lanes} {", ".join(f"a{j} = {{0}}" for j in sums)};
     for (int i = 0; i < k; ++i, W += {m}) {{
-        const real c = x[step*i];
+        const real c = x[i];
         const {lanes} *w = (const {lanes} *)W;
         {" ".join(f"a{j} += c*w[{j}];" for j in sums)}
     }}
     const {lanes} a[{m // per}] = {{{", ".join(f"a{j}" for j in sums)}}};
-    for (int j = 0; j < n; ++j) y[jump*j] = a[j/{per}][j%{per}];"""
+    for (int j = 0; j < n; ++j) y[j] = a[j/{per}][j%{per}];"""
 
 
 def dense(m: int, prefix: str) -> str:
-    """The product of a matrix of `m` rows, a multiple of PAD, with x, `step` places apart, into y, `jump` places apart."""
-    given = "(const real *RESTRICT x, int step, int k, const real *RESTRICT W, real *RESTRICT y, int jump, int n)"
+    """The product of a matrix of `m` rows, a multiple of PAD, with k numbers x into n numbers y."""
+    given = "(const real *RESTRICT x, int k, const real *RESTRICT W, real *RESTRICT y, int n)"
     return f"""#ifdef WIDER
 static NOINLINE __attribute__((target("avx2,fma"))) void {prefix}wide{m}{given} {{
 {_in_registers(m, 4, f"{prefix}wide")}
@@ -72,7 +72,7 @@ static NOINLINE __attribute__((target("avx2,fma"))) void {prefix}wide{m}{given} 
 #endif
 static NOINLINE void {prefix}dense{m}{given} {{
 #ifdef WIDER
-    if (WIDER) {{ {prefix}wide{m}(x, step, k, W, y, jump, n); return; }}
+    if (WIDER) {{ {prefix}wide{m}(x, k, W, y, n); return; }}
 #endif
 #if LANES == 4
 {_in_registers(m, 4, f"{prefix}lanes")}
@@ -80,7 +80,62 @@ static NOINLINE void {prefix}dense{m}{given} {{
 {_in_registers(m, 2, f"{prefix}lanes")}
 #else
     real a[{m}] = {{0}};
-    for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) a[j] += x[step*i]*W[j];
-    for (int j = 0; j < n; ++j) y[jump*j] = a[j];
+    for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[j];
+    for (int j = 0; j < n; ++j) y[j] = a[j];
+#endif
+}}"""
+
+
+def together(vectors: int) -> int:
+    """Return how many rows of `vectors` vectors `beside` sums at once: as many as there are registers for."""
+    return min(8, 12 // vectors)
+
+
+def _beside_body(vectors: int, wide: str) -> str:
+    """The sums of a few rows at a time over vectors of columns, the last of which overlaps the one before it."""
+    rows, columns = range(together(vectors)), range(vectors)
+    places = [f"({4*j} < last ? {4*j} : last)" for j in columns]
+    return f"""    for (int r = 0; r < m; r += {len(rows)}) {{
+        {wide} {", ".join(f"a{i}_{j} = {{0}}" for i in rows for j in columns)};
+        for (int i = 0; i < k; ++i, W += {len(rows)}) {{
+            const real *at = x + rows[i];
+            {" ".join(f"const {wide} x{j} = *(const {wide} *)(at + {places[j]});" for j in columns)}
+            {" ".join(f"a{i}_{j} += W[{i}]*x{j};" for i in rows for j in columns)}
+        }}
+        {" ".join(f"if (r + {i} < m) {{ real *to = y + jump*(r + {i}); "
+                  + " ".join(f"*({wide} *)(to + {places[j]}) = a{i}_{j};" for j in columns) + " }" for i in rows)}
+    }}"""
+
+
+def name_beside(vectors: int, kind: str) -> str:
+    """Return the name of the function `beside` writes for places of the C type `kind`."""
+    return f"beside{vectors}{'wide' if kind == 'int' else ''}"
+
+
+def beside(vectors: int, kind: str, prefix: str) -> str:
+    """The product of a matrix W with a matrix of k rows, which begin at the places `rows`, into m rows of y, `jump` apart."""
+    given = (f"(const real *RESTRICT x, const {kind} *RESTRICT rows, int k, const real *RESTRICT W, real *RESTRICT y, int jump, "
+             "int m, int last)")
+    name, body = name_beside(vectors, kind), _beside_body(vectors, f"{prefix}wide")
+    high = together(vectors)
+    return f"""#ifdef WIDER
+static NOINLINE __attribute__((target("avx2,fma"))) void {prefix}fused_{name}{given} {{
+{body}
+}}
+#endif
+static NOINLINE void {prefix}{name}{given} {{
+#ifdef WIDER
+    if (WIDER) {{ {prefix}fused_{name}(x, rows, k, W, y, jump, m, last); return; }}
+#endif
+#if LANES
+{body}
+#else
+    for (int r = 0; r < m; r += {high}, W += {high}*k)
+        for (int q = 0; q < {high} && r + q < m; ++q)
+            for (int s = 0; s < last + 4; ++s) {{
+                real a = 0;
+                for (int i = 0; i < k; ++i) a += W[{high}*i + q]*x[rows[i] + s];
+                y[jump*(r + q) + s] = a;
+            }}
 #endif
 }}"""
