@@ -7,6 +7,19 @@ DOTTED: Final = """#define DOTTED(out, c, at, n) { real s[8] = {0}; int i = 0; \
     for (; i + 8 <= n; i += 8) for (int j = 0; j < 8; ++j) s[j] += c[i + j]*v[at[i + j]]; \\
     for (; i < n; ++i) s[0] += c[i]*v[at[i]]; \\
     out = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7])); }"""
+# as long as a square root may report an error, gcc computes one at a time
+ROOTS: Final = """#if defined(__SSE2__) && defined(OPTIONS_PUSHED) && !defined(SINGLE)
+typedef real {prefix}pair __attribute__((vector_size(2*sizeof(real)), aligned(sizeof(real)), may_alias));
+#define ROOTS for (; i + 2 <= n; i += 2) *({prefix}pair *)(y + i) = __builtin_ia32_sqrtpd(*(const {prefix}pair *)(x + i));
+#else
+#define ROOTS
+#endif
+static inline void {prefix}roots(const real *RESTRICT x, real *RESTRICT y, int n) {
+    int i = 0;
+    ROOTS
+    for (; i < n; ++i) y[i] = f_sqrt(x[i]);
+}
+#undef ROOTS"""
 # loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too. Without flags for
 # the processor, gcc and glibc on x86-64 choose a function's version when the program starts: wide vectors where there are some
 OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
@@ -19,7 +32,7 @@ OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
 #endif
 #ifndef CLONES
 #define CLONES
-#elif !defined(SINGLE)
+#else
 #define WIDER (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 #if defined(__GNUC__)
@@ -107,6 +120,22 @@ def _beside_body(vectors: int, wide: str) -> str:
     }}"""
 
 
+def _beside_narrow(vectors: int, lanes: str) -> str:
+    """The same in vectors of two numbers: four columns at a time."""
+    rows = range(together(vectors))
+    return f"""    for (int r = 0; r < m; r += {len(rows)}, W += {len(rows)}*k)
+        for (int j = 0; j < {vectors}; ++j) {{
+            const real *from = x + (4*j < last ? 4*j : last), *w = W;
+            {lanes} {", ".join(f"a{i} = {{0}}, b{i} = {{0}}" for i in rows)};
+            for (int i = 0; i < k; ++i, w += {len(rows)}) {{
+                const {lanes} p = *(const {lanes} *)(from + rows[i]), q = *(const {lanes} *)(from + rows[i] + 2);
+                {" ".join(f"a{i} += w[{i}]*p; b{i} += w[{i}]*q;" for i in rows)}
+            }}
+            real *to = y + jump*r + (4*j < last ? 4*j : last);
+            {" ".join(f"if (r + {i} < m) {{ *({lanes} *)(to + jump*{i}) = a{i}; *({lanes} *)(to + jump*{i} + 2) = b{i}; }}" for i in rows)}
+        }}"""
+
+
 def name_beside(vectors: int, kind: str) -> str:
     """Return the name of the function `beside` writes for places of the C type `kind`."""
     return f"beside{vectors}{'wide' if kind == 'int' else ''}"
@@ -127,8 +156,10 @@ static NOINLINE void {prefix}{name}{given} {{
 #ifdef WIDER
     if (WIDER) {{ {prefix}fused_{name}(x, rows, k, W, y, jump, m, last); return; }}
 #endif
-#if LANES
+#if LANES == 4
 {body}
+#elif LANES == 2
+{_beside_narrow(vectors, f"{prefix}lanes")}
 #else
     for (int r = 0; r < m; r += {high}, W += {high}*k)
         for (int q = 0; q < {high} && r + q < m; ++q)

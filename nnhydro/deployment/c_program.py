@@ -7,12 +7,14 @@ was traced, so that there is no second formula to keep equal.
 import math
 import re
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any, Final
 
 from nnhydro.deployment.c_kernels import END, OPTIONS
 from nnhydro.deployment.c_tables import table_program
 from nnhydro.deployment.compiled.source import Writer
 from nnhydro.deployment.onnx.expressions import Program, Value
+from nnhydro.deployment.sine import PI, ROUND, P, Q
 from nnhydro.errors import require
 
 PRECISIONS: Final = {"double": "double", "single": "float"}
@@ -22,14 +24,38 @@ FORMS: Final = {"same": "{0}", "mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} 
                 "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
 PLAIN: Final = {"abs": "fabs", "sqrt": "sqrt", "log": "log", "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin",
                 "acos": "acos", "floor": "floor", "ceil": "ceil", "pow": "pow"}
+TURNING: Final = ("sin", "cos")  # written out below for loops in double precision
 OWN: Final = ("exp", "tanh", "sigmoid")  # functions written out below
 TINY: Final = 1.2e-38  # below it a number of single precision is 0
 LITERAL: Final = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])")
+
+
+def horner(powers: Sequence[float]) -> str:
+    """Return the polynomial of z, highest power first, as C."""
+    return reduce(lambda text, c: f"({text})*z + {c!r}", powers[1:], repr(powers[0]))
+
+
 # (exp(r) - 1)/r for |r| <= ln(2)/2, the polynomials through the Chebyshev nodes: 2e-17 and 1e-8 off at most
 EXPONENTIAL: Final = {
     "double": (1.0, 0.5000000000000006, 0.1666666666666667, 0.041666666666573066, 0.008333333333326136, 0.001388888893251478,
                0.00019841269874820627, 2.480150431378554e-05, 2.7557255400206422e-06, 2.7626371065696354e-07, 2.5105217004720745e-08),
     "single": (1.0, 0.500000001346581, 0.1666650519575811, 0.041666464925285904, 0.008369155667697397, 0.0013933649996309251)}
+SINE: Final = f"""
+static inline real f_turn(real x, real *sign) {{ /* r and (-1)^k of x = k pi + r: deployment/sine.py */
+    const real k = (x*0.3183098861837907 + {ROUND}) - {ROUND}, odd = k - 2.0*((k*0.5 + {ROUND}) - {ROUND});
+    *sign = 1.0 - 2.0*odd*odd;
+    return (((x - k*{PI[0]}) - k*{PI[1]}) - k*{PI[2]}) - k*{PI[3]};
+}}
+static inline real f_sin(real x) {{
+    real sign;
+    const real r = f_turn(x, &sign), z = r*r, p = {horner(P)};
+    return (r + r*z*p)*sign;
+}}
+static inline real f_cos(real x) {{
+    real sign;
+    const real r = f_turn(x, &sign), z = r*r, p = {horner(Q)};
+    return (1.0 - 0.5*z + z*z*p)*sign;
+}}"""
 FAST: Final = """
 static inline real f_part(real x, real *scale) {{ /* e and 2^n of exp(x) = 2^n (1 + e): no branches, so that loops of it vectorise */
     union {{ real f; {integer} i; }} p;
@@ -69,8 +95,8 @@ def _literal(precision: str) -> Any:
     return number
 
 
-def _functions(precision: str) -> str:
-    """exp, tanh and the logistic function, and the others from math.h under one name."""
+def _functions(precision: str, own_sine: bool) -> str:
+    """exp, tanh and the logistic function, sine and cosine where they are our own, and the others from math.h under one name."""
     double, end = precision == "double", "" if precision == "double" else "f"
     *others, last = EXPONENTIAL[precision]
     values = {"integer": "long long" if double else "int", "span": "700.0" if double else "80.0",
@@ -79,8 +105,8 @@ def _functions(precision: str) -> str:
               "magic_bits": "0x4338000000000000LL" if double else "0x4B400000", "bias": 1023 if double else 127,
               "mantissa": 52 if double else 23, "last": last,
               "horner": "\n".join(f"    e = e*r + R({c});" for c in reversed(others))}
-    library = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items())
-    return FAST.format(**values) + "\n" + library
+    library = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items() if not (own_sine and name in TURNING))
+    return FAST.format(**values) + (SINE if own_sine else "") + "\n" + library
 
 
 def _statements(program: Program, outputs: Sequence[Value], precision: str) -> tuple[list[str], list[str], list[str]]:
@@ -109,7 +135,9 @@ def c_function(head: str, program: Program, outputs: Sequence[Value], precision:
     single = ["#define SINGLE"] if precision == "single" else []
     options = [*single, OPTIONS.replace("{prefix}", prefix)] if large else []  # what is inlined must have the options of its caller
     lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
-    renamed = (*OWN, "part") if prefix else ()
+    own_sine = large and precision == "double"  # in a loop it is faster than the library's, alone it is not
+    renamed = (*OWN, "part", *(("turn", *TURNING) if own_sine else ())) if prefix else ()
     begin = [f"#define real {PRECISIONS[precision]}", "#define R(x) ((real)(x))", *(f"#define f_{f} {prefix}f_{f}" for f in renamed)]
     end = [END, "#undef real", "#undef R", "#undef DOTTED", *(f"#undef f_{f}" for f in (*PLAIN, *renamed))]
-    return "\n".join([*begin, *options, _functions(precision), *tables, f"{head}(const real *in, real *out) {{\n    {lines}\n}}", *end])
+    function = f"{head}(const real *in, real *out) {{\n    {lines}\n}}"
+    return "\n".join([*begin, *options, _functions(precision, own_sine), *tables, function, *end])

@@ -6,7 +6,8 @@ that differ in the signs of some atoms only (a network and its mirror image) is 
 
     y = E x_even + O x_odd,   y' = E x_even - O x_odd
 
-Equal matrices over different atoms (a law on every strip) are one product, the strips side by side.
+Equal matrices over different atoms (a law on every strip) are one product, the strips side by side. Atoms lie in the order of what they
+are made of, so that a loop or a product reads what lies side by side.
 """
 
 from collections import defaultdict
@@ -18,7 +19,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.deployment.c_kernels import DOTTED, beside, dense, name_beside, together
+from nnhydro.deployment.c_kernels import DOTTED, ROOTS, beside, dense, name_beside, together
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
 from nnhydro.deployment.onnx.mirror import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
@@ -242,6 +243,8 @@ class Tables:
         few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
         head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {few.replace('< n', f'< {width}')}"
         body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};"
+        if given == ["p0[i]"] and text == "f_sqrt({0})":
+            body = f"    (void)v; {self.prefix}roots(p0, y, n);"
         kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"{self.prefix}loop{len(self.kernels)}")
         count = n if alone or width == 1 else n // width
         self.lines.append(f"{kernel}(v, v + {first + start}, {count}, {', '.join(x for _, x in known)});")
@@ -279,4 +282,5 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
     products = [*(dense(m, prefix) for m in sorted(made.widths)), *(beside(n, kind, prefix) for n, kind in sorted(made.beside))]
     loops = [f"static NOINLINE CLONES void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), name in made.kernels.items()]
-    return [*made.tables, DOTTED, *products, *loops], [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
+    text = [*made.tables, DOTTED, ROOTS.replace("{prefix}", prefix), *products, *loops]
+    return text, [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]

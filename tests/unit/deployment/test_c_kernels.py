@@ -53,6 +53,17 @@ def test_functions_of_plain_arithmetic_are_good_to_a_few_last_digits(kind, preci
     assert np.isnan(got[-1])
 
 
+@pytest.mark.parametrize("precision", REAL)
+@pytest.mark.parametrize("kind", ["sin", "cos", "sqrt"])
+def test_loops_over_other_functions_are_as_good_as_numpy_s(kind, precision, tmp_path, monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)
+    x = np.concatenate([[0.0, 1e-300, 1e-8], np.linspace(-4.0, 4.0, 60), np.geomspace(1.0, 1e7, 60)]).astype(REAL[precision])
+    program, x = Program(len(x)), np.abs(x) if kind == "sqrt" else x
+    got = compiled(tmp_path, program, [program.unary(kind, program.input(k)) for k in range(len(x))], precision)(x)
+    want = getattr(np, kind)(x.astype(float))
+    assert (np.abs(got - want) <= 2 * np.finfo(REAL[precision]).eps * np.maximum(np.abs(want), 0.5 * (kind != "sqrt"))).all()
+
+
 @pytest.mark.parametrize("flags", ALONE.values(), ids=ALONE)
 @pytest.mark.parametrize("strips", [4, 5, 10, 20, 21, 43])
 def test_equal_matrices_over_many_strips_are_one_product(strips, flags, tmp_path, monkeypatch):
