@@ -7,12 +7,14 @@ was traced, so that there is no second formula to keep equal.
 import math
 import re
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any, Final
 
-from nnhydro.deployment.c_kernels import END
+from nnhydro.deployment.c_kernels import END, OPTIONS
 from nnhydro.deployment.c_tables import table_program
 from nnhydro.deployment.compiled.source import Writer
 from nnhydro.deployment.onnx.expressions import Program, Value
+from nnhydro.deployment.sine import PI, ROUND, P, Q
 from nnhydro.errors import require
 
 PRECISIONS: Final = {"double": "double", "single": "float"}
@@ -22,13 +24,43 @@ FORMS: Final = {"same": "{0}", "mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} 
                 "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
 PLAIN: Final = {"abs": "fabs", "sqrt": "sqrt", "log": "log", "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin",
                 "acos": "acos", "floor": "floor", "ceil": "ceil", "pow": "pow"}
+TURNING: Final = ("sin", "cos")  # written out below for loops in double precision
 OWN: Final = ("exp", "tanh", "sigmoid")  # functions written out below
 TINY: Final = 1.2e-38  # below it a number of single precision is 0
 LITERAL: Final = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])")
+
+
+def horner(powers: Sequence[float]) -> str:
+    """Return the polynomial of z, highest power first, as C."""
+    return reduce(lambda text, c: f"({text})*z + {c!r}", powers[1:], repr(powers[0]))
+
+
+# (exp(r) - 1)/r for |r| <= ln(2)/2, the polynomials through the Chebyshev nodes: 2e-17 and 1e-8 off at most
+EXPONENTIAL: Final = {
+    "double": (1.0, 0.5000000000000006, 0.1666666666666667, 0.041666666666573066, 0.008333333333326136, 0.001388888893251478,
+               0.00019841269874820627, 2.480150431378554e-05, 2.7557255400206422e-06, 2.7626371065696354e-07, 2.5105217004720745e-08),
+    "single": (1.0, 0.500000001346581, 0.1666650519575811, 0.041666464925285904, 0.008369155667697397, 0.0013933649996309251)}
+SINE: Final = f"""
+static inline real f_turn(real x, real *sign) {{ /* r and (-1)^k of x = k pi + r: deployment/sine.py */
+    const real k = (x*0.3183098861837907 + {ROUND}) - {ROUND}, odd = k - 2.0*((k*0.5 + {ROUND}) - {ROUND});
+    *sign = 1.0 - 2.0*odd*odd;
+    return (((x - k*{PI[0]}) - k*{PI[1]}) - k*{PI[2]}) - k*{PI[3]};
+}}
+static inline real f_sin(real x) {{
+    real sign;
+    const real r = f_turn(x, &sign), z = r*r, p = {horner(P)};
+    return (r + r*z*p)*sign;
+}}
+static inline real f_cos(real x) {{
+    real sign;
+    const real r = f_turn(x, &sign), z = r*r, p = {horner(Q)};
+    return (1.0 - 0.5*z + z*z*p)*sign;
+}}"""
 FAST: Final = """
-static inline real f_exp(real x) {{ /* 2^n times a polynomial: no branches, so that loops of it vectorise; good to 2e-16 */
+static inline real f_part(real x, real *scale) {{ /* e and 2^n of exp(x) = 2^n (1 + e): no branches, so that loops of it vectorise */
     union {{ real f; {integer} i; }} p;
-    x = x < R(-{span}) ? R(-{span}) : (x > R({span}) ? R({span}) : x);
+    x = R(-{span}) > x ? R(-{span}) : x;
+    x = R({span}) < x ? R({span}) : x;
     const real shifted = x*R(1.4426950408889634) + R({magic});
     const real n = shifted - R({magic});
     const real r = (x - n*R({ln2_high})) - n*R({ln2_low});
@@ -36,11 +68,14 @@ static inline real f_exp(real x) {{ /* 2^n times a polynomial: no branches, so t
 {horner}
     p.f = shifted;
     p.i = ({integer})((p.i - {magic_bits}) + {bias}) << {mantissa};
-    return e*p.f;
+    *scale = p.f;
+    return e*r;
 }}
-static inline real f_tanh(real x) {{
-    const real e = f_exp(R(2.0)*x);
-    return R(1.0) - R(2.0)/(e + R(1.0));
+static inline real f_exp(real x) {{ real s; const real e = f_part(x, &s); return e*s + s; }}
+static inline real f_tanh(real x) {{ /* m/(m + 2), m = exp(2x) - 1: good to a few last digits, however small x */
+    real s;
+    const real e = f_part(R(2.0)*x, &s), m = e*s + (s - R(1.0));
+    return m/(m + R(2.0));
 }}
 static inline real f_sigmoid(real x) {{ return R(1.0)/(R(1.0) + f_exp(-x)); }}"""
 
@@ -60,18 +95,18 @@ def _literal(precision: str) -> Any:
     return number
 
 
-def _functions(precision: str) -> str:
-    """exp, tanh and the logistic function, and the others from math.h under one name."""
+def _functions(precision: str, own_sine: bool) -> str:
+    """exp, tanh and the logistic function, sine and cosine where they are our own, and the others from math.h under one name."""
     double, end = precision == "double", "" if precision == "double" else "f"
-    terms = 13 if double else 7
+    *others, last = EXPONENTIAL[precision]
     values = {"integer": "long long" if double else "int", "span": "700.0" if double else "80.0",
               "magic": "6755399441055744.0" if double else "12582912.0", "ln2_high": "0.693147180369123816490" if double else "0.693359375",
               "ln2_low": "1.90821492927058770002e-10" if double else "-2.12194440e-4",
               "magic_bits": "0x4338000000000000LL" if double else "0x4B400000", "bias": 1023 if double else 127,
-              "mantissa": 52 if double else 23, "last": repr(1 / math.factorial(terms)),
-              "horner": "\n".join(f"    e = e*r + R({1 / math.factorial(k)!r});" for k in range(terms - 1, -1, -1))}
-    others = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items())
-    return FAST.format(**values) + "\n" + others
+              "mantissa": 52 if double else 23, "last": last,
+              "horner": "\n".join(f"    e = e*r + R({c});" for c in reversed(others))}
+    library = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items() if not (own_sine and name in TURNING))
+    return FAST.format(**values) + (SINE if own_sine else "") + "\n" + library
 
 
 def _statements(program: Program, outputs: Sequence[Value], precision: str) -> tuple[list[str], list[str], list[str]]:
@@ -94,10 +129,15 @@ def _terms(program: Program, outputs: Sequence[Value]) -> int:
 
 def c_function(head: str, program: Program, outputs: Sequence[Value], precision: str, prefix: str = "") -> str:
     """Return C text of the function `head`, such as `void run`; `prefix` begins what else is defined, where two stand in one file."""
-    tables, body, results = (_statements(program, outputs, precision) if _terms(program, outputs) < MANY
-                             else table_program(program, outputs, _literal(precision), prefix))
+    large = _terms(program, outputs) >= MANY
+    tables, body, results = (table_program(program, outputs, _literal(precision), prefix) if large
+                             else _statements(program, outputs, precision))
+    single = ["#define SINGLE"] if precision == "single" else []
+    options = [*single, OPTIONS.replace("{prefix}", prefix)] if large else []  # what is inlined must have the options of its caller
     lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
-    renamed = OWN if prefix else ()
+    own_sine = large and precision == "double"  # in a loop it is faster than the library's, alone it is not
+    renamed = (*OWN, "part", *(("turn", *TURNING) if own_sine else ())) if prefix else ()
     begin = [f"#define real {PRECISIONS[precision]}", "#define R(x) ((real)(x))", *(f"#define f_{f} {prefix}f_{f}" for f in renamed)]
     end = [END, "#undef real", "#undef R", "#undef DOTTED", *(f"#undef f_{f}" for f in (*PLAIN, *renamed))]
-    return "\n".join([*begin, _functions(precision), *tables, f"{head}(const real *in, real *out) {{\n    {lines}\n}}", *end])
+    function = f"{head}(const real *in, real *out) {{\n    {lines}\n}}"
+    return "\n".join([*begin, *options, _functions(precision, own_sine), *tables, function, *end])

@@ -6,7 +6,8 @@ that differ in the signs of some atoms only (a network and its mirror image) is 
 
     y = E x_even + O x_odd,   y' = E x_even - O x_odd
 
-Equal matrices over different atoms (a law on every strip) are one product, the strips side by side.
+Equal matrices over different atoms (a law on every strip) are one product, the strips side by side. Atoms lie in the order of what they
+are made of, so that a loop or a product reads what lies side by side.
 """
 
 from collections import defaultdict
@@ -18,7 +19,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.deployment.c_kernels import DOTTED, OPTIONS, dense
+from nnhydro.deployment.c_kernels import DOTTED, ROOTS, beside, dense, name_beside, together
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
 from nnhydro.deployment.onnx.mirror import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
@@ -28,7 +29,8 @@ RUN: Final = 5  # places that follow each other: shorter runs go one by one
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
 FIXED: Final = 32  # places: shorter runs are loops of a fixed length
-SIDE: Final = 4  # equal matrices from which on they are one product
+SIDE: Final = 4  # equal matrices from which on they are one product, PAD at least
+BESIDE: Final = 5  # vectors of strips side by side, in registers
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
@@ -102,10 +104,11 @@ class Tables:
         if not running:
             self.lines.append(f"for (int i = 0; i < {k}; ++i) x[i] = v[{self.table(at, True)}[i]];")
         for start, table, wide, n in self._blocks_of(W):
-            self.lines.append(f"{self.prefix}dense{wide}({source}, 1, {k}, {table}, {out} + {start}, 1, {n});")
+            self.lines.append(f"{self.prefix}dense{wide}({source}, {k}, {table}, {out} + {start}, {n});")
         self.gathered = max(self.gathered, k)
 
     widths: set[int] = field(default_factory=set)
+    beside: set[tuple[int, str]] = field(default_factory=set)
     alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
     gathered: int = 1
 
@@ -128,16 +131,25 @@ class Tables:
 
     def _side_by_side(self, blocks: list[tuple[tuple[int | None, ...], list[Row]]]) -> None:
         """Rows that repeat over other atoms: row by row, all blocks beside each other."""
-        g, rows = len(blocks), [rows for _, rows in blocks]
-        m, k = len(rows[0]), len(blocks[0][0])
-        at = [[self.places[((atoms[i], 1.0),)] for atoms, _ in blocks] for i in range(k)]
-        table = self.table([place for places in at for place in places], True)
-        self.lines.append(f"for (int i = 0; i < {k * g}; ++i) x[i] = v[{table}[i]];")
-        self.gathered = max(self.gathered, k * g)
-        first, W = self.slots([block[i] for i in range(m) for block in rows]), np.array([[c for _, c in row] for row in rows[0]])
-        for start, table, wide, n in self._blocks_of(W):
-            into = f"v + {first + g * start} + s"
-            self.lines.append(f"for (int s = 0; s < {g}; ++s) {self.prefix}dense{wide}(x + s, {g}, {k}, {table}, {into}, {g}, {n});")
+        blocks = sorted(blocks, key=lambda block: self.places[((block[0][0], 1.0),)])
+        g, k, m = len(blocks), len(blocks[0][0]), len(blocks[0][1])
+        at = np.array([[self.places[((a, 1.0),)] for a in atoms] for atoms, _ in blocks]).T
+        apart = np.flatnonzero((np.diff(at, axis=1) != 1).any(axis=1))
+        if apart.size:
+            self.lines.append(f"for (int i = 0; i < {g * apart.size}; ++i) v[{self.size} + i] = v[{self.table(at[apart], True)}[i]];")
+            at[apart, 0] = self.size + g * np.arange(apart.size)
+            self.size += g * apart.size
+        first = self.slots([rows[i] for i in range(m) for _, rows in blocks])
+        columns = np.array_split(np.arange(g), -(-g // (PAD * BESIDE)))
+        vectors = -(-len(columns[0]) // PAD)
+        high = together(vectors)
+        W = np.zeros((-(-m // high) * high, k))
+        W[:m] = [[c for _, c in row] for row in blocks[0][1]]
+        table, starts = self.table(W.reshape(-1, high, k).transpose(0, 2, 1), False), self.table(at[:, 0], True)
+        self.beside.add((vectors, self.kinds[starts]))
+        kernel = self.prefix + name_beside(vectors, self.kinds[starts])
+        for part in columns:
+            self.lines.append(f"{kernel}(v + {part[0]}, {starts}, {k}, {table}, v + {first + part[0]}, {g}, {m}, {len(part) - PAD});")
 
     def _blocks_of(self, W: NDArray[np.float64]) -> Iterator[tuple[int, str, int, int]]:
         """Rows of W (m, k) summed together: number of the first, table, how many with those filled up, how many."""
@@ -196,11 +208,18 @@ class Tables:
             if kind == "same":
                 self.places |= {((k, 1.0),): self.places[operands[k][0]] for k in atoms}
                 continue
-            at = [[self.places[operands[k][slot]] for k in atoms] for slot in range(len(operands[atoms[0]]))]
+            atoms, at = self._ordered(atoms, operands)
             first = self.slots([((k, 1.0),) for k in atoms])
             text = LOOPS[kind] if kind in LOOPS else f"f_{kind}({', '.join(f'{{{k}}}' for k in range(len(at)))})"
             for stretch in _stretches(at):
                 self._loop(at, first, stretch, text)
+
+    def _ordered(self, atoms: list[int], operands: dict[int, list[Row]]) -> tuple[list[int], list[list[int]]]:
+        """Atoms of one kind and the places of their operands, in the order that makes fewer runs: as they come, or by places."""
+        by_place = sorted(atoms, key=lambda k: [self.places[row] for row in operands[k]])
+        orders = [(order, [list(slot) for slot in zip(*([self.places[row] for row in operands[k]] for k in order), strict=True)])
+                  for order in (atoms, by_place)]
+        return min(orders, key=lambda order: 4 * len(_stretches(order[1])) + sum(1 for _ in _runs(order[1])))
 
     def _loop(self, at: list[list[int]], first: int, stretch: Stretch, text: str, weights: Sequence[Sequence[float]] = ()) -> None:
         """v[first...) = `text` of the values at the places `at`, each times its weights: a call of a kernel that loops like it share."""
@@ -224,6 +243,8 @@ class Tables:
         few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
         head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {few.replace('< n', f'< {width}')}"
         body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};"
+        if given == ["p0[i]"] and text == "f_sqrt({0})":
+            body = f"    (void)v; {self.prefix}roots(p0, y, n);"
         kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"{self.prefix}loop{len(self.kernels)}")
         count = n if alone or width == 1 else n // width
         self.lines.append(f"{kernel}(v, v + {first + start}, {count}, {', '.join(x for _, x in known)});")
@@ -258,9 +279,8 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
     made.sums(rows)
     begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
              f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
-    products = [dense(m, prefix) for m in sorted(made.widths)]
+    products = [*(dense(m, prefix) for m in sorted(made.widths)), *(beside(n, kind, prefix) for n, kind in sorted(made.beside))]
     loops = [f"static NOINLINE CLONES void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), name in made.kernels.items()]
-    single = ["#define SINGLE"] if number(0.5).endswith("f") else []
-    text = [*made.tables, *single, OPTIONS.replace("{prefix}", prefix), DOTTED, *products, *loops]
+    text = [*made.tables, DOTTED, ROOTS.replace("{prefix}", prefix), *products, *loops]
     return text, [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
