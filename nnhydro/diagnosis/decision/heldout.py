@@ -56,8 +56,10 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
 
 def sizes_of_members(view: WeightedLibrary, found: ScoredSet) -> Array:
     """Return the prior standard deviation (k,) of every column of a set, its effects of their most probable sizes."""
-    fit, places = found.fit, found.places(view).values()
-    return np.concatenate([np.zeros(0), *(np.full(at.stop - at.start, size_and_bonus(fit.mean[at], fit.covariance(at))[0]) for at in places)])
+    made = [np.zeros(0)]
+    for at in found.places(view).values():
+        made.append(np.full(at.stop - at.start, size_and_bonus(found.fit.mean[at], found.fit.covariance(at))[0]))
+    return np.concatenate(made)
 
 
 def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:
