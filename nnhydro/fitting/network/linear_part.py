@@ -123,9 +123,10 @@ def _solutions(sums: _Sums, size: Tensor, stated: slice, tier: Tensor, shared: i
         """Return the parameters (p,) at the penalties `weights`, one a tier."""
         weight = torch.tensor(weights, dtype=torch.float64)[tier]
         open_ = ((weight < CLOSED) | (usual == 0)).nonzero().ravel()
-        own, penalty = A[open_[:, None], open_], weight[open_] * usual[open_] + 1e-12
+        own = A.index_select(0, open_).index_select(1, open_)
+        own.diagonal().add_(weight[open_] * usual[open_] + 1e-12)
         found = torch.zeros_like(b)
-        found[open_] = unit[open_] * _solve(own + torch.diag(penalty), b[open_], int((open_ < shared).sum()), joints)
+        found[open_] = unit[open_] * _solve(own, b[open_], int((open_ < shared).sum()), joints)
         return found
 
     return theta
