@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 from itertools import cycle
 from pathlib import Path
 from types import SimpleNamespace
@@ -264,13 +265,19 @@ def test_a_drive_that_stiffens_gives_way_as_its_cubic_says():
     np.testing.assert_allclose(y + y**3 / 0.02**2, delta, rtol=1e-12, atol=1e-15)
 
 
+@cache
+def healthy_run():
+    """A motion and the torque that the healthy arm takes for it."""
+    run = motion("fourier")
+    return run, plain_torque(run, ARM)
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("name", sorted(registry.makers()))
 def test_no_cause_knows_the_torque_that_is_still_to_come(name, seed):
     """A drive has one stiffness and a sensor one scale: neither is set by the largest torque of the run it is in."""
-    cause, run = draft(name, 7 * seed).make(draft(name, 7 * seed).high), motion("fourier")
-    tau, half = plain_torque(run, ARM), len(run.t) // 2
-    later = tau.copy()
+    drafted, (run, tau) = draft(name, 7 * seed), healthy_run()
+    cause, half, later = drafted.make(drafted.high), len(run.t) // 2, tau.copy()
     later[3 * half // 2:] *= 5
     for law in (cause.load, cause.drive, cause.sense, cause.angle):
         if law is not None:

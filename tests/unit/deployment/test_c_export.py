@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm
 
 from nnhydro.deployment import c_program
@@ -128,7 +128,7 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
 @pytest.mark.slow
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
     a = arm(2)
-    model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY.model_copy(update={"baseline": "constant"}))
+    model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
     motion, slow = long_run(100_000), towed(20_000)
     want = model.torque(motion).numpy()
     for precision in ("double", "single"):
@@ -145,7 +145,7 @@ def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand
 @pytest.mark.slow
 def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processor_and_in_single_precision(tmp_path):
     a = arm(2)
-    model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY.model_copy(update={"baseline": "state"}))
+    model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "state"}))
     motion = long_run(20_000)
     want = model.torque(motion).numpy()
     for precision in ("double", "single"):

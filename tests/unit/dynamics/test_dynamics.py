@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted
+from campaigns import DEFAULT_LAWS, GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
 from scipy.integrate import solve_ivp
 
@@ -68,7 +68,7 @@ def along(model, motion):
 @pytest.fixture(scope="module")
 def hybrid():
     a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), TINY.model_copy(update={"baseline": "constant"}))
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
 
 
 @pytest.mark.parametrize("links", [1, 2, 3])

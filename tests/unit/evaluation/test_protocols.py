@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from campaigns import GIVEN, TINY, angles_only, campaign, planted, recording, steady_table, write_folder
+from campaigns import DEFAULT_LAWS, GIVEN, angles_only, campaign, planted, recording, steady_table, write_folder
 from rigs import arm, scaled
 
 from nnhydro.errors import CampaignError, ConfigError
@@ -163,7 +163,7 @@ def test_a_model_on_another_arm_takes_its_masses():
 
 @pytest.mark.slow
 def test_every_model_is_benchmarked_on_an_arm_that_it_never_saw():
-    result = benchmark(arms(), ["constant", "state", "network", "hybrid"], config=TINY, protocol="leave-arm-out")
+    result = benchmark(arms(), ["constant", "state", "network", "hybrid"], config=DEFAULT_LAWS, protocol="leave-arm-out")
     document = result.document()
     assert document["protocol"] == "leave-arm-out"
     assert len(document["versions"]["campaign_sha256"]) == 3

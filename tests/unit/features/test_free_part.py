@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted, with_torque
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, with_torque
 from rigs import arm, assert_close, mirrored_about_Y, run, states
 
 from nnhydro.features.free_part import FreeRange, free_functions
@@ -15,7 +15,7 @@ from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 
-FAST = TINY.model_copy(update={"members": 4, "epochs": 2, "validation_share": 0.25})
+FAST = DEFAULT_LAWS.model_copy(update={"members": 4, "epochs": 2, "validation_share": 0.25})
 
 
 def slack(count=8):

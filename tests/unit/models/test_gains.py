@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm, run, states
 
 from nnhydro.errors import ConfigError, ModelError
@@ -32,7 +32,7 @@ def theory(a, loads=None):
 @pytest.fixture(scope="module")
 def hybrid():
     a = arm(2)
-    return train(campaign(a, planted(a).plus("friction", CoulombTerm((0.05, 0.05))), 4, seconds=2.0, rate=50.0), TINY)
+    return train(campaign(a, planted(a).plus("friction", CoulombTerm((0.05, 0.05))), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS)
 
 
 def test_one_link_in_rotation_has_the_damping_of_the_integrated_drag():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted, recording, with_torque
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording, with_torque
 from rigs import arm, mirrored_about_Y, run, states
 
 from nnhydro.errors import CampaignError
@@ -21,7 +21,7 @@ from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.splitting import units
 
-FAST = TINY.model_copy(update={"members": 3, "epochs": 6, "validation_share": 0.25})
+FAST = DEFAULT_LAWS.model_copy(update={"members": 3, "epochs": 6, "validation_share": 0.25})
 NEVER_WORSE = 1.05
 
 
@@ -122,7 +122,7 @@ def test_on_the_demo_campaign_the_hybrid_is_never_worse_under_any_protocol():
 
     shipped = open_campaign(CAMPAIGN)
     whole = Campaign.of(shipped.arm, [r.rows(slice(None, None, 9), "every ninth row") for r in shipped.recordings()])
-    config = TINY.model_copy(update={"hidden": (16,), "members": 2, "epochs": 10})
+    config = DEFAULT_LAWS.model_copy(update={"hidden": (16,), "members": 2, "epochs": 10})
     for name in sorted(set(protocols()) - {"leave-arm-out"}):
         result = benchmark(whole, ["constant", "hybrid"], 3, config=config, protocol=name)
         for number in range(len(result.folds)):

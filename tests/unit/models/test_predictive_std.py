@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted, recording, with_torque
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording, with_torque
 from rigs import arm, states
 
 from nnhydro.evaluation.benchmark import benchmark, coverage_of
@@ -18,7 +18,7 @@ from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.splitting import units
 
-FAST = TINY.model_copy(update={"hidden": (8,), "members": 4, "epochs": 6, "validation_share": 0.3})
+FAST = DEFAULT_LAWS.model_copy(update={"hidden": (8,), "members": 4, "epochs": 6, "validation_share": 0.3})
 
 KINDS = pytest.mark.parametrize("kind", ["network", pytest.param("hybrid", marks=pytest.mark.slow)])
 

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, TINY, planted, sensor_torque
+from campaigns import DEFAULT_LAWS, GIVEN, planted, sensor_torque
 from rigs import arm
 
 from nnhydro.fitting.network.rows import watched_units
@@ -16,7 +16,7 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.splitting import units
 
-SIX = TINY.model_copy(update={"members": 6, "epochs": 4, "validation_share": 0.34})
+SIX = DEFAULT_LAWS.model_copy(update={"members": 6, "epochs": 4, "validation_share": 0.34})
 ONE = torch.ones(1, 1, dtype=torch.float64)
 
 

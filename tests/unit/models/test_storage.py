@@ -2,10 +2,11 @@
 
 import json
 import pickle
+from functools import cache
 
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted
+from campaigns import DEFAULT_LAWS, GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
 
 from nnhydro.errors import ConfigError, ModelError
@@ -22,11 +23,12 @@ def whole(a=None):
     return campaign(a or arm(2), planted(a or arm(2)), 3, noise=0.02, seconds=1.0, rate=50.0)
 
 
+@cache
 def made(kind):
-    """A model of each kind."""
+    """A model of each kind; a learned one has the laws that a training takes by default."""
     if kind == "strip theory":
         return identify(whole())
-    return train(whole(), TINY.model_copy(update={"model": kind, "epochs": 1}))
+    return train(whole(), DEFAULT_LAWS.model_copy(update={"model": kind, "epochs": 1}))
 
 
 KINDS = pytest.mark.parametrize("kind", ["strip theory", "network", "hybrid"])

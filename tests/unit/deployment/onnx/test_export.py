@@ -8,7 +8,7 @@ import numpy as np
 import onnxruntime
 import pytest
 import torch
-from campaigns import GIVEN, TINY, campaign, planted, recording
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording
 from rigs import arm, run, states
 
 from nnhydro.deployment.onnx.expressions import Program
@@ -70,7 +70,7 @@ def fed(exported, motion, dtype=np.float64):
 @pytest.fixture(scope="module")
 def hybrid():
     a = arm(2)
-    config = TINY.model_copy(update={"baseline": "constant"})  # a truth that the baseline cannot hold
+    config = DEFAULT_LAWS.model_copy(update={"baseline": "constant"})  # a truth that the baseline cannot hold
     return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), config)
 
 
