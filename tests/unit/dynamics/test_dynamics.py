@@ -155,7 +155,7 @@ STEPPABLE = {
 def test_a_run_of_steps_is_the_run_as_a_whole(name):
     a = arm(2)
     model = joint_model(theory(a, STEPPABLE[name](a)))
-    motion = run(2, 150)
+    motion = run(2, 75)
     want = model.torque(motion)
     far = (along(model, motion) - want).abs().max() / want.square().mean().sqrt()
     assert float(far) < STEPPED
@@ -174,7 +174,7 @@ def test_features_with_memory_are_stepped(sets):
     a = arm(2)
     model = train(campaign(a, state_loads(a), 3, seconds=1.0, rate=50.0),
                   TINY.model_copy(update={"features": ("groups", *sets), "law": (), "epochs": 1}))
-    motion = run(2, 100)
+    motion = run(2)
     want = model.torque(motion)
     assert float((along(joint_model(model), motion) - want).abs().max() / want.square().mean().sqrt()) < STEPPED
 
