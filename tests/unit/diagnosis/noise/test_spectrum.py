@@ -1,0 +1,123 @@
+"""The spectrum of the noise: straight in the logarithms between its bands, in any unit of torque, and a scale for each recording."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from problems import design, unknown
+
+from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
+from nnhydro.diagnosis.model.sizes import Sizes, none
+from nnhydro.diagnosis.noise.spectrum import Bands, _leverage, first_noise, reestimate, white_noise
+
+
+def long(seed=0, groups=6, rows=200, **keys):
+    """A design of one joint with enough rows for bands."""
+    return design(seed, groups=groups, rows=rows, joints=1, **keys)
+
+
+def times(of, factor):
+    """The design with the torque, and what is measured in it, multiplied."""
+    return SimpleNamespace(**{**vars(of), "Y": factor * of.Y, "y": factor * of.y, "tau": factor * of.tau, "scale": factor * of.scale,
+                              "excess": factor * of.excess, "input_variance": factor**2 * of.input_variance})
+
+
+def rounds(of, noise, count=6):
+    """The noise, estimated `count` times over beside the baseline alone."""
+    for _ in range(count):
+        white = WhiteRows(of, unknown(of), noise.v)
+        noise = reestimate(of, noise, white, None, none(white).vector(white))
+    return noise
+
+
+@pytest.mark.parametrize("power", [0.0, -1.0, 2.0])
+def test_between_the_centres_of_its_bands_a_power_of_the_frequency_is_that_power(power):
+    of = long()
+    f, bands = of.problem.frequency, Bands.of_design(of)
+    S = np.where(bands.centre > 0, np.maximum(bands.centre, 1e-9), 1.0)[None] ** power
+    moving = f > 0
+    np.testing.assert_allclose(bands.spread(S)[moving, 0], f[moving] ** power, rtol=1e-9)
+
+
+def test_the_mean_of_a_block_is_a_band_of_its_own():
+    of = long()
+    bands = Bands.of_design(of)
+    means = of.problem.frequency == 0
+    assert set(bands.of[means]) == {0}
+    assert 0 not in bands.of[~means]
+    S = np.r_[7.0, np.ones(bands.count - 1)][None]
+    np.testing.assert_allclose(bands.spread(S)[means], 7.0)
+    np.testing.assert_allclose(bands.spread(S)[~means], 1.0)
+
+
+def test_bands_rise_with_the_frequency_and_leave_no_row_out():
+    of = long()
+    bands, f = Bands.of_design(of), of.problem.frequency
+    order = np.argsort(f)
+    assert (np.diff(bands.of[order]) >= 0).all()
+    assert set(bands.of) == set(range(bands.count))
+    assert ((bands.high == bands.low) | (bands.high == bands.low + 1)).all()
+
+
+@pytest.mark.parametrize("level", [0.3, 2.0])
+def test_of_white_noise_the_level_is_found_and_every_recording_is_as_loud(level):
+    of = long(3, noise=level)
+    noise = rounds(of, first_noise(of))
+    moving = of.problem.frequency > 0
+    assert noise.own[moving].mean() == pytest.approx(level**2, rel=0.15)
+    np.testing.assert_allclose(noise.sigma2, 1.0, rtol=0.4)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_a_large_baseline_takes_of_the_noise_is_counted_again(seed):
+    """80 coefficients on 480 rows take a sixth of the noise's energy with them."""
+    of = long(seed, rows=80, p=80)
+    noise = rounds(of, first_noise(of))
+    assert noise.v.mean() / (of.excess**2).mean() == pytest.approx(480 / 400, rel=0.03)
+
+
+def test_a_recording_that_is_three_times_as_loud_has_nine_times_the_variance():
+    of = long(4)
+    loud = (of.problem.group_of == 2)[:, None]
+    of.y[:] = of.y + 2 * loud * of.excess
+    of.excess[:] = of.excess * (1 + 2 * loud)
+    sigma2 = rounds(of, white_noise(of)).sigma2[:, 0]
+    others = np.delete(sigma2, 2)
+    assert sigma2[2] / others.mean() == pytest.approx(9.0, rel=0.35)
+    assert others.max() < 2 * others.min()
+
+
+def test_noise_that_falls_with_the_frequency_is_found_to_fall_as_it_does():
+    of = long(5, rows=400)
+    f = of.problem.frequency
+    gain = np.where(f > 0, np.maximum(f, 1e-9), 1.0)[:, None] ** -0.5
+    of.y[:], of.excess[:] = of.y + (gain - 1) * of.excess, gain * of.excess
+    noise = rounds(of, white_noise(of))
+    well = noise.bands.centre > 0.02
+    slope = np.polyfit(np.log(noise.bands.centre[well]), np.log(noise.S[0, well]), 1)[0]
+    assert slope == pytest.approx(-1.0, abs=0.2)
+
+
+def test_the_noise_is_that_of_the_torque_in_whatever_unit():
+    of, factor = long(6), 5.0
+    for first in (first_noise, white_noise):
+        one, other = (rounds(d, first(d), 2) for d in (of, times(of, factor)))
+        np.testing.assert_allclose(other.sigma2, one.sigma2, rtol=1e-2)  # the baseline's prior is 1 in any unit
+        np.testing.assert_allclose(other.S, factor**2 * one.S, rtol=1e-2)
+        np.testing.assert_allclose(other.form, factor**2 * one.form, rtol=1e-9)
+
+
+def test_the_leverages_add_up_to_the_coefficients_that_the_rows_determine():
+    """sum_j d_j'H^-1 d_j = trace H^-1 (H - prior) = coefficients less what their priors still hold."""
+    of = design(7, joints=2)
+    white = WhiteRows(of, unknown(of), np.ones_like(of.y))
+    X = np.random.default_rng(8).standard_normal((*of.y.shape, 2))
+    columns, sizes = Columns.of(white, white.weigh(X)), Sizes.even(white, 0.3)
+    fit = posterior(white, columns, sizes.vector(white))
+    left, h = _leverage(white, columns, fit)
+    assert h.sum() == pytest.approx((1 - fit.variances()).sum(), rel=1e-6)
+    alone = replace(white.unknown, Phi=0 * white.unknown.Phi)
+    bare = WhiteRows(of, alone, np.ones_like(of.y))
+    left, _ = _leverage(bare, None, posterior(bare, None, none(bare).vector(bare)))
+    np.testing.assert_allclose(np.einsum("njp,nj->p", of.Y, left), posterior(bare, None, none(bare).vector(bare)).mean[:2], atol=1e-6)
