@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import FORM
+from nnhydro.diagnosis.constants import FORM, RHO
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.size_prior import size_and_bonus
 from nnhydro.diagnosis.model.sizes import none
@@ -57,8 +57,9 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
 def sizes_of_members(view: WeightedLibrary, found: ScoredSet) -> Array:
     """Return the prior standard deviation (k,) of every column of a set, its effects of their most probable sizes."""
     made = [np.zeros(0)]
-    for at in found.places(view).values():
-        made.append(np.full(at.stop - at.start, size_and_bonus(found.fit.mean[at], found.fit.covariance(at))[0]))
+    for k, at in found.places(view).items():
+        own = view.library.hypotheses[k].per_recording
+        made.append(np.full(at.stop - at.start, RHO if own else size_and_bonus(found.fit.mean[at], found.fit.covariance(at))[0]))
     return np.concatenate(made)
 
 

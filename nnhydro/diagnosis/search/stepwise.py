@@ -101,7 +101,7 @@ class Search:
             at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
             covariance = fit.covariance(at)
             total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(np.diag(covariance)))
-            total += size_and_bonus(fit.mean[at], covariance)[1]
+            total += 0.0 if library.hypotheses[k].per_recording else size_and_bonus(fit.mean[at], covariance)[1]
             if not library.hypotheses[k].per_recording:
                 values = np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]
                 total += 0.0 if library.hypotheses[k].plausible(values) else IMPOSSIBLE

@@ -229,6 +229,6 @@ class WeightedLibrary:
                 R = -(Ck.T @ Ck)
                 for i, g in enumerate(live):
                     R[i * w:(i + 1) * w, i * w:(i + 1) * w] += blocks[g, s, :w]
-                gained[number] = gain_of(R, c[live, start:start + w].reshape(-1, 1))[0]
+                gained[number] = gain_of(R, c[live, start:start + w].reshape(-1, 1), (RHO,))[0]
             self._own_best[number] = max(self._own_best.get(number, -np.inf), float(gained[number]))
             start += w

@@ -47,7 +47,7 @@ def test_the_most_probable_size_is_that_of_the_values(rho):
 
 
 def test_a_small_effect_of_many_values_does_not_pay_for_large_ones():
-    """A phase of its own in each of ten recordings, of a hundredth of RHO, known to a tenth: 2 x 10 values."""
+    """Twenty values of a hundredth of RHO, known to a tenth."""
     small = RELEVANT * np.ones(20)
     assert size_and_bonus(small, (RELEVANT / 10) ** 2 * np.eye(20))[1] > 20 * np.log(10), "more than a decade a value"
 
