@@ -104,7 +104,8 @@ def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences_
     base = dense(view.whitened, by_hand(view, beside), t)
     for k in set(range(len(LAWS))) - set(beside):
         X, more = by_hand(view, (*beside, k)), by_hand(view, (k,)).shape[2]
-        best = max(dense(view.whitened, X, t, rho=np.repeat([RHO, size], [X.shape[2] - more, more])) for size in ((RHO,) if LAWS[k].per_recording else SIZES))
+        best = max(dense(view.whitened, X, t, rho=np.repeat([RHO, size], [X.shape[2] - more, more]))
+                   for size in ((RHO,) if LAWS[k].per_recording else SIZES))
         assert gains[k] == pytest.approx(best - base, rel=1e-5, abs=1e-5)
 
 

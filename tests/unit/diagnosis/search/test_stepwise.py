@@ -42,7 +42,8 @@ def test_a_score_is_evidence_plus_size_and_prior_plus_bounds_less_what_form_cost
     assert on > off
     assert got.unknown_nats == pytest.approx(on - off, abs=1e-4)
     prior = sum(one.view.library.log_prior(k) for k in chosen)
-    size = sum(size_and_bonus(got.fit.mean[at], got.fit.covariance(at))[1] for k, at in got.places(one.view).items() if not LAWS[k].per_recording)
+    size = sum(size_and_bonus(got.fit.mean[at], got.fit.covariance(at))[1]
+               for k, at in got.places(one.view).items() if not LAWS[k].per_recording)
     bound = 0.0
     if 5 in chosen:
         at = got.places(one.view)[5]
