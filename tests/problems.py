@@ -95,8 +95,8 @@ def search(of, laws, X=None, even=True, size=0.1, level=1.0):
     return Search(WeightedLibrary(white, made), Sizes.even(white, size))
 
 
-def dense(white, X, t, at=None, rho=RHO):
-    """log N(y; 0, V + A L A') of rows `at` (all) with the full covariance matrix; X (n, joints, k) or None, t (P,), rho (k,) or one."""
+def dense(white, X, t, at=None):
+    """log N(y; 0, V + A L A') of rows `at` (all) computed with the full covariance matrix; X (n, joints, k) or None, t (P,)."""
     at = np.arange(len(white.y)) if at is None else at
     joints, cov = white.joints, []
     A = []
@@ -105,7 +105,7 @@ def dense(white, X, t, at=None, rho=RHO):
         blocks += [white.unknown.Phi[at] if i == j else np.zeros((len(at), white.m)) for i in range(joints)]
         A.append(np.concatenate([*blocks, *([] if X is None else [X[at, j]])], axis=1))
     A = np.concatenate(A)
-    scale = np.concatenate([t, np.broadcast_to(rho, 0 if X is None else X.shape[2])])
+    scale = np.concatenate([t, np.full(0 if X is None else X.shape[2], RHO)])
     cov = np.diag(white.v[at].T.ravel()) + (A * scale**2) @ A.T
     y = white.design.y[at].T.ravel()
     sign, logdet = np.linalg.slogdet(cov)

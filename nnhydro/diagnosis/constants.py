@@ -1,6 +1,6 @@
 """Every constant of the decision, once: value, meaning, reason."""
 
-RHO = 0.3  # largest prior standard deviation of an effect in shares of the torque: an effect of half of the torque must not pay for it
+RHO = 0.3  # prior standard deviation of an effect in shares of the torque: wide, since an effect of half of the torque must not pay for it
 FORM = 0.1  # relative model error of any explanation, of what there is to explain: laws of published papers differ by a tenth in form
 LATE = 0.015  # s: model error in timing of any explanation, the delay of an ordinary motor drive's filter
 NU = 8.0  # observations by which a noise level is drawn to its neighbours: a variance of eight is known to a factor of 2

@@ -34,7 +34,7 @@ from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies, line_width
+from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
 from nnhydro.diagnosis.search.starts import extra_starts
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
@@ -90,7 +90,7 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     hypotheses = hypotheses_for(design, without)
     across = across_held_links(design)
-    lines = at_lines(hypotheses, line_frequencies(design), line_width(design), across) + at_own_lines(hypotheses, design, across)
+    lines = at_lines(hypotheses, line_frequencies(design), across) + at_own_lines(hypotheses, design, across)
     hypotheses += extra_starts(hypotheses, design.problem, model) + lines
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)

@@ -1,6 +1,6 @@
 """How much a law gains by chance in this very campaign: draws of the fitted null in Gram space.
 
-    c = X'W^1/2 e - C'L^-1 (A'W^1/2 e - f) ~ N(0, R),  R = X'WX - C'C,      gain_k of model.size_prior
+    c = X'W^1/2 e - C'L^-1 (A'W^1/2 e - f) ~ N(0, R),  R = X'WX - C'C,      gain_k = 1/2 [RHO^2 c'(I + RHO^2 R)^-1 c - log|I + RHO^2 R|]
 
 with e, f ~ N(0, 1), rows of noise and coefficients of the fit A = scaled baseline, unknown and laws, LL' = M its precision. Under the null
 the projected products of all columns with the torque are jointly normal with the projected Gram matrix, which is never made itself; every
@@ -11,8 +11,7 @@ The covariance is right since X'W^1/2 A = C'L': X'WX + C'C - 2 C'C.
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import NULL_DRAWS, NULL_QUANTILE
-from nnhydro.diagnosis.model.size_prior import gain_of
+from nnhydro.diagnosis.constants import NULL_DRAWS, NULL_QUANTILE, RHO
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
@@ -32,8 +31,10 @@ def null_gains(search: Search, beside: ScoredSet, seed: int) -> Array:
     c = Xe.T - C.T @ fit.forward((Ae * fit.scale[:, None] - f)[fit.live])  # (K, draws)
     best = np.full(NULL_DRAWS, -np.inf)
     prior = np.array([view.library.log_prior(int(k)) for k in view.shared])
-    for laws in view.alike.values():
-        gain = gain_of(view.remainders(laws, C), c[laws.at])  # (laws, draws)
+    for width, laws in view.alike.items():
+        M = RHO**2 * view.remainders(laws, C) + np.eye(width)
+        drawn = c[laws.at]  # (laws, width, draws)
+        gain = 0.5 * (RHO**2 * (drawn * np.linalg.solve(M, drawn)).sum(axis=1) - np.linalg.slogdet(M)[1][:, None])
         best = np.maximum(best, (gain + prior[laws.which][:, None]).max(axis=0))
     return best
 

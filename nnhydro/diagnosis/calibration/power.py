@@ -25,7 +25,6 @@ from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, RELEVANT, RHO
 from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
-from nnhydro.diagnosis.model.size_prior import SIZES
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import FIRST_SIZE, calibrated_noise
@@ -141,22 +140,10 @@ class Sizing:
         row = Reveal(h, name, unit, None, 0.0, None, shape, direction)
         if left <= UNSEEN * max(whole, 1e-300):
             return row
-        strength = self._strength(k, R, float(d @ d) / left)
+        strength = strength_needed(self.threshold - library.log_prior(k), 0.5 * np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1], len(R))
         moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
         size = max(strength / np.sqrt(left), self.relevant / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
         return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
-
-    def _strength(self, k: int, R: Array, square: float) -> float:
-        """Return the strength lambda that law `k` needs where values of strength 1 have the sum of squares `square`: at its cheapest size.
-
-        A size rho costs log|1 + rho^2 R| / 2, and values beyond it |beta|^2 / (2 rho^2).
-        """
-        needed, found = self.threshold - self.view.library.log_prior(k), []
-        for rho in SIZES:
-            occam = 0.5 * float(np.linalg.slogdet(np.eye(len(R)) + rho**2 * R)[1])
-            beyond = strength_needed(needed, occam, len(R)) ** 2 * square / (2 * rho**2)
-            found.append(strength_needed(needed + beyond, occam, len(R)))
-        return min(found)
 
     @cached_property
     def relevant(self) -> float:
@@ -180,12 +167,12 @@ class Sizing:
         """Return the row with its size beside an unknown that takes what it can of the effect."""
         if row.size is None:
             return row
-        columns, size = self.view.columns(k), row.size
+        library, columns, size = self.view.library, self.view.columns(k), row.size
         d = self.unit_values(k, row.direction)
         left = float(d @ _projected_gram(columns, self.alone) @ d)
         R = _projected_gram(columns, self.null.fit)
         occam = 0.5 * float(np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1])
-        needed = self._strength(k, R, float(d @ d) / left) ** 2 / 2
+        needed = strength_needed(self.threshold - library.log_prior(k), occam, len(R)) ** 2 / 2
         for _ in range(ROUNDS):
             shown = self._gain(columns, size * d) + occam
             step = float(np.clip(np.sqrt(needed / max(shown, 1e-3)), 0.5, 4.0))

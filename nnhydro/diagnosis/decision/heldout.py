@@ -16,9 +16,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import FORM, RHO
+from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
-from nnhydro.diagnosis.model.size_prior import size_and_bonus
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.stepwise import ScoredSet
@@ -54,15 +53,6 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
     return dealt[index].astype(np.int64)
 
 
-def sizes_of_members(view: WeightedLibrary, found: ScoredSet) -> Array:
-    """Return the prior standard deviation (k,) of every column of a set, its effects of their most probable sizes."""
-    made = [np.zeros(0)]
-    for k, at in found.places(view).items():
-        own = view.library.hypotheses[k].per_recording
-        made.append(np.full(at.stop - at.start, RHO if own else size_and_bonus(found.fit.mean[at], found.fit.covariance(at))[0]))
-    return np.concatenate(made)
-
-
 def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:
     """Return log p(left-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
@@ -74,9 +64,9 @@ def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -
         part = WhiteRows(whole.design, whole.unknown, whole.v, rows)
         scores = []
         for found in sets:
-            columns, rho = view.join(found.chosen), sizes_of_members(view, found)
+            columns = view.join(found.chosen)
             kept = None if columns is None else Columns.of(part, columns.Xw[rows])
-            on, without = (posterior(whole, columns, t, rho).log_evidence - posterior(part, kept, t, rho).log_evidence
+            on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
                            for t in (found.sizes.vector(whole), off))
             scores.append((1 - granted) * on + granted * without)
         made.append(scores)

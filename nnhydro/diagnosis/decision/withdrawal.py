@@ -6,7 +6,7 @@ where together they lower E by less than RELEVANT of it.
 
 from dataclasses import replace
 
-from nnhydro.diagnosis.constants import FORM, RELEVANT
+from nnhydro.diagnosis.constants import RELEVANT
 from nnhydro.diagnosis.decision.decide import Claims
 from nnhydro.diagnosis.decision.proof import Proof, prove
 from nnhydro.diagnosis.search.stepwise import Search
@@ -22,7 +22,7 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
         if worst is None:
             return decided, proof
         burden = without[worst] <= proof.after
-        useless = proof.before - proof.after < RELEVANT * max(proof.before, FORM)
+        useless = proof.before - proof.after < RELEVANT * proof.before
         if not burden and not useless:
             return decided, proof
         reason = (f"errors on {proof.held_out} held out go from {100 * (without[worst] if burden else proof.before):.1f} to "

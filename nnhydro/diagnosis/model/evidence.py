@@ -3,9 +3,8 @@
     y ~ N(0, V + A L A'),   A = [Y, Phi_1, ..., Phi_J, X_S],   L = diag(1, tau^2 s^2, RHO^2)
     log p(y | S) = -1/2 [log|V| + log|M| + y'W y - b'M^-1 b],   W = V^-1,  G = A'W A,  M = I + L^1/2 G L^1/2,  b = L^1/2 A'W y
 
-Columns of hypotheses are scaled so that the value 1 makes the torque's rms at the joint where it weighs most: RHO is the largest prior
-standard deviation of an effect in shares of the torque, that of smaller ones comes in afterwards (model.size_prior).
-Source: MacKay (1992), Neural Computation 4; Rasmussen & Williams (2006), section 5.4.
+Columns of hypotheses are scaled so that the value 1 makes the torque's rms at the joint where it weighs most: RHO is the prior standard
+deviation of an effect in shares of the torque. Source: MacKay (1992), Neural Computation 4; Rasmussen & Williams (2006), section 5.4.
 """
 
 from collections.abc import Sequence
@@ -154,8 +153,8 @@ class Posterior:
         return made
 
 
-def posterior(whitened: WhiteRows, columns: Columns | None, t: Array, rho: Array | float = RHO) -> Posterior:
-    """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `rho` (k,) and `t` (P,)."""
+def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posterior:
+    """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `t` (P,)."""
     from scipy.linalg import cholesky, solve_triangular
 
     here = np.flatnonzero(t)
@@ -163,7 +162,7 @@ def posterior(whitened: WhiteRows, columns: Columns | None, t: Array, rho: Array
     if columns is not None and columns.Xw.shape[2]:
         cross, k = columns.cross[here], len(columns.Xy)
         G = np.block([[G, cross], [cross.T, columns.gram]])
-        b, scale = np.concatenate([b, columns.Xy]), np.concatenate([t, np.broadcast_to(rho, k)])
+        b, scale = np.concatenate([b, columns.Xy]), np.concatenate([t, np.full(k, RHO)])
         live = np.concatenate([here, np.arange(len(t), len(t) + k)])
     s = scale[live]
     M = G * s[:, None] * s

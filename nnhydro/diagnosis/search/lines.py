@@ -46,13 +46,6 @@ def line_frequencies(design: Design) -> tuple[float, ...]:
     return tuple(float(grid[k]) for k in sorted(peaks, key=lambda k: -total[k])[:LINES])
 
 
-def line_width(design: Design) -> float:
-    """Return the resolution, Hz, of the longest block: the reciprocal of its duration."""
-    stretches = design.problem.stretches
-    lengths = [stretches[b.stretch].segment.dt * (b.stop - b.start) for b in design.problem.blocks if not b.steady]
-    return 1 / max(lengths, default=1.0)
-
-
 def own_lines(design: Design) -> dict[int, float]:
     """Return the frequency, Hz, of the strongest line of every recording by its number; none where they cannot be told apart.
 
@@ -76,18 +69,17 @@ def own_lines(design: Design) -> dict[int, float]:
     return lines if lines and max(lines.values()) - min(lines.values()) > width else {}
 
 
-def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], width: float,
-             headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
+def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
     """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape.
 
-    Lines are known to a part of their `width` Hz at first. What has a direction is tried in the directions `headings`, rad, too.
+    What has a direction is tried in the directions `headings`, rad, too.
     """
     made: dict[tuple[Any, ...], Hypothesis] = {}
     for h in hypotheses:
         if "frequency" not in h.spans:
             continue
         for f in frequencies:
-            line = h.with_nonlinear({"frequency": (f,)}, {"frequency": (max(f - width / 4, f / 2), f + width / 4)})
+            line = h.with_nonlinear({"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
             turned = [line.with_nonlinear({"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
                       if "direction" in h.spans]
             for new in (line, *turned):

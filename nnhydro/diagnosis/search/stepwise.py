@@ -1,7 +1,7 @@
 """Search for the set of effects with the highest posterior: add, drop and swap from the best single and pair.
 
     score(S) = max_tau log p(y | S, tau) + sum_k log [posterior mass within bounds / prior mass within bounds]
-               + sum_k [size bonus(k) + log prior(k)] - FORM^2 u(S),      u(S): nats that the unknown gains beside S
+               + sum_k log prior(k) - FORM^2 u(S),      u(S): nats that the unknown gains beside S
 
 Named laws are known to FORM in form: what that costs them is no evidence for the unknown, which may be needed for other reasons, too.
 That is granted beside other laws alone: the first must gain beside the unknown as it is.
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import Posterior, WhiteRows, posterior
-from nnhydro.diagnosis.model.size_prior import size_and_bonus
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import bound_bonus
@@ -92,16 +91,14 @@ class Search:
     def _bonus(self, chosen: tuple[int, ...], fit: Posterior) -> float:
         if not chosen:
             return 0.0
-        start, total = len(self.whitened.b), 0.0
+        start, total, variances = len(self.whitened.b), 0.0, fit.variances()
         library = self.view.library
         for k in chosen:
             width = self.view.columns(k).Xw.shape[2]
             total += library.log_prior(k)
             low, high = library.bounds(k)
             at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
-            covariance = fit.covariance(at)
-            total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(np.diag(covariance)))
-            total += 0.0 if library.hypotheses[k].per_recording else size_and_bonus(fit.mean[at], covariance)[1]
+            total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
             if not library.hypotheses[k].per_recording:
                 values = np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]
                 total += 0.0 if library.hypotheses[k].plausible(values) else IMPOSSIBLE

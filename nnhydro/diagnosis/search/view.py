@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
-from nnhydro.diagnosis.model.size_prior import gain_of
 from nnhydro.diagnosis.search.library import TOGETHER, Library, log_mass
 
 Array = NDArray[np.float64]
@@ -150,12 +149,14 @@ class WeightedLibrary:
         C = self.projection(chosen, fit)
         c = self.Xy - C.T @ fit.half
         for width, laws in self.alike.items():
-            R, ck = self.remainders(laws, C), c[laws.at]
-            spread = RHO**2 * np.linalg.inv(RHO**2 * R + np.eye(width))
-            mean = (spread @ ck[..., None])[..., 0]
+            M = RHO**2 * self.remainders(laws, C) + np.eye(width)
+            ck = c[laws.at]
+            half = np.asarray(np.linalg.solve(M, ck[..., None])[..., 0], dtype=float)
+            logdet = np.linalg.slogdet(M)[1]
+            mean, spread = RHO**2 * half, RHO**2 * np.linalg.inv(M)
             sd: Array = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
             within = np.where(laws.free, 0.0, np.maximum(log_mass(laws.low, laws.high, mean, sd) - laws.before, -1e6))
-            gained[self.shared[laws.which]] = gain_of(R, ck[..., None])[:, 0] + within.sum(axis=1)
+            gained[self.shared[laws.which]] = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - logdet) + within.sum(axis=1)
 
     @cached_property
     def alike(self) -> dict[int, Alike]:
@@ -226,9 +227,11 @@ class WeightedLibrary:
             live = [g for g in range(cross.shape[1]) if blocks[g, s, :w].any()]
             if live:
                 Ck = C[:, live, start:start + w].reshape(len(C), -1)
-                R = -(Ck.T @ Ck)
+                M = -RHO**2 * (Ck.T @ Ck)
                 for i, g in enumerate(live):
-                    R[i * w:(i + 1) * w, i * w:(i + 1) * w] += blocks[g, s, :w]
-                gained[number] = gain_of(R, c[live, start:start + w].reshape(-1, 1), (RHO,))[0]
+                    M[i * w:(i + 1) * w, i * w:(i + 1) * w] += RHO**2 * blocks[g, s, :w]
+                M[np.diag_indices_from(M)] += 1.0
+                ck = c[live, start:start + w].ravel()
+                gained[number] = 0.5 * (RHO**2 * ck @ np.linalg.solve(M, ck) - np.linalg.slogdet(M)[1])
             self._own_best[number] = max(self._own_best.get(number, -np.inf), float(gained[number]))
             start += w

@@ -6,14 +6,12 @@ from problems import design, law, search
 
 from nnhydro.diagnosis.calibration.null_draws import null_gains
 from nnhydro.diagnosis.constants import RHO
-from nnhydro.diagnosis.model import size_prior
 
 SEEDS = 12
 
 
 @pytest.mark.parametrize("size", [0.03, 0.3, 30.0])
-def test_the_products_of_a_law_are_drawn_with_the_gram_matrix_that_the_fit_leaves_of_it(size, monkeypatch):
-    monkeypatch.setattr(size_prior, "SIZES", (RHO,))  # of one size a gain is a function of the product alone
+def test_the_products_of_a_law_are_drawn_with_the_gram_matrix_that_the_fit_leaves_of_it(size):
     of = design(3, joints=1)
     of.Y *= size  # the prior of the baseline's coefficients is 1
     X = of.Y[..., :1] / size + 0.3 * np.random.default_rng(4).standard_normal((*of.y.shape, 1))

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from problems import dense, design, law, library, search, whitened
 
 from nnhydro.diagnosis.constants import FORM, RHO
-from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities, sizes_of_members
+from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
-from nnhydro.diagnosis.model.size_prior import SIZES
 from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fit_sizes, none
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
@@ -95,7 +94,7 @@ def test_the_order_of_rows_changes_nothing(seed):
 
 
 @pytest.mark.parametrize("beside", [(), (0,), (2,), (1, 3)])
-def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences_at_its_best_size(beside):
+def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences(beside):
     of = design(9, groups=3, rows=10)
     view = search(of, LAWS, even=False).view
     t = Sizes.even(view.whitened, 0.2).vector(view.whitened)
@@ -103,10 +102,7 @@ def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences_
     gains = view.gains(beside, posterior(view.whitened, columns, t))
     base = dense(view.whitened, by_hand(view, beside), t)
     for k in set(range(len(LAWS))) - set(beside):
-        X, more = by_hand(view, (*beside, k)), by_hand(view, (k,)).shape[2]
-        best = max(dense(view.whitened, X, t, rho=np.repeat([RHO, size], [X.shape[2] - more, more]))
-                   for size in ((RHO,) if LAWS[k].per_recording else SIZES))
-        assert gains[k] == pytest.approx(best - base, rel=1e-5, abs=1e-5)
+        assert gains[k] == pytest.approx(dense(view.whitened, by_hand(view, (*beside, k)), t) - base, rel=1e-5, abs=1e-5)
 
 
 def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
@@ -117,8 +113,8 @@ def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)
         for i, scored in enumerate(sets):
-            X, rho = by_hand(one.view, scored.chosen), sizes_of_members(one.view, scored)
-            on, off = (dense(one.whitened, X, t, rho=rho) - dense(one.whitened, X, t, rows, rho)
+            X = by_hand(one.view, scored.chosen)
+            on, off = (dense(one.whitened, X, t) - dense(one.whitened, X, t, rows)
                        for t in (scored.sizes.vector(one.whitened), none(one.whitened).vector(one.whitened)))
             assert got[number, i] == pytest.approx((1 - FORM**2) * on + FORM**2 * off, rel=1e-5, abs=1e-5)
 
@@ -130,8 +126,8 @@ def test_beside_the_empty_set_nothing_is_granted_to_the_form_of_laws():
     sets = [one.score(()), one.score((0,))]
     fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
     for i, scored in enumerate(sets):
-        X, t, rho = by_hand(one.view, scored.chosen), scored.sizes.vector(one.whitened), sizes_of_members(one.view, scored)
-        on = [dense(one.whitened, X, t, rho=rho) - dense(one.whitened, X, t, np.flatnonzero(fold != k), rho) for k in range(len(got))]
+        X, t = by_hand(one.view, scored.chosen), scored.sizes.vector(one.whitened)
+        on = [dense(one.whitened, X, t) - dense(one.whitened, X, t, np.flatnonzero(fold != k)) for k in range(len(got))]
         np.testing.assert_allclose(got[:, i], on, rtol=1e-5, atol=1e-5)
     assert scored.sizes.tau.max() > 0.1, "an unknown that is off would have the same density"
 

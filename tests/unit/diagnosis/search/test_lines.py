@@ -31,7 +31,7 @@ def test_across_a_link_that_is_held_is_a_right_angle_from_it():
 def test_a_wave_is_tried_at_every_line_from_every_side_and_what_has_no_frequency_is_not():
     laws = enumerate_hypotheses(arm(1), (3.0,))
     sides = {h.effect.direction for h in laws if h.key[0] == "wave_orbital"}
-    made = at_lines(laws, (0.7, 1.1), 0.05, (0.123,))
+    made = at_lines(laws, (0.7, 1.1), (0.123,))
     assert {h.key[0] for h in made} == {"wave_orbital"}
     assert {(h.effect.frequency[0], h.effect.direction) for h in made} == {(f, d) for f in (0.7, 1.1) for d in sides | {(0.123,)}}
     assert all(h.spans["frequency"][0] < h.effect.frequency[0] < h.spans["frequency"][1] for h in made)

@@ -7,7 +7,6 @@ import pytest
 from problems import dense, design, law, search, unknown
 
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAVES
-from nnhydro.diagnosis.model.size_prior import size_and_bonus
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.search.library import bound_bonus
 
@@ -36,20 +35,18 @@ def evidences(one, chosen):
 
 
 @pytest.mark.parametrize("chosen", [(), (0,), (0, 2), (1, 4), (0, 5)])
-def test_a_score_is_evidence_plus_size_and_prior_plus_bounds_less_what_form_costs(chosen):
+def test_a_score_is_evidence_plus_prior_plus_bounds_less_what_form_costs(chosen):
     one = planted()
     got, (on, off) = one.score(chosen), evidences(one, chosen)
     assert on > off
     assert got.unknown_nats == pytest.approx(on - off, abs=1e-4)
     prior = sum(one.view.library.log_prior(k) for k in chosen)
-    size = sum(size_and_bonus(got.fit.mean[at], got.fit.covariance(at))[1]
-               for k, at in got.places(one.view).items() if not LAWS[k].per_recording)
     bound = 0.0
     if 5 in chosen:
         at = got.places(one.view)[5]
         sd = np.sqrt(np.diag(got.fit.covariance(np.arange(at.start, at.stop))))
         bound = bound_bonus(np.array([0.0]), np.array([np.inf]), got.fit.mean[at], sd)
-    assert got.score == pytest.approx(on - FORM**2 * (on - off) + prior + size + bound, abs=1e-4)
+    assert got.score == pytest.approx(on - FORM**2 * (on - off) + prior + bound, abs=1e-4)
 
 
 def test_the_first_law_gains_what_the_evidence_with_the_unknown_says_and_no_more():
