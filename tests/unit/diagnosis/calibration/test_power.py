@@ -89,7 +89,7 @@ def test_a_size_that_can_be_revealed_has_a_strength_and_lies_within_bounds(small
 
 def test_an_effect_that_the_unknown_can_hold_must_be_stronger_than_one_that_it_cannot(small):
     """A friction is a function of one rate, which the unknown takes up; a payload is a change of the arm's own parameters."""
-    assert row(small[1], "viscous_friction", 1).strength > 1.3 * row(small[1], "torque_gain", 1).strength
+    assert row(small[1], "viscous_friction", 2).strength > 1.5 * row(small[1], "torque_gain", 2).strength
 
 
 def test_a_constant_and_a_hose_are_most_alike(small):
@@ -111,7 +111,7 @@ def test_a_weighed_link_hides_more_of_a_payload_the_less_it_is_known(small, tmp_
 def test_more_noise_asks_for_a_larger_size(small, tmp_path):
     loud = power(simulate_plan(plan(tmp_path, "0.03"))[0], without=WITHOUT)
     for effect, joint in (("torque_bias", 1), ("torque_gain", 2), ("coulomb_friction", 2)):
-        assert 1.4 < row(loud, effect, joint).size / row(small[1], effect, joint).size < 4.5
+        assert 1.4 < row(loud, effect, joint).size / row(small[1], effect, joint).size < 9, "three times the noise, nine times its energy"
 
 
 def test_no_size_is_stated_that_moves_the_torque_too_little_to_be_claimed(small):
