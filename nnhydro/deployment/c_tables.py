@@ -208,13 +208,13 @@ class Tables:
             if kind == "same":
                 self.places |= {((k, 1.0),): self.places[operands[k][0]] for k in atoms}
                 continue
-            atoms, at = self._ordered(atoms, operands)
+            atoms, at = self._order(atoms, operands)
             first = self.slots([((k, 1.0),) for k in atoms])
             text = LOOPS[kind] if kind in LOOPS else f"f_{kind}({', '.join(f'{{{k}}}' for k in range(len(at)))})"
             for stretch in _stretches(at):
                 self._loop(at, first, stretch, text)
 
-    def _ordered(self, atoms: list[int], operands: dict[int, list[Row]]) -> tuple[list[int], list[list[int]]]:
+    def _order(self, atoms: list[int], operands: dict[int, list[Row]]) -> tuple[list[int], list[list[int]]]:
         """Atoms of one kind and the places of their operands, in the order that makes fewer runs: as they come, or by places."""
         by_place = sorted(atoms, key=lambda k: [self.places[row] for row in operands[k]])
         orders = [(order, [list(slot) for slot in zip(*([self.places[row] for row in operands[k]] for k in order), strict=True)])

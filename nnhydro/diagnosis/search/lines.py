@@ -116,7 +116,7 @@ def at_own_lines(hypotheses: Sequence[Hypothesis], design: Design, headings: Seq
     return tuple(made.values())
 
 
-def _explained(design: Design, left: Array, X: Array) -> Array:
+def _explained_energy(design: Design, left: Array, X: Array) -> Array:
     """Return the energy (groups,) that columns X (n, joints, k) explain of the rows `left` (n, joints) of each recording, all alike.
 
     Beside the model errors in the noise of the evidence, small changes of a line hardly count: the sharp peak is that of the energy.
@@ -144,7 +144,7 @@ def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownS
         step = {g: 1 / sum(len(s.segment) * s.segment.dt for s in stretches if s.group == g) for g in h.lines}
         for number in range(ROUNDS):
             tried = [replace(h, lines={g: max(f + way * step[g] / 2**number, LOWEST) for g, f in h.lines.items()}) for way in STEPS]
-            energy = np.stack([_explained(design, left, design.columns([o], model) * level[:, None]) for o in tried])
+            energy = np.stack([_explained_energy(design, left, design.columns([o], model) * level[:, None]) for o in tried])
             h = replace(h, lines={g: tried[int(np.argmax(energy[:, g]))].lines[g] for g in h.lines})
         start = len(search.view.library.hypotheses)
         search = extend_library(search, best, [h], model)
