@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from problems import design, law, search
 
-from nnhydro.diagnosis.findings.finding import _bend
+from nnhydro.diagnosis.findings.finding import _bend, _ever_farther
 
 
 def wave(frequency, direction):
@@ -29,3 +29,8 @@ def test_a_frequency_is_known_by_the_fall_of_the_score_beside_it_in_whatever_dir
     assert drop > 5
     variance, _ = _bend(one, found, laws[0], 0, "frequency", np.ones(1))
     assert np.sqrt(variance) <= 0.01 / np.sqrt(2 * drop) * 1.001 < 0.1 / np.sqrt(3)
+
+
+def test_neighbours_that_crowd_about_the_best_are_passed_over():
+    near = [(step, number) for number, step in enumerate((0.0, 0.1, -0.11, 0.12, 0.2, -1.0, 1.1))]
+    assert [step for step, _ in _ever_farther(near)] == [0.1, 0.2, -1.0]

@@ -1,14 +1,24 @@
 """Waves are tried at the lines of the torque, of each recording's own where they differ, and across links that are held."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosed import OTHER_WAVES, campaign, diagnosed
+from problems import design as rows
+from problems import law
+from problems import search as rig_search
 from rigs import arm
 
+from nnhydro.diagnosis.model.unknown import unknown_of
+from nnhydro.diagnosis.noise.calibrated import calibrated_noise
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies, own_lines
+from nnhydro.diagnosis.search.library import Library
+from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies, lines_at_peak, own_lines
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.view import WeightedLibrary
 
 
 def test_the_line_of_a_wave_is_found_in_what_the_baseline_leaves():
@@ -18,8 +28,6 @@ def test_the_line_of_a_wave_is_found_in_what_the_baseline_leaves():
 
 
 def test_across_a_link_that_is_held_is_a_right_angle_from_it():
-    from dataclasses import replace
-
     from nnhydro.recordings.campaign import Campaign
 
     of = campaign("held in a wave")
@@ -59,3 +67,22 @@ def test_waves_that_differ_are_told_with_the_frequency_of_each_recording():
     assert "0.53 to 1.22 Hz, another in each recording," in finding.statement
     assert told["by_recording"] == pytest.approx({f"held{k}": f for k, f in enumerate(OTHER_WAVES)}, abs=5e-4)
     assert diagnosed("held in other waves").proof.after < 0.1
+
+
+def test_a_line_that_is_a_third_of_the_resolution_off_is_moved_to_its_peak():
+    """20 s: a resolution of 0.05 Hz."""
+    design = design_on(problem_of(campaign("held in other waves")), None)
+    _, whitened, sizes, model = calibrated_noise(design, unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2]))))
+    wave = at_own_lines(enumerate_hypotheses(design.problem.arm, (3.0,)), design)[0]
+    across = wave.with_nonlinear({"direction": (np.pi / 2,)}, {"direction": (np.pi / 4, 3 * np.pi / 4)})
+    off = replace(across, lines={g: f + (-1) ** g * 0.017 for g, f in across.lines.items()})
+    search = Search(WeightedLibrary(whitened, Library.of(design, (off,), model)), sizes)
+    found = lines_at_peak(search, search.score((0,)), model)
+    (k,) = found.best.chosen
+    assert [found.search.view.library.hypotheses[k].lines[g] for g in range(6)] == pytest.approx(OTHER_WAVES, abs=0.003)
+    assert found.best.score > search.score((0,)).score + 50
+
+
+def test_lines_that_were_chosen_from_many_cost_the_logarithm_of_how_many():
+    one = rig_search(rows(3, joints=1), (law("a"), law("b", log_tried=7.0)))
+    assert one.view.library.log_prior(1) == pytest.approx(one.view.library.log_prior(0) - 7.0)
