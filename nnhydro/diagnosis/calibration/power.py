@@ -13,7 +13,6 @@ Source: power of a test by its noncentrality, Kay (1998), Fundamentals of Statis
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import Any, final
 
@@ -22,14 +21,14 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, RELEVANT, RHO
+from nnhydro.diagnosis.constants import LEAST_GAIN, RHO
 from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.calibrated import FIRST_SIZE, calibrated_noise
 from nnhydro.diagnosis.noise.spectrum import Noise
-from nnhydro.diagnosis.problem.design import Design, design_on
+from nnhydro.diagnosis.problem.design import Design, design_on, relevant_share
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
@@ -142,15 +141,9 @@ class Sizing:
             return row
         strength = strength_needed(self.threshold - library.log_prior(k), 0.5 * np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1], len(R))
         moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
-        size = max(strength / np.sqrt(left), self.relevant / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
+        relevant = relevant_share(library.design, self.view.whitened.v)
+        size = max(strength / np.sqrt(left), relevant / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
         return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
-
-    @cached_property
-    def relevant(self) -> float:
-        """The share of the torque that a claim must move."""
-        design = self.view.library.design
-        left = np.sqrt(self.view.whitened.v.sum(axis=0) / design.time) / np.maximum(design.scale, 1e-300)
-        return float(min(RELEVANT, FORM**0.5 * left.min()))
 
     def unit_values(self, k: int, direction: Array) -> Array:
         """Return the scaled values of all its columns for a size of 1: the same in every recording where each has its own."""

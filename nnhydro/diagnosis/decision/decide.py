@@ -22,9 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LOOK_ALIKE, PRECISE, RELEVANT
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LOOK_ALIKE, PRECISE
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import values_of
@@ -70,13 +71,6 @@ def torque_shares(search: Search, found: ScoredSet) -> dict[int, float]:
         torque = np.sqrt(((u / whitened.sw) ** 2).sum(axis=0) / design.time)
         shares[k] = float((torque / np.maximum(design.scale, 1e-300)).max())
     return shares
-
-
-def _share_left(search: Search, rest: ScoredSet) -> float:
-    """Return the rms of what the fit of `rest` leaves over the torque's rms, at the joint where it is smallest."""
-    fit, design = best_fit(search, rest), search.view.library.design
-    left = np.sqrt(((fit.residual / fit.whitened.sw) ** 2).sum(axis=0) / design.time)
-    return float((left / np.maximum(design.scale, 1e-300)).min())
 
 
 def _precision(search: Search, found: ScoredSet, k: int) -> float:
@@ -132,7 +126,9 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
-    least = max(min(RELEVANT, FORM**0.5 * _share_left(search, rest)), FORM * max(others, default=0.0))
+    fit = best_fit(search, rest)
+    relevant = relevant_share(search.view.library.design, (fit.residual / fit.whitened.sw) ** 2)
+    least = max(relevant, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
     on_unseen = gain_on_unseen(held)
     tests = (

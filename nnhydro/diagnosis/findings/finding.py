@@ -167,7 +167,7 @@ def finding_of(search: Search, found: ScoredSet, k: int) -> NamedEffect:
     lines = {search.view.library.design.problem.names[g]: f for g, f in h.lines.items()}
     if lines:
         low, high = min(lines.values()), max(lines.values())
-        parameters["frequency"] |= {"ci95": [low, high], "by_recording": lines}
+        parameters["frequency"] |= {"ci95": [low, high], "by_recording": lines, "note": "mean and range of the recordings' own"}
     statement = effect.statement(spans, {"frequency": f"{low:.3g} to {high:.3g} Hz, another in each recording," } if lines else {})
     statement = statement if h.activity is None else f"{statement} It acts {h.activity.sentence()} only."
     own = search.view.library.design.problem.arm.text  # a linear axis reads m and N

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
+from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
@@ -200,6 +201,15 @@ class Design:
         """Whether the measured torque is nothing beside the model's parts: a free pendulum, a rolling ship."""
         measured = np.sqrt((self.tau**2).sum(axis=0) / self.time)
         return bool((measured < 1e-3 * self.part_scale).all())
+
+
+def relevant_share(design: Design, squares: Array) -> float:
+    """Return the share of the torque's rms that a claim moves at least where rows of these `squares` (n, joints) (N m)^2 s remain.
+
+        min(RELEVANT, sqrt(FORM) min_j sqrt(sum_n squares_nj / time) / scale_j)
+    """
+    left = np.sqrt(squares.sum(axis=0) / design.time) / np.maximum(design.scale, 1e-300)
+    return float(min(RELEVANT, FORM**0.5 * left.min()))
 
 
 def design_of(problem: Problem, baseline: Baseline) -> Design:

@@ -69,6 +69,19 @@ def own_lines(design: Design) -> dict[int, float]:
     return lines if lines and max(lines.values()) - min(lines.values()) > width else {}
 
 
+def _durations(design: Design) -> dict[int, float]:
+    """Return how long each recording is, s, by its number."""
+    stretches = design.problem.stretches
+    return {g: sum(len(s.segment) * s.segment.dt for s in stretches if s.group == g) for g in range(design.problem.groups)}
+
+
+def _in_directions(law: Hypothesis, headings: Sequence[float]) -> tuple[Hypothesis, ...]:
+    """Return `law`, and where it has a direction also in the directions `headings`, rad, known to a quarter of a half turn."""
+    turned = [law.with_nonlinear({"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
+              if "direction" in law.spans]
+    return law, *turned
+
+
 def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
     """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape.
 
@@ -80,9 +93,7 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], hea
             continue
         for f in frequencies:
             line = h.with_nonlinear({"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
-            turned = [line.with_nonlinear({"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
-                      if "direction" in h.spans]
-            for new in (line, *turned):
+            for new in _in_directions(line, headings):
                 made.setdefault((h.key, *(getattr(new.effect, name) for name in h.spans)), new)
     return tuple(made.values())
 
@@ -97,11 +108,10 @@ def across_held_links(design: Design) -> tuple[float, ...]:
 
 def at_own_lines(hypotheses: Sequence[Hypothesis], design: Design, headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
     """Return the hypotheses that have a frequency, and values, of each recording's own once more at the line of each, in all directions."""
-    lines, problem = own_lines(design), design.problem
+    lines, duration = own_lines(design), _durations(design)
     if not lines:
         return ()
-    length = {g: sum(len(s.segment) * s.segment.dt for s in problem.stretches if s.group == g) for g in lines}
-    log_tried = float(sum(np.log(max(problem.edge * length[g], 1.0)) for g in lines))
+    log_tried = float(sum(np.log(max(design.problem.edge * duration[g], 1.0)) for g in lines))
     made: dict[tuple[Any, ...], Hypothesis] = {}
     for h in hypotheses:
         if "frequency" not in h.spans or not h.per_recording:
@@ -109,9 +119,7 @@ def at_own_lines(hypotheses: Sequence[Hypothesis], design: Design, headings: Seq
         spans = {name: span for name, span in h.spans.items() if name != "frequency"}
         mean: dict[str, Any] = {"frequency": (float(np.mean(list(lines.values()))),)}
         start = replace(h, effect=replace(h.effect, **mean), spans=spans, lines=lines, log_tried=log_tried)
-        turned = [start.with_nonlinear({"direction": (x,)}, {"direction": (x - np.pi / 4, x + np.pi / 4)}) for x in headings
-                  if "direction" in spans]
-        for new in (start, *turned):
+        for new in _in_directions(start, headings):
             made.setdefault((h.key, *(getattr(new.effect, name) for name in spans)), new)
     return tuple(made.values())
 
@@ -130,9 +138,12 @@ def _explained_energy(design: Design, left: Array, X: Array) -> Array:
 
 
 def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
-    """Return `best` with the line of every recording where its wave gains most there."""
+    """Return `best` with the line f_g, Hz, of every recording g where its wave explains most of what the others leave.
+
+        f_g = argmax_f r_g'X_g (X_g'X_g)^-1 X_g'r_g,     X_g columns of the wave at f, r_g what the best fit of the others leaves
+    """
     design = search.view.library.design
-    stretches = design.problem.stretches
+    duration = _durations(design)
     for k in best.chosen:
         h = search.view.library.hypotheses[k]
         if not h.lines or h.own:
@@ -141,9 +152,8 @@ def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownS
         fit = best_fit(search, search.score(others))
         level = np.sqrt((fit.whitened.sw**2).mean(axis=0))  # a joint that has more noise counts less
         left = fit.residual / fit.whitened.sw * level
-        step = {g: 1 / sum(len(s.segment) * s.segment.dt for s in stretches if s.group == g) for g in h.lines}
         for number in range(ROUNDS):
-            tried = [replace(h, lines={g: max(f + way * step[g] / 2**number, LOWEST) for g, f in h.lines.items()}) for way in STEPS]
+            tried = [replace(h, lines={g: max(f + way / (duration[g] * 2**number), LOWEST) for g, f in h.lines.items()}) for way in STEPS]
             energy = np.stack([_explained_energy(design, left, design.columns([o], model) * level[:, None]) for o in tried])
             h = replace(h, lines={g: tried[int(np.argmax(energy[:, g]))].lines[g] for g in h.lines})
         start = len(search.view.library.hypotheses)
