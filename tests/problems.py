@@ -113,6 +113,23 @@ def dense(white, X, t, at=None):
     return -0.5 * (logdet + y @ np.linalg.solve(cov, y))
 
 
+def unknown_part(of, size):
+    """A torque (n, joints) at joint 1 out of the first group of the unknown's columns."""
+    made = np.zeros_like(of.y)
+    made[:, 0] = size * unknown(of).Phi[:, :3] @ np.ones(3)
+    return made
+
+
+def written_out(view, chosen):
+    """The columns (n, joints, k) of the laws `chosen`: one set a recording where the values are each recording's own; None of none."""
+    made, group = [], view.library.design.problem.group_of
+    for k in chosen:
+        X = view.library.columns(k)
+        own = view.library.hypotheses[k].per_recording
+        made += [X * (group == g)[:, None, None] for g in range(view.library.design.problem.groups)] if own else [X]
+    return np.concatenate(made, axis=2) if made else None
+
+
 def rig():
     """What a rig of two joints on a carriage can do."""
     return Rig(np.array([[-1.0, 1.0], [-0.5, 2.0]]), np.array([1.5, 2.0]), np.array([6.0, 8.0]), 0.5, np.array([9.0, 3.0]), 8.0)

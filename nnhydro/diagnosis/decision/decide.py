@@ -3,7 +3,8 @@
 A member k of the best set S is claimed if
     1. it gains more than LEAST_GAIN, than chance does in this campaign, and than FORM^2 of what the largest claim gains: that much may be
        the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
-       and LOOK_ALIKE of what a larger one gains for which its card may be taken, unless it is a standard term that every joint has
+       and FORM of what a larger one gains for which its card may be taken, unless it is a standard term that every joint has: what another
+       form leaves looks like it first
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LOOK_ALIKE, PRECISE
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, PRECISE
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.problem.design import relevant_share
@@ -102,14 +103,14 @@ def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
 
 
 def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> list[float]:
-    """What each member must gain not to be another's form: FORM^2 of the other's gain, LOOK_ALIKE where cards take one for the other."""
+    """What each member must gain not to be another's form: FORM^2 of the other's gain, FORM where cards take one for the other."""
     gains = [search.gain(rest, now) for rest in rests]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
     bars = []
     for i, effect in enumerate(effects):
         alike = [gains[j] for j, other in enumerate(effects) if j != i and gains[j] > gains[i] and not effect.standard
                  and (other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for)]
-        bars.append(max(FORM**2 * max(gains), LOOK_ALIKE * max(alike, default=0.0)))
+        bars.append(max(FORM**2 * max(gains), FORM * max(alike, default=0.0)))
     return bars
 
 

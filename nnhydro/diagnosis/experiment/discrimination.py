@@ -19,7 +19,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NEAR, RHO
+from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, LEAST_GAIN, RHO
 from nnhydro.diagnosis.experiment.motions import CandidateMotion
 from nnhydro.diagnosis.findings.equivalence import ALIKE, HARDLY, alternatives, parameter_count
 from nnhydro.diagnosis.noise.spectrum import Noise
@@ -72,7 +72,7 @@ class PlannedMotion:
     G: Array
 
 
-def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | float = NEAR) -> float:
+def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | float = LEAST_GAIN) -> float:
     """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
 
     `size2` (members, members) is the lambda^2 that new rows add where the row's member is the truth and the column's the rival, `ahead` the
@@ -228,7 +228,7 @@ class Judge:
         whole = np.array(energy)[:, None]
         counts = np.array([parameter_count(self.search, k) for k in self.contest.members])
         alike = (size2 / whole < 1 - ALIKE**2) & (counts[None, :] <= counts[:, None])
-        return np.where(alike, np.maximum(NEAR, HARDLY / 2 * whole), NEAR)
+        return np.where(alike, np.maximum(LEAST_GAIN, HARDLY / 2 * whole), LEAST_GAIN)
 
     def _beside(self) -> NDArray[np.int64]:
         """The places of the baseline and the other findings."""

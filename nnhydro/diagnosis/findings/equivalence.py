@@ -5,13 +5,13 @@ from typing import final
 
 import numpy as np
 
-from nnhydro.diagnosis.constants import NEAR
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import values_of
 
-ALIKE = 0.98  # cosine of the visible torques from which two effects are one
-HARDLY = 0.05  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
+ALIKE = 1 - 2 * FORM**2  # cosine of the visible torques from which two effects are one: each may be off by FORM, in opposite directions
+HARDLY = FORM / 2  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
 
 
 @final
@@ -60,7 +60,7 @@ def plain(search: Search, found: ScoredSet) -> ScoredSet:
         fewest = min(_signals(search, i) for i in plainer)
         plainest = [i for i in plainer if _signals(search, i) == fewest]
         best = max((search.score((*rest, i)) for i in search.most_gaining(base, plainest)), key=lambda s: s.score)
-        special = found.score > best.score + NEAR and search.admits(best, found) and _is_special(search, found, k)
+        special = found.score > best.score + LEAST_GAIN and search.admits(best, found) and _is_special(search, found, k)
         if search.admits(base, best) and not special:
             found = best
     return found
@@ -74,7 +74,7 @@ def simplest(search: Search, found: ScoredSet) -> ScoredSet:
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
         _, others = alternatives(search, found, k)
-        near = [a.number for a in others if a.equivalent and a.deficit < NEAR
+        near = [a.number for a in others if a.equivalent and a.deficit < LEAST_GAIN
                 and parameter_count(search, a.number) < parameter_count(search, k) and _signals(search, a.number) <= _signals(search, k)
                 and not search.view.library.hypotheses[a.number].effect.general]
         if near:
@@ -114,7 +114,7 @@ def alternatives(search: Search, found: ScoredSet, k: int) -> tuple[float, list[
         cosine = _cosine(search, found, k, s, r)
         no_wider = parameter_count(search, r) <= parameter_count(search, k)  # a general law holds the finding's own
         alike = no_wider and cosine > ALIKE and deficit < HARDLY * max(search.gain(base, found), 0.0)
-        equivalent = search.admits(base, s) and (deficit < NEAR or alike)
+        equivalent = search.admits(base, s) and (deficit < LEAST_GAIN or alike)
         made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
     inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total
     return float(inside * listed_probability(search, found, k)), sorted(made, key=lambda a: a.deficit)

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import NEAR
+from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.baseline_spread import spread_by_baseline
 from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
 from nnhydro.diagnosis.problem.activity import ActivityWindow
@@ -172,6 +172,6 @@ def finding_of(search: Search, found: ScoredSet, k: int) -> NamedEffect:
     statement = statement if h.activity is None else f"{statement} It acts {h.activity.sentence()} only."
     own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
     parameters = {name: parameter | {"unit": own(parameter["unit"])} for name, parameter in parameters.items()}
-    rivals = [_rival(search, a) for a in others if a.deficit < 5 * NEAR][:5]
+    rivals = [_rival(search, a) for a in others if a.deficit < 5 * LEAST_GAIN][:5]
     return NamedEffect(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
                        rivals, values.covariance, k, h.activity, offset)

@@ -16,6 +16,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.diagnosis.constants import FORM, P_ALARM
 from nnhydro.diagnosis.unexplained.residual_location import Residual
 
 Array = NDArray[np.float64]
@@ -23,10 +24,8 @@ LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
 TREND = 3  # degree of the trend of the logarithms
-P_LINE = 1e-3  # p of a line that is told: a healthy arm in a thousand a joint
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
 TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
-MATERIAL = 0.1  # of the residual's energy: a fainter line is not worth telling
 MOST = 0.5  # share of S that one recording may hold: a line is in all of them
 FEWEST_ROWS, FEWEST = 64, 4  # rows of a recording, recordings
 
@@ -45,7 +44,7 @@ class Line:
     @property
     def material(self) -> bool:
         """Whether it is there beyond chance and worth telling."""
-        return TESTS * self.p_value <= P_LINE and self.share >= MATERIAL
+        return TESTS * self.p_value <= P_ALARM and self.share >= FORM
 
     def sentence(self) -> str:
         """Return it in words."""
@@ -106,7 +105,7 @@ def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np
         if name.startswith("ddq"):
             spectra = [_ratios(part.state[name], part.dt, highest) for part in parts]
             S = np.sum([np.interp(grid, f, ratio) for f, ratio, _ in spectra], axis=0)
-            made |= len(grid) * gammaincc(len(parts), S / HEAVY) <= P_LINE
+            made |= len(grid) * gammaincc(len(parts), S / HEAVY) <= P_ALARM
     return made
 
 

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL
+from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, P_ALARM, UNLIKE_NOISE
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import Proof, fitted_error
 from nnhydro.diagnosis.model.evidence import WhiteRows
@@ -22,9 +22,7 @@ from nnhydro.recordings.filtering.trajectory import white_level
 Array = NDArray[np.float64]
 LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
 SHOWN = 4  # near misses
-UNLIKE_NOISE = 3.0  # times the error of noise alone: what differs from recording to recording is no noise of theirs
-UNLIKE_OTHERS, QUIET, FEWEST_ALIKE = 10.0, 20, 4  # times what remains in others, their percentile, and how many these are
-P_UNLIKE_NOISE = 1e-3  # p that is told of it: with some hundred rows it is far less
+QUIET, FEWEST_ALIKE = 20, 4  # percentile of what remains in all recordings, beside which one is loud, and how many these are
 
 
 @final
@@ -101,7 +99,7 @@ def p_of(search: Search, found: ScoredSet) -> float:
 
 
 def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
-    """Return the recordings in which more remains, beside the white noise of their torque, than in others by a factor of `UNLIKE_OTHERS`.
+    """Return the recordings in which more remains, beside the white noise of their torque, than in others by a factor of 1 / `FORM`.
 
     Recordings may be as noisy as they like; but what moves in one alone (a stop that is hit, a zero that was lost) shows in the band and
     not in what the sensor adds from sample to sample.
@@ -118,7 +116,7 @@ def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
         return ()
     usual = np.percentile(shares[counted], QUIET, axis=0)
     large = np.sqrt(noise.sigma2 * noise.S.sum(axis=1)) * np.sqrt(problem.edge / noise.S.shape[1]) > MATERIAL * design.scale
-    groups = np.flatnonzero(((shares > UNLIKE_OTHERS * usual) & large).any(axis=1) & counted)
+    groups = np.flatnonzero(((FORM * shares > usual) & large).any(axis=1) & counted)
     return tuple(dict.fromkeys(s.name for g in groups.tolist() for s in problem.stretches if s.group == g))
 
 
@@ -145,7 +143,7 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     recordings = own or unlike_recordings(noise, design)
     least = min(proof.after, fitted_error(search, found, proof))
     unlike = bool(recordings) or (least > UNLIKE_NOISE * floor and least - floor > MATERIAL)
-    ps = [p_of(search, found) if real else 1.0, P_UNLIKE_NOISE if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
+    ps = [p_of(search, found) if real else 1.0, P_ALARM if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
     p = max(min(ps), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]

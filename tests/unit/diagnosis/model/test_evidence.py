@@ -4,28 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from problems import dense, design, law, library, search, whitened
+from problems import dense, design, law, search, unknown_part, whitened
 
-from nnhydro.diagnosis.constants import FORM, RHO
-from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities
+from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fit_sizes, none
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
-
-
-def own_columns(view, k):
-    """The columns of law k, written out: one set a recording where it has values of its own."""
-    X = view.library.columns(k)
-    group = view.library.design.problem.group_of
-    if not view.library.hypotheses[k].per_recording:
-        return X
-    return np.concatenate([X * (group == g)[:, None, None] for g in range(view.library.design.problem.groups)], axis=2)
-
-
-def by_hand(view, chosen):
-    """The columns of the laws `chosen`."""
-    return np.concatenate([own_columns(view, k) for k in chosen], axis=2) if chosen else None
 
 
 @given(seed=st.integers(0, 10_000), joints=st.integers(1, 2), tau=st.floats(0.01, 2.0), k=st.integers(0, 3))
@@ -93,69 +78,6 @@ def test_the_order_of_rows_changes_nothing(seed):
     assert posterior(shuffled, None, t).log_evidence == pytest.approx(posterior(white, None, t).log_evidence, rel=1e-9)
 
 
-@pytest.mark.parametrize("beside", [(), (0,), (2,), (1, 3)])
-def test_what_a_law_gains_beside_a_set_is_the_difference_of_two_dense_evidences(beside):
-    of = design(9, groups=3, rows=10)
-    view = search(of, LAWS, even=False).view
-    t = Sizes.even(view.whitened, 0.2).vector(view.whitened)
-    columns = view.join(beside)
-    gains = view.gains(beside, posterior(view.whitened, columns, t))
-    base = dense(view.whitened, by_hand(view, beside), t)
-    for k in set(range(len(LAWS))) - set(beside):
-        assert gains[k] == pytest.approx(dense(view.whitened, by_hand(view, (*beside, k)), t) - base, rel=1e-5, abs=1e-5)
-
-
-def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
-    of = design(10, groups=7, rows=8)
-    one = search(of, LAWS, even=False)
-    sets = [one.score((3,)), one.score((0,)), one.score((1, 2))]
-    fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
-    for number in range(int(fold.max()) + 1):
-        rows = np.flatnonzero(fold != number)
-        for i, scored in enumerate(sets):
-            X = by_hand(one.view, scored.chosen)
-            on, off = (dense(one.whitened, X, t) - dense(one.whitened, X, t, rows)
-                       for t in (scored.sizes.vector(one.whitened), none(one.whitened).vector(one.whitened)))
-            assert got[number, i] == pytest.approx((1 - FORM**2) * on + FORM**2 * off, rel=1e-5, abs=1e-5)
-
-
-def test_beside_the_empty_set_nothing_is_granted_to_the_form_of_laws():
-    of = design(10, groups=7, rows=8)
-    of.y = of.y + unknown_part(of, 1.0)
-    one = search(of, LAWS, even=False)
-    sets = [one.score(()), one.score((0,))]
-    fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
-    for i, scored in enumerate(sets):
-        X, t = by_hand(one.view, scored.chosen), scored.sizes.vector(one.whitened)
-        on = [dense(one.whitened, X, t) - dense(one.whitened, X, t, np.flatnonzero(fold != k)) for k in range(len(got))]
-        np.testing.assert_allclose(got[:, i], on, rtol=1e-5, atol=1e-5)
-    assert scored.sizes.tau.max() > 0.1, "an unknown that is off would have the same density"
-
-
-def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_steady_tables():
-    of = design(11, groups=7, rows=8)
-    fold = fold_of_rows(search(of, LAWS).view, 0)
-    assert all(len(set(fold[of.problem.group_of == g])) == 1 for g in range(7))
-    few = design(11, groups=3, rows=8)
-    fold = fold_of_rows(search(few, LAWS).view, 0)
-    assert all(len(set(fold[few.problem.block_of == b])) == 1 for b in range(6))
-    assert len(set(fold)) == 6
-    few.problem.frequency[few.problem.group_of == 2] = -1.0
-    fold = fold_of_rows(search(few, LAWS).view, 0)
-    assert len(set(fold[few.problem.group_of == 2])) > 3
-
-
-def test_a_phase_of_a_recording_s_own_is_foretold_from_other_frequencies_where_a_block_is_all_that_it_has():
-    of = design(11, groups=7, rows=24)
-    one, phased, plain = search(of, LAWS), 2, 0
-    blocks = fold_of_rows(one.view, 0, [phased])
-    assert all(len(set(blocks[of.problem.block_of == b])) == 1 for b in range(14))
-    of.problem.block_of = of.problem.group_of
-    rows = fold_of_rows(one.view, 0, [phased])
-    assert all(len(set(rows[of.problem.group_of == g])) == FOLDS for g in range(7)), "every fold sees every recording"
-    assert all(len(set(fold_of_rows(one.view, 0, [plain])[of.problem.group_of == g])) == 1 for g in range(7))
-
-
 def test_columns_on_some_rows_are_those_of_a_problem_of_these_rows_alone():
     of = design(12)
     white = whitened(of)
@@ -182,15 +104,6 @@ def test_fitted_sizes_are_never_less_probable_than_those_they_begin_with(seed, s
     assert fit.log_evidence == pytest.approx(posterior(white, None, sizes.vector(white)).log_evidence, rel=1e-12)
 
 
-def unknown_part(of, size):
-    """A torque at joint 1 out of the first group of the unknown's columns."""
-    from problems import unknown
-
-    made = np.zeros_like(of.y)
-    made[:, 0] = size * unknown(of).Phi[:, :3] @ np.ones(3)
-    return made
-
-
 def test_the_group_that_holds_the_unknown_gets_the_size_and_the_others_none():
     of = design(14, groups=8, rows=60)
     of.y = of.y + unknown_part(of, 1.0)
@@ -200,20 +113,3 @@ def test_the_group_that_holds_the_unknown_gets_the_size_and_the_others_none():
     assert sizes.tau[1].max() < 0.1
     assert sizes.tau[0, 1] < 0.1
     assert sizes.total[0] > 5 * sizes.total[1]
-
-
-def test_columns_of_a_grown_library_are_those_computed_anew():
-    from nnhydro.diagnosis.search.view import WeightedLibrary
-
-    of = design(15)
-    first, more = library(of, LAWS), library(of, (law("e"), law("f", 2)), seed=16)
-    white = whitened(of)
-    grown = first.with_more(more, first.key_counts)
-    step, whole = WeightedLibrary(white, grown, before=WeightedLibrary(white, first)), WeightedLibrary(white, grown)
-    for name in ("cross", "Xy"):
-        np.testing.assert_allclose(getattr(step, name), getattr(whole, name), rtol=1e-10, atol=1e-10)
-    for k in range(len(grown.hypotheses)):
-        for name in ("Xw", "gram"):
-            np.testing.assert_allclose(getattr(step.columns(k), name), getattr(whole.columns(k), name), rtol=1e-10, atol=1e-10)
-        np.testing.assert_allclose(step.between(k), whole.between(k), rtol=1e-10, atol=1e-10)
-    assert grown.log_prior(0) == first.log_prior(0), "finer values are no further laws"

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from rigs import arm, run
 
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
-from nnhydro.diagnosis.search.activity_windows import _amplitudes, _best_run
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.effects.in_sector import InSector, ReadInSector, within
 from nnhydro.effects.sensor_view import SensorView
@@ -108,14 +107,3 @@ def test_a_reading_is_not_confined_to_a_sector_twice():
     effect = ReadInSector(0.0, 1.0, catalogue()["torque_gain"](joint=2, error=(0.2,)), joint=1)
     with pytest.raises(ModelError, match="acts everywhere"):
         ReadInSector(0.0, 1.0, effect, joint=2)
-
-
-def test_the_run_of_bins_in_which_a_law_acts_is_found_from_its_products_alone():
-    rng = np.random.default_rng(3)
-    parts = rng.standard_normal((400, 8))
-    acting = np.array([0, 0, 1, 1, 1, 0, 0, 0])
-    y = parts @ acting + 0.1 * rng.standard_normal(400)
-    assert _best_run(parts.T @ parts, parts.T @ y) == (2, 5)
-    assert _best_run(parts.T @ parts, parts.T @ (parts @ np.ones(8))) == (0, 8)
-    a, sd = _amplitudes(parts.T @ parts / 0.01, parts.T @ y / 0.01)
-    assert np.all(np.abs(a - acting) < 4 * sd)

@@ -14,9 +14,7 @@ from nnhydro.diagnosis.diagnose import draw_names, hypotheses_for
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, problem_of
-from nnhydro.errors import CampaignError, ConfigError, RecordingError
-from nnhydro.physics.flow import Flow
-from nnhydro.physics.motion import Motion
+from nnhydro.errors import CampaignError
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -90,37 +88,6 @@ def test_rows_do_not_depend_on_the_sampling_rate(rate):
         assert got == pytest.approx(want, rel=0.03)
 
 
-def test_what_the_true_model_leaves_of_computed_torques_is_a_thousandth_of_them():
-    problem = problem_of(logged(100.0), edge=3.0)
-    design = design_of(problem, baseline_of("constant", ARM, problem.units(), Preparation(LowPass(3.0))))
-    assert (design.excess**2).sum() < 1e-5 * (design.tau**2).sum()
-
-
-def test_a_stationary_torque_of_the_drive_is_told_from_a_free_arm():
-    problem = problem_of(WHOLE, edge=3.0)
-    base = baseline_of("constant", ARM, problem.units(), Preparation(LowPass(3.0)))
-    assert not design_of(problem, base).undriven
-    free = Campaign.of(ARM, [replace(r, tau=np.zeros_like(r.tau)) for r in WHOLE.recordings()])
-    problem = problem_of(free, edge=3.0)
-    assert design_of(problem, base).undriven
-
-
-def test_of_a_free_arm_an_effect_may_be_as_large_as_its_drag_however_little_the_baseline_leaves():
-    free = Campaign.of(ARM, [replace(r, tau=np.zeros_like(r.tau)) for r in WHOLE.recordings()])
-    problem = problem_of(free, edge=3.0)
-    design = design_of(problem, baseline_of("constant", ARM, problem.units(), Preparation(LowPass(3.0))))
-    water = [design.baseline.physics.loads.terms[name] for name in ("normal_drag", "added_mass")]
-
-    def by_rates(stretch):
-        motion = Motion.of(stretch.segment)
-        still = replace(motion, qd=0 * motion.qd)
-        return sum(term.torque(Flow(ARM, motion)) - term.torque(Flow(ARM, still)) for term in water).numpy()
-
-    alone = np.sqrt((design.rows(by_rates) ** 2).sum(axis=0) / design.time)
-    np.testing.assert_allclose(design.resistance, alone, rtol=1e-9, err_msg="of one link only what the water does depends on rates")
-    assert (design.scale >= alone).all()
-
-
 @pytest.mark.parametrize("edge", [0.5, 1.0, 3.0])
 def test_what_has_a_frequency_is_tried_within_the_band_alone(edge):
     problem = problem_of(WHOLE, edge=edge)
@@ -155,16 +122,6 @@ def test_recordings_too_short_to_tell_anything_are_refused_with_what_to_do():
     short = Campaign.of(ARM, [recording(ARM, planted(ARM), f"run{k}", seconds=0.05) for k in range(3)])
     with pytest.raises(CampaignError, match=r"record longer runs|nnhydro check"):
         _ = problem_of(short, edge=3.0).blocks
-
-
-def test_baselines_are_named_columns_files_or_refused(tmp_path):
-    units, how = PROBLEM.units(), Preparation(LowPass(3.0))
-    assert baseline_of(None, ARM, units, how).name == "constant"
-    assert baseline_of(None, arm(1, density=0.0), units, how).name == "rigid"
-    with pytest.raises(ConfigError, match="neither a baseline"):
-        baseline_of(str(tmp_path / "nothing"), ARM, units, how)
-    with pytest.raises(RecordingError, match="tau1_sim_Nm"):
-        design_of(PROBLEM, baseline_of("column", ARM, units, how))
 
 
 def test_of_a_large_campaign_recordings_are_drawn_from_every_stretch_of_it():

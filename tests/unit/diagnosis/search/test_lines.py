@@ -60,6 +60,7 @@ def test_the_law_of_lines_of_their_own_pays_for_every_line_it_could_have_had():
     assert [made[0].effect_in(g).frequency[0] for g in range(6)] == [made[0].lines[g] for g in range(6)]
 
 
+@pytest.mark.slow
 def test_waves_that_differ_are_told_with_the_frequency_of_each_recording():
     (finding,) = diagnosed("held in other waves").findings
     told = finding.parameters["frequency"]

@@ -1,0 +1,62 @@
+"""Recordings that the fit has not seen: their conditional density is the dense one, and folds hold what hangs together."""
+
+import numpy as np
+import pytest
+from problems import dense, design, law, search, unknown_part, written_out
+
+from nnhydro.diagnosis.constants import FORM
+from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities
+from nnhydro.diagnosis.model.sizes import none
+
+LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
+
+
+def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
+    of = design(10, groups=7, rows=8)
+    one = search(of, LAWS, even=False)
+    sets = [one.score((3,)), one.score((0,)), one.score((1, 2))]
+    fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
+    for number in range(int(fold.max()) + 1):
+        rows = np.flatnonzero(fold != number)
+        for i, scored in enumerate(sets):
+            X = written_out(one.view, scored.chosen)
+            on, off = (dense(one.whitened, X, t) - dense(one.whitened, X, t, rows)
+                       for t in (scored.sizes.vector(one.whitened), none(one.whitened).vector(one.whitened)))
+            assert got[number, i] == pytest.approx((1 - FORM**2) * on + FORM**2 * off, rel=1e-5, abs=1e-5)
+
+
+def test_beside_the_empty_set_nothing_is_granted_to_the_form_of_laws():
+    of = design(10, groups=7, rows=8)
+    of.y = of.y + unknown_part(of, 1.0)
+    one = search(of, LAWS, even=False)
+    sets = [one.score(()), one.score((0,))]
+    fold, got = fold_of_rows(one.view, 0), log_densities(one.view, sets, 0)
+    for i, scored in enumerate(sets):
+        X, t = written_out(one.view, scored.chosen), scored.sizes.vector(one.whitened)
+        on = [dense(one.whitened, X, t) - dense(one.whitened, X, t, np.flatnonzero(fold != k)) for k in range(len(got))]
+        np.testing.assert_allclose(got[:, i], on, rtol=1e-5, atol=1e-5)
+    assert scored.sizes.tau.max() > 0.1, "an unknown that is off would have the same density"
+
+
+def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_steady_tables():
+    of = design(11, groups=7, rows=8)
+    fold = fold_of_rows(search(of, LAWS).view, 0)
+    assert all(len(set(fold[of.problem.group_of == g])) == 1 for g in range(7))
+    few = design(11, groups=3, rows=8)
+    fold = fold_of_rows(search(few, LAWS).view, 0)
+    assert all(len(set(fold[few.problem.block_of == b])) == 1 for b in range(6))
+    assert len(set(fold)) == 6
+    few.problem.frequency[few.problem.group_of == 2] = -1.0
+    fold = fold_of_rows(search(few, LAWS).view, 0)
+    assert len(set(fold[few.problem.group_of == 2])) > 3
+
+
+def test_a_phase_of_a_recording_s_own_is_foretold_from_other_frequencies_where_a_block_is_all_that_it_has():
+    of = design(11, groups=7, rows=24)
+    one, phased, plain = search(of, LAWS), 2, 0
+    blocks = fold_of_rows(one.view, 0, [phased])
+    assert all(len(set(blocks[of.problem.block_of == b])) == 1 for b in range(14))
+    of.problem.block_of = of.problem.group_of
+    rows = fold_of_rows(one.view, 0, [phased])
+    assert all(len(set(rows[of.problem.group_of == g])) == FOLDS for g in range(7)), "every fold sees every recording"
+    assert all(len(set(fold_of_rows(one.view, 0, [plain])[of.problem.group_of == g])) == 1 for g in range(7))
