@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from torch import Tensor
 
+from nnhydro.fitting.linear.normal_equations import Grams
 from nnhydro.fitting.linear.several_arms import arm_of, calibrated_on, on_arm
 from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.linear_part import LinearPart, left_over, linear_part
@@ -66,21 +67,22 @@ def baseline_choice(chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple
 
 
 def on_best_base(bases: Sequence[TorqueModel | None], rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor,
-                 chosen: Sequence[Unit], arm: Arm) -> tuple[TorqueModel | None, Rows, Parts]:
+                 chosen: Sequence[Unit], arm: Arm, grams: Grams | None = None) -> tuple[TorqueModel | None, Rows, Parts]:
     """Return the baseline beside which least remains to be learned, the rows with what it leaves as target, and their linear parts.
 
-    `rows` are those of the first of the `bases`, `s` (joints,) N m is the rms torque. Where nobody watches, the first is kept.
+    `rows` are those of the first of the `bases`, `s` (joints,) N m is the rms torque. Where nobody watches, the first is kept. `grams` are
+    those of the columns, where they are known.
     """
     first, *others = bases
-    best = (first, rows, linear_part(rows, linear, watched, stated, first is not None))
+    best = (first, rows, linear_part(rows, linear, watched, stated, first is not None, grams))
     if first is None or not others or not bool(watched[:, rows.unit].any()):
         return best
-    own, least = base_rows(chosen, arm, first), left_over(rows, best[2][0], linear.columns, watched, s)
+    own, (least,) = base_rows(chosen, arm, first), left_over(rows, best[2][:1], linear.columns, watched, s)
     for other in others:
         assert other is not None
         moved = replace(rows, target=rows.target + own - base_rows(chosen, arm, other))
-        parts = linear_part(moved, linear, watched, stated, True)
-        left = left_over(moved, parts[0], linear.columns, watched, s)
+        parts = linear_part(moved, linear, watched, stated, True, grams)
+        left, = left_over(moved, parts[:1], linear.columns, watched, s)
         if left < CLEARLY * least:
             best, least = (other, moved, parts), left
     return best

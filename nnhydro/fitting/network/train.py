@@ -12,6 +12,7 @@ from nnhydro.features.body_columns import inertial_directions
 from nnhydro.features.strip_neurons import directions
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
+from nnhydro.fitting.linear.normal_equations import Grams
 from nnhydro.fitting.linear.several_arms import calibrated_on, on_arm
 from nnhydro.fitting.network.base_choice import baseline_choice, on_best_base
 from nnhydro.fitting.network.fixed_to_tank import on_base, targets_without, without
@@ -83,14 +84,15 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         rows, linear = rows_and_linear(chosen, arm, config, floor, bases[0], store, free)
         centre, spread, lowest, highest = standardise(rows)
         stated = inertial_directions(arm).shape[1]
-        fixed, pulls = None, beside_the_base(rows, linear, watched, stated, rms)
+        grams = Grams.of(linear.columns, watched[:, rows.unit])
+        fixed, pulls = None, beside_the_base(rows, linear, watched, stated, rms, grams)
         if free is not None and pulls is not None:
             fixed = FreePart(free, pulls[1].free.contiguous())
             chosen, first = [without(unit, fixed, arm) for unit in chosen], bases[0]
             bases = hybrid_baselines(config, chosen, arm, how)
             rows = on_base(targets_without(rows, linear.columns, *pulls), first, bases[0], chosen, arm)
         linear = linear.without_free()
-        base, rows, (own, part) = on_best_base(bases, rows, linear, watched, stated, rms, chosen, arm)
+        base, rows, (own, part) = on_best_base(bases, rows, linear, watched, stated, rms, chosen, arm, grams.first(linear.columns.shape[2]))
         rows = _with_linear(rows, own, linear.columns)
         resumed = checkpoint is not None and checkpoint.exists()
         layout = Ensemble.fresh((rows.x.shape[1], *config.hidden, arm.n_links), config.members, config.seed, config.layers == "parallel")

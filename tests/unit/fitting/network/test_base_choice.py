@@ -80,8 +80,8 @@ def test_what_is_left_is_counted_on_the_recordings_that_a_member_watches_and_in_
     for member in range(len(watched)):
         mine = watched[member][rows.unit]
         total, count = total + float(off[mine, member].abs().sum()), count + int(mine.sum()) * JOINTS
-    assert left_over(rows, own, linear.columns, watched, S) == pytest.approx(total / count)
-    assert left_over(rows, own, linear.columns, watched, 2 * S) == pytest.approx(total / count / 2)
+    assert left_over(rows, [own, own], linear.columns, watched, S) == pytest.approx([total / count] * 2)
+    assert left_over(rows, [own], linear.columns, watched, 2 * S) == pytest.approx([total / count / 2])
 
 
 def test_a_baseline_takes_its_torque_from_the_targets_of_the_rows():

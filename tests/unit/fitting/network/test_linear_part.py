@@ -6,9 +6,10 @@ import pytest
 import torch
 
 from nnhydro.features.strip_law import ARM, REMEMBERED, SURROUNDED
-from nnhydro.fitting.network.linear_part import LinearPart, _solve, beside_the_base, linear_part
+from nnhydro.fitting.linear.normal_equations import CLOSED
+from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base, linear_part
 from nnhydro.fitting.network.rows import Rows
-from nnhydro.fitting.network.tier_choice import CLOSED, choice_of_each, chosen_weights
+from nnhydro.fitting.network.tier_choice import choice_of_each, chosen_weights
 
 JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
 
@@ -123,18 +124,6 @@ def test_the_torque_of_the_linear_part_is_that_of_its_columns():
             torch.testing.assert_close(tau[:, e, j], want)
 
 
-@pytest.mark.parametrize("joints", [1, 2, 3])
-@pytest.mark.parametrize("odd", [0, 4])
-def test_joint_by_joint_the_whole_system_is_solved(joints, odd):
-    rows = torch.randn(200, 5 + joints * odd, generator=torch.Generator().manual_seed(1)).double()
-    for j in range(joints):
-        rows[j * (200 // joints):(j + 1) * (200 // joints), 5:5 + j * odd] = 0.0
-        rows[j * (200 // joints):(j + 1) * (200 // joints), 5 + (j + 1) * odd:] = 0.0
-    rows = rows[:joints * (200 // joints)]
-    A, b = rows.T @ rows + 0.1 * torch.eye(rows.shape[1]).double(), torch.randn(rows.shape[1]).double()
-    torch.testing.assert_close(_solve(A, b, 5, joints), torch.linalg.solve(A, b))
-
-
 def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
     def left(weights):
         gain = {REMEMBERED: 0.5, SURROUNDED: 0.99}  # of the error, at the right weight of 1e-2
@@ -144,19 +133,19 @@ def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
                 total *= value * (1 + 0.01 * abs(torch.tensor(weights[tier] / 1e-2).log10().item()))
         return total
 
-    weights = chosen_weights(left, (REMEMBERED, SURROUNDED), SURROUNDED + 1)
+    weights = chosen_weights(lambda several: [left(one) for one in several], (REMEMBERED, SURROUNDED), SURROUNDED + 1)
     assert weights[REMEMBERED] == pytest.approx(1e-2)
     assert weights[SURROUNDED] == CLOSED, "one per cent is not worth it"
 
 
 def test_each_member_chooses_on_recordings_of_its_own_draw_and_all_agree_where_all_recordings_do():
-    def losses(weights, spread):
-        gain = torch.tensor([1.0, spread, 2 - spread]) if weights[REMEMBERED] < CLOSED else torch.tensor([1.0, 1.0, 1.0])
-        return gain[None, :, None].double()
+    def losses(several, spread):
+        gains = [[1.0, spread, 2 - spread] if weights[REMEMBERED] < CLOSED else [1.0, 1.0, 1.0] for weights in several]
+        return torch.tensor(gains)[:, None, :, None].double()
 
-    agreed = choice_of_each(lambda weights: losses(weights, 1.0), {REMEMBERED}, SURROUNDED, 8)
+    agreed = choice_of_each(lambda several: losses(several, 1.0), {REMEMBERED}, SURROUNDED, 8)
     assert {weights[REMEMBERED] for weights in agreed} == {CLOSED}
-    torn = choice_of_each(lambda weights: losses(weights, 0.5), {REMEMBERED}, SURROUNDED, 8)
+    torn = choice_of_each(lambda several: losses(several, 0.5), {REMEMBERED}, SURROUNDED, 8)
     assert len({weights[REMEMBERED] < CLOSED for weights in torn}) == 2
 
 
