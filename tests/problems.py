@@ -27,7 +27,7 @@ class Law:
     per_recording: bool = False
     limits: tuple[tuple[float, float], ...] = ()
     spans: dict = field(default_factory=dict)
-    activity: None = None
+    activity: object = None
     working_model: None = None
     own: dict = field(default_factory=dict)
     lines: dict = field(default_factory=dict)

@@ -220,3 +220,9 @@ def test_unit_tests_lie_in_the_folders_of_what_they_test():
     unit = ROOT / "tests" / "unit"
     folders = sorted({path.parent.relative_to(unit) for path in unit.rglob("test_*.py")})
     assert [str(folder) for folder in folders if not (PACKAGE / folder).is_dir()] == [], "tests/unit has the folders of nnhydro"
+
+
+def test_every_module_of_the_diagnosis_has_its_unit_tests():
+    unit = ROOT / "tests" / "unit"
+    modules = [path.relative_to(PACKAGE) for path in (PACKAGE / "diagnosis").rglob("*.py") if path.stem != "__init__"]
+    assert [str(path) for path in modules if not (unit / path.parent / f"test_{path.name}").is_file()] == []

@@ -14,7 +14,6 @@ from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.experiment.motions import draw, neighbours
 from nnhydro.effects.catalogue import catalogue
-from nnhydro.errors import ConfigError
 
 KEPT = ("coulomb_friction", "viscous_friction", "torque_bias", "umbilical_stiffness", "payload_mass", "added_mass", "torque_gain",
         "vortex_shedding")
@@ -145,19 +144,6 @@ def test_of_an_effect_with_several_laws_the_size_is_that_of_the_law_found_earlie
     told = _typical(laws)[1]
     assert (told.size, told.hypothesis.width) == (4.0, 2)
     assert _typical([shaped(None, 2), shaped(5.0, 4)])[1].size == 5.0
-
-
-def test_a_plan_is_run_by_the_baseline_alone_and_says_what_it_leaves_off(tmp_path):
-    whole, left_off = simulate_plan(plan(tmp_path, more=", viscous_friction: {b: 0.5}"))
-    plain, nothing = simulate_plan(plan(tmp_path))
-    assert left_off == ("viscous_friction",)
-    assert nothing == ()
-    np.testing.assert_array_equal(whole.load("f1").tau, plain.load("f1").tau)
-
-
-def test_a_plan_without_noise_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="torque_noise_Nm"):
-        simulate_plan(plan(tmp_path, "0.0"))
 
 
 def planted_at(found, mine, share, seed):

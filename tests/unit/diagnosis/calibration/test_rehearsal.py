@@ -8,14 +8,12 @@ import pytest
 from campaigns import planted, recording
 from rigs import arm
 
-from nnhydro.diagnosis.calibration.injection import inject, predict_whitened, with_torque
+from nnhydro.diagnosis.calibration.injection import predict_whitened
 from nnhydro.diagnosis.calibration.rehearsal import confident, label, rehearse
 from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import finding_of
-from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.recordings.campaign import Campaign
 
@@ -85,39 +83,9 @@ def test_a_place_is_told_by_its_joint_or_as_the_whole_arm():
     assert (label(("torque_bias", 2)), label(("payload_mass", 0))) == ("torque_bias joint 2", "payload_mass")
 
 
-@pytest.mark.slow
-def test_products_with_another_torque_are_those_of_rows_with_that_torque(found):
-    view = found.search.view
-    old, rng = view.whitened, np.random.default_rng(0)
-    for k in (0, int(view.own[0])):
-        view.columns(k)
-    y = rng.standard_normal(old.y.shape)
-    made = with_torque(view, y)
-    fresh = WeightedLibrary(WhiteRows(replace(old.design, y=y / old.sw), old.unknown, old.v), view.library)
-    np.testing.assert_allclose(made.whitened.b, fresh.whitened.b, atol=1e-8)
-    assert made.whitened.yy == pytest.approx(fresh.whitened.yy)
-    np.testing.assert_allclose(made.Xy, fresh.Xy, atol=1e-8)
-    assert made.grams is view.grams
-    for k in (0, int(view.own[0])):
-        np.testing.assert_allclose(made.columns(k).Xy, fresh.columns(k).Xy, atol=1e-8)
-    np.testing.assert_allclose(made._own_parts[1], fresh._own_parts[1], atol=1e-8)
-    assert view.whitened is old, "the campaign at hand stays as it is"
-    assert view.whitened.yy == pytest.approx(float((old.y**2).sum()))
-
-
 def test_what_a_fit_foretells_leaves_noise_of_unit_size(found):
     left = found.search.whitened.y - predict_whitened(found.search.view, found.decided.claimed, found.decided.claimed)
     assert 0.5 < float((left**2).mean()) < 1.1
-
-
-def test_an_injected_effect_adds_its_torque_and_nothing_else(found):
-    design, h = found.design, found.search.view.library.hypotheses[found.decided.claimed.chosen[0]]
-    z = np.zeros(design.Y.shape[2])
-    with_it, without = (inject(design, found.noise, found.model, z, effects, 3) for effects in ([(h, np.array([0.4]))], []))
-    np.testing.assert_allclose(with_it.y - without.y, design.columns([h], found.model)[..., 0] * 0.4, atol=1e-12)
-    np.testing.assert_allclose(with_it.tau - with_it.y, design.tau - design.y, atol=1e-12)
-    share = (without.y**2 / found.noise.own).mean()
-    assert share == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from problems import design, unknown
 
+from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NU
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.noise.spectrum import Bands, _leverage, first_noise, reestimate, white_noise
@@ -121,3 +122,39 @@ def test_the_leverages_add_up_to_the_coefficients_that_the_rows_determine():
     bare = WhiteRows(of, alone, np.ones_like(of.y))
     left, _ = _leverage(bare, None, posterior(bare, None, none(bare).vector(bare)))
     np.testing.assert_allclose(np.einsum("njp,nj->p", of.Y, left), posterior(bare, None, none(bare).vector(bare)).mean[:2], atol=1e-6)
+
+
+def test_an_explanation_may_be_off_by_a_tenth_in_form_and_late_by_the_delay_of_a_drive():
+    """tau(t - d) - tau(t) = -i 2 pi f d tau: the variance of a delay grows with the square of the frequency."""
+    of = long(10)
+    noise, f = first_noise(of), of.problem.frequency
+    for rows in (f == 0, noise.bands.of == noise.bands.count - 1):
+        for g in range(of.problem.groups):
+            at = rows & (of.problem.group_of == g)
+            energy, torque = (of.excess[at] ** 2).mean(), ((of.tau - of.excess)[at] ** 2).mean()
+            want = (FORM**2 + (2 * np.pi * f[at, None] * LATE) ** 2) * energy + BASELINE_FORM**2 * torque
+            np.testing.assert_allclose(noise.form[at], want, rtol=1e-9)
+
+
+def test_no_explanation_is_late_by_more_than_all_of_itself():
+    of = long(11)
+    of.problem.frequency = 100 * of.problem.frequency
+    noise = first_noise(of)
+    cell = (noise.bands.of == noise.bands.count - 1) & (of.problem.group_of == 0)
+    assert 2 * np.pi * of.problem.frequency[cell].min() * LATE > 1
+    np.testing.assert_allclose(noise.form[cell], (of.excess[cell] ** 2).mean(), rtol=1e-3)
+
+
+def test_the_level_of_a_band_is_drawn_to_that_of_its_neighbours_as_if_these_had_been_seen_so_often():
+    """A band of n rows, ten times as loud as all others, keeps n / (n + NU) of ln 10; the rest is that of the mean with its neighbours."""
+    of = long(12)
+    of.Y, flat = of.Y[..., :0], white_noise(of)
+    flat = replace(flat, S=np.ones_like(flat.S), form=np.zeros_like(flat.form))
+    count, loud = np.bincount(flat.bands.of), 3
+    of.y = np.where(flat.bands.of == loud, np.sqrt(10), 1.0)[:, None]
+    white = WhiteRows(of, unknown(of), flat.v)
+    S = reestimate(of, flat, white, None, none(white).vector(white)).S[0]
+    n, around = count[loud], count[loud - 1:loud + 2].sum()
+    assert np.log(S[loud]) / np.log(10) == pytest.approx((n + NU * n / around) / (n + NU), rel=1e-6)
+    assert np.log(S[loud - 1]) / np.log(10) == pytest.approx(NU * n / count[loud - 2:loud + 1].sum() / (count[loud - 1] + NU), rel=1e-6)
+    assert S[-1] == pytest.approx(1.0)

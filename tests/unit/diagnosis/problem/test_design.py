@@ -1,13 +1,19 @@
 """The rows of a diagnosis: what the true model leaves, what effects are scaled by, and how small a claim may be."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from campaigns import campaign, planted, recording
+from hypotheses import made
 from rigs import arm
 
+from nnhydro.diagnosis.constants import FORM, RELEVANT
+from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.baseline import baseline_of
-from nnhydro.diagnosis.problem.design import design_of
+from nnhydro.diagnosis.problem.design import columns_on, design_of, relevant_share
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
@@ -17,6 +23,12 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 
 ARM = arm(1)
 WHOLE = campaign(ARM, planted(ARM), count=4, noise=0.01)
+
+
+def of(whole=WHOLE, edge=3.0, name="constant"):
+    """The rows of a campaign against a baseline."""
+    problem = problem_of(whole, edge=edge)
+    return design_of(problem, baseline_of(name, whole.arm, problem.units(), Preparation(LowPass(edge))))
 
 
 def logged(rate):
@@ -53,3 +65,56 @@ def test_of_a_free_arm_an_effect_may_be_as_large_as_its_drag_however_little_the_
     alone = np.sqrt((design.rows(by_rates) ** 2).sum(axis=0) / design.time)
     np.testing.assert_allclose(design.resistance, alone, rtol=1e-9, err_msg="of one link only what the water does depends on rates")
     assert (design.scale >= alone).all()
+
+
+@pytest.mark.parametrize(("left", "share"), [
+    ([1.0, 2.0], RELEVANT),  # noise hides more
+    ([1e-4, 2.0], FORM**0.5 * 1e-4 / 3.0),  # a tenth of the energy that remains at the quieter joint
+])
+def test_a_claim_moves_three_thousandths_of_the_torque_or_a_tenth_of_the_energy_that_remains(left, share):
+    design = SimpleNamespace(time=20.0, scale=np.array([3.0, 4.0]))
+    squares = np.tile(np.square(left) * design.time / 50, (50, 1))
+    assert relevant_share(design, squares) == pytest.approx(share)
+
+
+def test_the_columns_of_an_effect_are_its_torque_a_unit_of_its_value_on_the_rows():
+    design = of()
+    rubbing = Hypothesis(made("viscous_friction", ARM, 1))
+    X = design.columns([rubbing], design.baseline.physics)[..., 0]
+    torque = Campaign.of(ARM, [replace(r, tau=r.tau + 0.3 * r.qd) for r in WHOLE.recordings()])
+    np.testing.assert_allclose(of(torque).y - design.y, 0.3 * X, atol=1e-4 * np.abs(design.y).max())
+
+
+def test_an_effect_in_some_recordings_has_columns_there_alone():
+    design = of()
+    somewhere = Hypothesis(made("viscous_friction", ARM, 1), activity=ActivityWindow(("run1",)))
+    X = design.columns([somewhere], design.baseline.physics)
+    at = design.problem.group_of == design.problem.names.index("run1")
+    assert X[at].any()
+    assert not X[~at].any()
+
+
+@pytest.mark.parametrize("predicted", [True, False])
+def test_the_measured_torque_says_when_play_is_crossed_and_no_prediction_looks_at_it(predicted):
+    design = of()
+    play = Hypothesis(made("backlash", ARM, 1))
+    stretch = design.problem.stretches[0]
+    other = replace(stretch, segment=replace(stretch.segment, tau=-stretch.segment.tau))
+    one, two = (columns_on([play], design.baseline.physics, s, predicted) for s in (stretch, other))
+    assert np.array_equal(one, two) == predicted
+
+
+def test_exact_motions_leave_no_noise_and_angles_alone_leave_their_own_in_the_torque():
+    exact = of()
+    assert exact.input_variance.max() < 1e-6 * (exact.tau**2).mean()
+    rng = np.random.default_rng(0)
+    noisy = Campaign.of(ARM, [replace(r, q=r.q + 1e-3 * rng.standard_normal(r.q.shape), qd=None, qdd=None) for r in WHOLE.recordings()])
+    assert of(noisy).input_variance.mean() > 100 * exact.input_variance.mean()
+
+
+def test_a_weight_that_is_most_of_the_model_is_told_from_an_inertia_that_is():
+    hanging = arm(1, density=0.0, gravity_m_s2=9.81)
+    flat = arm(1, density=0.0)
+    slow, fast = (campaign(a, planted(a), count=3, highest=0.4) for a in (hanging, flat))
+    assert of(slow, name="rigid").heavy
+    assert not of(fast, name="rigid").heavy

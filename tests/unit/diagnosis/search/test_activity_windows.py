@@ -1,8 +1,12 @@
 """Parts of a campaign: amplitudes say in which recordings a law acts, and a part is taken where the rest speaks against the whole."""
 
-import numpy as np
+from types import SimpleNamespace
 
-from nnhydro.diagnosis.search.activity_windows import _amplitudes, _best_run
+import numpy as np
+import pytest
+from problems import design, law, search
+
+from nnhydro.diagnosis.search.activity_windows import CLEAR, _amplitudes, _best_run, _silent, in_parts
 
 
 def test_the_run_of_bins_in_which_a_law_acts_is_found_from_its_products_alone():
@@ -14,3 +18,85 @@ def test_the_run_of_bins_in_which_a_law_acts_is_found_from_its_products_alone():
     assert _best_run(parts.T @ parts, parts.T @ (parts @ np.ones(8))) == (0, 8)
     a, sd = _amplitudes(parts.T @ parts / 0.01, parts.T @ y / 0.01)
     assert np.all(np.abs(a - acting) < 4 * sd)
+
+
+@pytest.mark.parametrize(("amplitude", "sd", "silent"), [
+    (0.0, 0.01, True), (0.9 * CLEAR, 0.01, True), (1.1 * CLEAR, 0.01, False), (1.0, 0.01, False),
+    (0.2, 0.3, False),  # near 0, and not clearly below 1
+    (0.3, 0.2, True),  # within two deviations of 0, and two below 1 less CLEAR
+    (0.0, 0.5, False),  # where nothing moves, the prior says as little of 0 as of 1
+])
+def test_a_part_is_silent_where_its_amplitude_is_near_0_and_clearly_not_1(amplitude, sd, silent):
+    assert _silent(np.array([amplitude]), np.array([sd]))[0] == silent
+
+
+def test_where_nothing_moves_an_amplitude_is_that_of_its_prior():
+    a, sd = _amplitudes(np.diag([0.0, 1e6]), np.array([0.0, 1e6]))
+    np.testing.assert_allclose(a, [0.5, 1.0], atol=1e-5)
+    np.testing.assert_allclose(sd, [1.0, 1e-3], rtol=1e-3)
+
+
+def campaign(acts, moves=(1,) * 6, order=None, **card):
+    """A search among two laws, the first of which acts in recordings `acts` of six; `moves`: whether it is excited there at all."""
+    a = law("a", joint=1)
+    vars(a.effect).update({"offset_of_its_own": False, "predictable_share": 1.0, **card})
+    b = law("b", joint=1)
+    vars(b.effect).update(offset_of_its_own=False, predictable_share=1.0)
+    of = design(31, groups=6, rows=60, noise=0.3)
+    group = of.problem.group_of
+    of.problem.names = tuple(f"run{g}" for g in range(6))
+    of.problem.arm = SimpleNamespace(n_links=0)  # no sectors of angles
+    of.problem.stretches = [SimpleNamespace(group=g, place=None if order is None else np.array([float(order[g])])) for g in range(6)]
+    X = np.random.default_rng(32).standard_normal((*of.y.shape, 2))
+    X[..., 0] *= np.asarray(moves, float)[group][:, None]
+    of.y = of.y + 0.8 * X[..., 0] * np.isin(group, acts)[:, None]
+    one = search(of, (a, b), X, level=0.3**2)
+    return one, in_parts(one, one.score((0,)), None)
+
+
+def window_of(parts):
+    (k,) = parts.best.chosen
+    return parts.search.view.library.hypotheses[k].activity
+
+
+def test_a_law_that_acts_in_some_recordings_is_confined_to_them_with_its_whole_value():
+    one, parts = campaign([0, 2, 5])
+    window = window_of(parts)
+    assert window.recordings == ("run0", "run2", "run5")
+    assert not window.since
+    assert not window.until
+    (at,) = parts.best.places(parts.search.view).values()
+    k = parts.best.chosen[0]
+    value = parts.best.fit.mean[at] * parts.search.view.library.scale[parts.search.view.library.at(k)]
+    assert value[0] == pytest.approx(0.8, abs=0.1), "diluted over the whole campaign it would be half of that"
+    assert parts.best.score > one.score((0,)).score
+
+
+@pytest.mark.parametrize(("acts", "since", "until"), [([3, 4, 5], True, False), ([0, 1], False, True)])
+def test_where_clocks_say_the_order_a_law_begins_or_ends(acts, since, until):
+    window = window_of(campaign(acts, order=range(6))[1])
+    assert (window.since, window.until) == (since, until)
+    assert window.recordings == tuple(f"run{g}" for g in acts)
+
+
+def test_the_order_of_names_is_not_time():
+    window = window_of(campaign([3, 4, 5])[1])
+    assert window.recordings == ("run3", "run4", "run5")
+    assert not window.since
+    clocked = window_of(campaign([1, 3, 5], order=[0, 3, 1, 4, 2, 5])[1])
+    assert (clocked.recordings, clocked.since) == (("run1", "run3", "run5"), True), "by the clock these are the last"
+
+
+def test_a_law_that_acts_throughout_stays_whole():
+    assert window_of(campaign(range(6))[1]) is None
+
+
+def test_a_law_is_not_confined_where_the_rest_is_silent_because_nothing_moves_there():
+    assert window_of(campaign(range(6), moves=[1, 1, 1, 0, 0, 0])[1]) is None
+
+
+@pytest.mark.parametrize("card", [{"predictable_share": 0.5}, {"offset_of_its_own": True}])
+def test_a_law_that_may_only_be_late_is_not_asked_for_its_parts(card):
+    one, parts = campaign([0, 2, 5], **card)
+    assert parts.search is one
+    assert parts.best.chosen == (0,)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from problems import dense, design, law, search, unknown
 
-from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAVES
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAVES, MOST_EFFECTS
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.search.library import bound_bonus
 
@@ -147,3 +147,11 @@ def test_a_law_is_swapped_for_one_that_explains_more():
     one = search(of, laws, np.concatenate([alike, right], axis=2))
     assert one.score((1,)).score > one.score((0,)).score > one.score(()).score
     assert one.climb(one.score((0,))).chosen == (1,)
+
+
+def test_no_set_holds_more_effects_than_an_explanation_may():
+    laws = tuple(law(f"law_{k}") for k in range(MOST_EFFECTS + 3))
+    of = design(40, groups=6, rows=40)
+    X = np.random.default_rng(41).standard_normal((*of.y.shape, len(laws)))
+    of.y = of.y + X.sum(axis=2)
+    assert len(search(of, laws, X).run().chosen) == MOST_EFFECTS
