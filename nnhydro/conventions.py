@@ -28,6 +28,7 @@ SCHEMA_RECIPE: Final = "nnhydro/recipe/1"
 TIME: Final = "t_s"
 CLOCK: Final = "clock_s"
 
+Z95: Final = 1.96  # standard deviations in half a 95 % interval
 
 SLIDING: Final = {"rad": "m", "rad_s": "m_s", "rad_s2": "m_s2", "Nm": "N"}  # unit in column names of a joint that slides
 _SLIDING_TEXT: Final = (  # units and words in sentences, longest first

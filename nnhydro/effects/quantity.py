@@ -8,8 +8,9 @@ from typing import final
 import torch
 from torch import Tensor
 
+from nnhydro.conventions import Z95
+
 Interval = tuple[float, float]
-Z95 = 1.96
 STEP = 1e-3  # of a parameter's standard deviation: step of the numerical derivative
 
 

@@ -15,6 +15,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.conventions import Z95
 from nnhydro.errors import ModelError, require
 from nnhydro.fitting.identify import absurdities, estimates, fit_units, start_terms, versions, with_parameters
 from nnhydro.fitting.linear.prior import WIDE, Prior, prior
@@ -31,7 +32,6 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit, units
 
 Array = NDArray[np.float64]
-Z95 = 1.959964  # standard deviations in half a 95 % interval
 LEAST = 1e-3  # relative: no dry run knows a friction or a mass in water better
 
 

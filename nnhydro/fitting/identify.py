@@ -10,6 +10,7 @@ import torch
 from numpy.typing import NDArray
 
 import nnhydro
+from nnhydro.conventions import Z95
 from nnhydro.errors import CampaignError, require
 from nnhydro.fitting.linear.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.fitting.linear.prior import Prior, prior
@@ -140,7 +141,7 @@ def estimates(loads: Loads, solution: Solution, blocks: Sequence[Statistics], be
         low, high = np.quantile(draws, [0.025, 0.975], axis=0)
     else:  # too few recordings to resample: the Gaussian posterior, correlation time included
         sd = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
-        low, high = solution.theta - 1.96 * sd, solution.theta + 1.96 * sd
+        low, high = solution.theta - Z95 * sd, solution.theta + Z95 * sd
     names = [f"{name}.{p}" for name, term in loads.linear().items() for p in term.linear_names()]
     unit = [u for term in loads.linear().values() for u in term.linear_units()]
     return tuple(Estimate(n, float(v), u, (float(a), float(b)), note) for n, v, u, a, b, note in

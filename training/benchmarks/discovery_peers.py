@@ -25,6 +25,7 @@ from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.design import columns_on, design_of
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Stretch, problem_of
+from nnhydro.fitting.linear.least_squares import ridge
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
@@ -58,14 +59,14 @@ class Data:
         """Return the baseline's parameters z (p,) beside `X` (n, joints, k) with the coefficients `b`."""
         w = 1 / self.noise[None, :, None]
         Y, y = (self.Y * w).reshape(-1, self.Y.shape[2]), ((self.y - X @ b)[..., None] * w).ravel()
-        return np.linalg.solve(Y.T @ Y + np.eye(Y.shape[1]), Y.T @ y)
+        return ridge(Y, y)
 
     def projected(self) -> tuple[Array, Array, Array]:
         """Return X (N, K) and y (N,) in units of the noise with the baseline projected off, and the recording of every row."""
         w = 1 / self.noise[None, :, None]
         flat = [(x * w).reshape(-1, x.shape[2]) for x in (self.Y, self.X, self.y[..., None])]
         Y, rest = flat[0], np.column_stack(flat[1:])
-        rest = rest - Y @ np.linalg.solve(Y.T @ Y + np.eye(Y.shape[1]), Y.T @ rest)
+        rest = rest - Y @ ridge(Y, rest)
         return rest[:, :-1], rest[:, -1], np.repeat(self.recording, self.y.shape[1])
 
 

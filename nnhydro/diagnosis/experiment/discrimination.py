@@ -13,7 +13,6 @@ Source: designs that discriminate between rival models, Atkinson & Fedorov (1975
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import erf, sqrt
 from typing import final
 
 import numpy as np
@@ -78,9 +77,11 @@ def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | 
     `size2` (members, members) is the lambda^2 that new rows add where the row's member is the truth and the column's the rival, `ahead` the
     expected log evidence, `limit` the nats by which the rival must be behind to leave.
     """
+    from scipy.special import ndtr
+
     behind = np.array(contest.behind)
     z = (behind[None, :] - behind[:, None] + ahead - limit) / np.sqrt(size2 + SCATTER)
-    leaves = np.array([[0.5 * (1 + erf(x / sqrt(2))) for x in row] for row in z])
+    leaves = np.asarray(ndtr(z), dtype=float)
     np.fill_diagonal(leaves, 1.0)
     weights = np.exp(-behind)
     return float(weights @ leaves.min(axis=1) / weights.sum())

@@ -9,6 +9,7 @@ from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import values_of
+from nnhydro.fitting.linear.least_squares import ridge
 
 ALIKE = 1 - 2 * FORM**2  # cosine of the visible torques from which two effects are one: each may be off by FORM, in opposite directions
 HARDLY = FORM / 2  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
@@ -89,10 +90,7 @@ def _cosine(search: Search, found: ScoredSet, k: int, there: ScoredSet, other: i
     torques = []
     for scored, number in ((found, k), (there, other)):
         u = search.view.columns(number).Xw @ scored.fit.mean[scored.places(search.view)[number]]
-        if whitened.p:
-            G = whitened.G[: whitened.p, : whitened.p] + np.eye(whitened.p)
-            u = u - whitened.Y @ np.linalg.solve(G, whitened.Y.reshape(u.size, whitened.p).T @ u.ravel())
-        torques.append(u.ravel())
+        torques.append((u - whitened.Y @ ridge(whitened.Y.reshape(u.size, whitened.p), u.ravel())).ravel())
     a, b = torques
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))
 

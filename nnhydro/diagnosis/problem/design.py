@@ -25,6 +25,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.effects.effect import LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.fitting.linear.least_squares import ridge
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
@@ -126,8 +127,7 @@ class Design:
         n, joints, p = self.Y.shape
         size = np.maximum(np.sqrt((self.y**2).mean(axis=0)), 1e-300)
         flat, y = (self.Y / size[:, None]).reshape(n * joints, p), (self.y / size).ravel()
-        z = np.linalg.solve(flat.T @ flat + np.eye(p), flat.T @ y) if p else np.zeros(0)
-        left: Array = self.y - self.Y @ z
+        left: Array = self.y - self.Y @ ridge(flat, y)
         return left
 
     @cached_property

@@ -24,6 +24,7 @@ from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit, fit_at
 from nnhydro.diagnosis.search.stepwise import LARGE_START, ScoredSet, Search
+from nnhydro.fitting.linear.least_squares import ridge
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -69,7 +70,7 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
         at = slice(j * whitened.m, (j + 1) * whitened.m)
         Phi = whitened.Phi * t[at]
         scaled = Phi * whitened.sw[:, j:j + 1]
-        smooth = Phi @ np.linalg.solve(scaled.T @ scaled + np.eye(whitened.m), scaled.T @ fit.residual[:, j])
+        smooth = Phi @ ridge(scaled, fit.residual[:, j])
         share = max(share, float(np.sqrt((smooth**2).sum() / whitened.design.time) / whitened.design.scale[j]))
     return share
 

@@ -40,6 +40,12 @@ class Solution:
     last_change: float = 0.0  # of the rms residual in the last round of reweighting, relative; the largest over the joints
 
 
+def ridge(A: Array, y: Array) -> Array:
+    """Return the values (A'A + 1)^-1 A'y (p, ...) of columns A (n, p), each N(0, 1) beforehand, beside noise of unit size in y (n, ...)."""
+    values: Array = np.asarray(np.linalg.solve(A.T @ A + np.eye(A.shape[1]), A.T @ y), dtype=float)
+    return values
+
+
 def solve(stats: Statistics, prior: Prior, weight: Array) -> Solution:
     """Return the penalised solution for given joint weights (joints,) 1/(N m)^2; parameters (p,) as `prior` orders them."""
     from scipy.optimize import lsq_linear

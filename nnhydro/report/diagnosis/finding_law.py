@@ -17,10 +17,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from nnhydro.conventions import Z95
 from nnhydro.diagnosis.findings.finding import NamedEffect
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
-from nnhydro.effects.quantity import Z95
 from nnhydro.evaluation.benchmark import model_torque
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.strip_theory import StripTheory
