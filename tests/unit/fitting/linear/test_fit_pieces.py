@@ -9,7 +9,7 @@ from rigs import arm
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from nnhydro.fitting.linear.least_squares import ridge
+from nnhydro.fitting.linear import least_squares
 from nnhydro.fitting.linear.penalised_fit import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised_fit, penalised_over_scales
 from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduce, separable
 from nnhydro.fitting.linear.variable_projection import solve as solve_rows
@@ -212,5 +212,5 @@ def test_joints_count_alike_where_there_are_several():
 def test_of_values_known_to_one_and_noise_of_unit_size_the_misfit_pulls_as_much_as_the_prior(width):
     rng = np.random.default_rng(width)
     A, y = rng.standard_normal((20, width)), rng.standard_normal((20, 3))
-    z = ridge(A, y)
+    z = least_squares.ridge(A, y)
     np.testing.assert_allclose(A.T @ (y - A @ z), z, atol=1e-12)
