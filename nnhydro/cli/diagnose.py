@@ -68,11 +68,11 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
 
 def next_steps(result: "DiagnosisResult", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
-    from nnhydro.diagnosis.experiment.proposal import FAIR
+    from nnhydro.diagnosis.experiment.proposal import POOR_CHANCE
     from nnhydro.diagnosis.result import NEXT, TOO_NOISY
 
     folder = shell_words(campaign, column_map)
-    if result.following is not None and result.following.chance >= FAIR:
+    if result.following is not None and result.following.chance >= POOR_CHANCE:
         return (f"record the motion in {out / NEXT}, put it into {campaign / 'recordings'}, then nnhydro diagnose {folder} "
                 f"--out {shell_words(out)}")
     if not result.detected and not result.findings and result.noise_floor > TOO_NOISY:

@@ -39,7 +39,7 @@ def _term_name(effect: LoadEffect, loads: Loads) -> str:
 
 
 def _for_prediction(finding: NamedEffect) -> AnyEffect:
-    return finding.effect.lasting(finding.offset) if isinstance(finding.effect, InstrumentEffect) else finding.effect
+    return finding.effect.for_prediction(finding.offset) if isinstance(finding.effect, InstrumentEffect) else finding.effect
 
 
 def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: Sequence[NamedEffect]) -> TorqueModel:
@@ -51,7 +51,7 @@ def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: 
     after = baseline.at(z_after)
     loads, instruments = after.loads, []
     for finding in found:
-        if finding.effect.own_in_every_recording or not finding.persists:
+        if finding.effect.per_recording or not finding.persists:
             continue
         effect = _for_prediction(finding)
         if isinstance(effect, LoadEffect):

@@ -34,7 +34,7 @@ def _mechanical(model: StripTheory, left_out: list[str], retained: Sequence[str]
     """`model` with terms that can be stepped, without its instruments but for those `kept`; what goes is noted in `left_out`."""
     terms = {}
     for name, term in model.loads.terms.items():
-        if getattr(term, "own_in_every_recording", False):
+        if getattr(term, "per_recording", False):
             left_out.append(f"{name}: its phase belongs to one recording")
         else:
             terms[name] = fast_stepper(term)

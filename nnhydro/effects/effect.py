@@ -43,12 +43,11 @@ class Effect(ParametricTerm):
     acts: ClassVar[str]
     needs_water: ClassVar[bool] = False
     fewest_links: ClassVar[int] = 1
-    own_in_every_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
+    per_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
     standard: ClassVar[bool] = False  # every robot's identification model has it (Khalil & Dombre 2002, chapter 12)
-    offset_of_its_own: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
+    random_intercept: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
     predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can predict where it is the cause, as far as that is known
-    reads_torque: ClassVar[bool] = False  # where torque was measured, that decides what the effect does: no prediction may look at it
     dissipates: ClassVar[bool] = False  # with the hub at rest no sample gives the drive energy back, but for what a contact was bent
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
     spread: ClassVar[Mapping[str, tuple[float, ...]]] = {}  # multiples of a parameter over which a law of other form spreads what it does
@@ -147,11 +146,11 @@ class InstrumentEffect(Effect, ABC):
         """Return d reading / d linear parameter (n, joints, p) about the effect's own values; by default the columns about no effect."""
         return self.columns(seen)
 
-    def starts(self, seen: SensorView) -> tuple["InstrumentEffect", ...]:
+    def extra_starts(self, seen: SensorView) -> tuple["InstrumentEffect", ...]:
         """Return the effect at values from which the search may start, too, where the columns about no effect mislead; none by default."""
         return ()
 
-    def lasting(self, offset: float) -> "InstrumentEffect":
+    def for_prediction(self, offset: float) -> "InstrumentEffect":
         """Return what of the effect a prediction holds; `offset` N m is the last recording's own, where each has one."""
         return self
 

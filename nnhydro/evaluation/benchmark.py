@@ -36,8 +36,8 @@ Array = NDArray[np.float64]
 PROTOCOL = DEFAULT
 Report = Callable[[str], None]
 UNEXPLAINED = 0.5  # of the torque: a model that leaves more explains nothing
-MUCH = 1.05  # times better: below it two models are alike
-MANY_FLOORS, LITTLE = 2.0, 0.05  # noise floors, share of the torque: what may be left without a cause to look for
+CLEAR_RATIO = 1.05  # times better: below it two models are alike
+MANY_FLOORS, SMALL_ERROR = 2.0, 0.05  # noise floors, share of the torque: what may be left without a cause to look for
 LOOKED_BACK = 12  # fitted recordings on which the width of the intervals is looked up for comparison
 
 
@@ -169,7 +169,7 @@ class BenchmarkResult:
             return ""
         reference_error = self.standings[reference].pooled.error
         ratio = reference_error / max(best, 1e-12)
-        if ratio < MUCH:
+        if ratio < CLEAR_RATIO:
             return f", no better than {reference} ({100 * reference_error:.1f} %) to speak of"
         return f", {ratio:.1f} times better than {reference} ({100 * reference_error:.1f} %)"
 
@@ -177,7 +177,7 @@ class BenchmarkResult:
         """Return the command that comes next: a diagnosis where much is left, else the model that won, made of all recordings."""
         best_name = self.ranking()[0]
         best = self.standings[best_name].pooled.error
-        if best > max(MANY_FLOORS * self.noise_floor if self.noise_floor is not None else LITTLE, LITTLE):
+        if best > max(MANY_FLOORS * self.noise_floor if self.noise_floor is not None else SMALL_ERROR, SMALL_ERROR):
             return f"nnhydro diagnose {campaign} --out diagnosis   (what is missing?)"
         if best_name in BASELINES:
             return f"nnhydro identify {campaign} --model {best_name} --out my_model   (of all recordings, for nnhydro predict)"

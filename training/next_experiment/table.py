@@ -1,6 +1,6 @@
 """What came of the cases, in words and as a table."""
 
-from nnhydro.diagnosis.experiment.proposal import FAIR
+from nnhydro.diagnosis.experiment.proposal import POOR_CHANCE
 
 
 def honest(names: list[dict], hidden: dict) -> bool:
@@ -29,7 +29,7 @@ def table(rows: list[dict]) -> str:
         lines.append(f"| {row['rig']} | {hidden['effect']}{' (' + str(hidden['joint']) + ')' if 'joint' in hidden else ''} | "
                      f"{words(row['before'])} | {p['recordings']} x {p['motion']['kind']} | {p['chance']:.2f} | "
                      f"{'settled' if row['settled'] else words(row['after'])} | {random} |")
-    likely = [row for row in asked if row["proposal"]["chance"] >= FAIR]
+    likely = [row for row in asked if row["proposal"]["chance"] >= POOR_CHANCE]
     at_random = [finding for row in asked for finding in row["settled_random"]]
     usual = [finding for row in likely for finding in row["settled_random"]]
     counts = [("cases in all", len(rows), len(rows)),

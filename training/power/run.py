@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from nnhydro.diagnosis.calibration.injection import inject
-from nnhydro.diagnosis.calibration.power import Power, Reveal, power
+from nnhydro.diagnosis.calibration.power import DetectableSize, Power, power
 from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.findings.finding import finding_of
 from nnhydro.evaluation.metrics import interval_of_share
@@ -41,16 +41,16 @@ def revealed(config: dict, recordings: list[str]) -> Power:
     return power(replace(whole, names=names, steady=()), seed=config["seed"], progress=lambda line: print(line, file=sys.stderr))
 
 
-def seen(found: Power, config: dict) -> list[Reveal]:
+def seen(found: Power, config: dict) -> list[DetectableSize]:
     """Return one row for each effect and joint that is revealed at some size: of its parameters the one that is least like a rival."""
-    rows: dict[tuple[str, int], Reveal] = {}
+    rows: dict[tuple[str, int], DetectableSize] = {}
     for row in sorted(found.rows, key=lambda r: -r.likeness):
         if row.size is not None and (not config["effects"] or row.hypothesis.key[0] in config["effects"]):
             rows[row.hypothesis.key] = row
     return list(rows.values())
 
 
-def plant(found: Power, row: Reveal, draw: int, config: dict) -> dict:
+def plant(found: Power, row: DetectableSize, draw: int, config: dict) -> dict:
     """Return what is named where `row` is planted at its stated size."""
     seed = config["seed"] + 1000 * draw + found.rows.index(row)  # noise of its own for every plant
     z = np.zeros(found.design.Y.shape[2])

@@ -47,7 +47,7 @@ UNSEEN = 1e-6  # share of its energy below which a torque is the baseline's own
 
 @final
 @dataclass(frozen=True, eq=False)
-class Reveal:
+class DetectableSize:
     """One parameter of one hypothesis: the smallest size that would be found, and what hides it."""
 
     hypothesis: Hypothesis
@@ -77,7 +77,7 @@ class Power:
     design: Design
     noise: Noise
     model: StripTheory
-    rows: list[Reveal]
+    rows: list[DetectableSize]
 
     def document(self) -> dict[str, Any]:
         """Return what `nnhydro power --json` prints."""
@@ -128,7 +128,7 @@ class Sizing:
         whitened = self.view.whitened
         self.alone = without_unknown(whitened, None)
 
-    def row(self, k: int, name: str, unit: str, direction: Array) -> Reveal:
+    def row(self, k: int, name: str, unit: str, direction: Array) -> DetectableSize:
         """Return what is revealed of one parameter, the unknown asleep."""
         library = self.view.library
         h, columns = library.hypotheses[k], self.view.columns(k)
@@ -136,7 +136,7 @@ class Sizing:
         d = self.unit_values(k, direction)
         R = _projected_gram(columns, self.alone)
         whole, left = float(d @ columns.gram @ d), float(d @ R @ d)
-        row = Reveal(h, name, unit, None, 0.0, None, shape, direction)
+        row = DetectableSize(h, name, unit, None, 0.0, None, shape, direction)
         if left <= UNSEEN * max(whole, 1e-300):
             return row
         strength = strength_needed(self.threshold - library.log_prior(k), 0.5 * np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1], len(R))
@@ -152,11 +152,11 @@ class Sizing:
         return np.tile(d, self.view.columns(k).Xw.shape[2] // len(d))
 
     @staticmethod
-    def _limit_size(row: Reveal, size: float, left: float) -> Reveal:
+    def _limit_size(row: DetectableSize, size: float, left: float) -> DetectableSize:
         possible = _within_bounds(row.hypothesis, row.direction * size)
         return replace(row, size=size if possible else None, strength=float(size * np.sqrt(left)) if possible else None)
 
-    def beside_unknown(self, k: int, row: Reveal) -> Reveal:
+    def beside_unknown(self, k: int, row: DetectableSize) -> DetectableSize:
         """Return the row with its size beside an unknown that takes what it can of the effect."""
         if row.size is None:
             return row
@@ -187,13 +187,13 @@ class Sizing:
         return law - without
 
 
-def _typical(rows: Sequence[tuple[int, Reveal]]) -> tuple[int, Reveal]:
+def _typical(rows: Sequence[tuple[int, DetectableSize]]) -> tuple[int, DetectableSize]:
     """The row of the middle size among the nonlinear values that are found at some size; of several laws that of the law found earliest."""
-    laws: dict[int, list[tuple[int, Reveal]]] = {}
+    laws: dict[int, list[tuple[int, DetectableSize]]] = {}
     for k, row in rows:
         laws.setdefault(row.hypothesis.width, []).append((k, row))
 
-    def size(candidate: tuple[int, Reveal]) -> float:
+    def size(candidate: tuple[int, DetectableSize]) -> float:
         return np.inf if candidate[1].size is None else candidate[1].size
 
     middle = []
@@ -203,7 +203,7 @@ def _typical(rows: Sequence[tuple[int, Reveal]]) -> tuple[int, Reveal]:
     return min(middle, key=size)
 
 
-def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, Reveal]]) -> list[Reveal]:
+def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, DetectableSize]]) -> list[DetectableSize]:
     """The rows with the other effect that explains most of what the baseline leaves of them, each effect at its typical values."""
     view, hypotheses = sizing.view, sizing.view.library.hypotheses
     shown = list(dict.fromkeys(k for k, row in rows if not row.hypothesis.per_recording))
@@ -241,7 +241,7 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
     search = Search(WeightedLibrary(whitened, Library.of(design, hypotheses, model)), sizes)
     null = search.score(())
     sizing = Sizing(search.view, null, max(LEAST_GAIN, null_threshold(search, null, seed)))
-    by_key: dict[tuple[str, int, str], list[tuple[int, Reveal]]] = {}
+    by_key: dict[tuple[str, int, str], list[tuple[int, DetectableSize]]] = {}
     for k, h in enumerate(hypotheses):
         for name, unit, direction in _directions(h):
             by_key.setdefault((*h.key, name), []).append((k, sizing.row(k, name, unit, direction)))

@@ -1,6 +1,6 @@
 """Confidence by rehearsal: draw this campaign again with what was found, and with what could be meant instead; see what would be named.
 
-    y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a world        confidence <= (hits + 1/2) / (hits + misnamed + 1)
+    y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a scenario        confidence <= (hits + 1/2) / (hits + misnamed + 1)
 
 hits: draws of the findings that name one of them; misnamed: draws of a rival in its place that name it all the same. Both are as many. A
 draw holds what remains unknown beside the claims. It is named by the score of the claimed set, of the set without the finding, and with
@@ -17,7 +17,7 @@ import numpy as np
 
 from nnhydro.diagnosis.calibration.injection import predict_whitened, with_torque
 from nnhydro.diagnosis.constants import LEAST_GAIN
-from nnhydro.diagnosis.findings.equivalence import ALIKE, alternatives
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, alternatives
 from nnhydro.diagnosis.findings.finding import NamedEffect
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
@@ -28,7 +28,7 @@ Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis
 
 @final
 @dataclass(frozen=True, eq=False)
-class World:
+class Scenario:
     """What is drawn: a fitted set; `instead` is the claimed hypothesis that a rival stands in for, None for the claims."""
 
     planted: ScoredSet
@@ -36,11 +36,11 @@ class World:
     rival: int | None
 
 
-def worlds(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[World]:
+def scenarios(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[Scenario]:
     """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals of another torque."""
-    made = [World(claimed, None, None)] if claimed.chosen else []
+    made = [Scenario(claimed, None, None)] if claimed.chosen else []
     for k, others in rivals.items():
-        made += [World(search.score((*(x for x in claimed.chosen if x != k), r)), k, r) for r in others[:RIVALS]]
+        made += [Scenario(search.score((*(x for x in claimed.chosen if x != k), r)), k, r) for r in others[:RIVALS]]
     return made
 
 
@@ -58,23 +58,23 @@ def _true_members(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[in
 
 def rehearse(search: Search, claimed: ScoredSet, draws: int, seed: int,
              progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
-    """Return what was planted and what was named, `draws` times a world, as diagnosis.json holds it."""
+    """Return what was planted and what was named, `draws` times a scenario, as diagnosis.json holds it."""
     others = {k: alternatives(search, claimed, k)[1] for k in claimed.chosen}
     rivals = {k: tuple(a.number for a in found) for k, found in others.items()}
-    unlike = {k: tuple(a.number for a in found if a.cosine <= ALIKE) for k, found in others.items()}
-    rows, rehearsed = [], worlds(search, claimed, unlike)
-    for number, world in enumerate(rehearsed):
+    unlike = {k: tuple(a.number for a in found if a.cosine <= EQUIVALENT_COSINE) for k, found in others.items()}
+    rows, rehearsed = [], scenarios(search, claimed, unlike)
+    for number, scenario in enumerate(rehearsed):
         count: dict[str, int] = {}
-        mean = predict_whitened(search.view, world.planted, claimed)
+        mean = predict_whitened(search.view, scenario.planted, claimed)
         for draw in range(draws):
             progress(f"rehearsal {number * draws + draw + 1} of {len(rehearsed) * draws}")
             y = mean + np.random.default_rng([seed, number, draw]).standard_normal(mean.shape)
             drawn = Search(with_torque(search.view, y), search.start)
             for k in _true_members(drawn, claimed, rivals):
                 count[label(search.key(k))] = count.get(label(search.key(k)), 0) + 1
-        keys = [k for k in claimed.chosen if k != world.instead] + ([] if world.rival is None else [world.rival])
+        keys = [k for k in claimed.chosen if k != scenario.instead] + ([] if scenario.rival is None else [scenario.rival])
         rows.append({"planted": [label(search.key(k)) for k in keys],
-                     "instead_of": None if world.instead is None else label(search.key(world.instead)),
+                     "instead_of": None if scenario.instead is None else label(search.key(scenario.instead)),
                      "named": dict(sorted(count.items(), key=lambda pair: -pair[1]))})
     return {"draws": draws, "worlds": rows}
 
@@ -93,7 +93,7 @@ def _of(finding: NamedEffect, counts: dict[str, int]) -> int:
 def confident(finding: NamedEffect, rehearsal: dict[str, Any]) -> NamedEffect:
     """Return the finding with the confidence that the rehearsal leaves it."""
     mine = label((finding.effect.id, finding.effect.joint))
-    hits = sum(_of(finding, world["named"]) for world in rehearsal["worlds"] if world["instead_of"] is None)
-    misnamed = max((_of(finding, world["named"]) for world in rehearsal["worlds"]
-                    if world["instead_of"] == mine and world["planted"][-1].partition(" ")[0] not in finding.members), default=0)
+    hits = sum(_of(finding, scenario["named"]) for scenario in rehearsal["worlds"] if scenario["instead_of"] is None)
+    misnamed = max((_of(finding, scenario["named"]) for scenario in rehearsal["worlds"]
+                    if scenario["instead_of"] == mine and scenario["planted"][-1].partition(" ")[0] not in finding.members), default=0)
     return replace(finding, confidence=float(min((hits + 0.5) / (hits + misnamed + 1.0), finding.confidence)))

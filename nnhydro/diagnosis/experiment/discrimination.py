@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, LEAST_GAIN, RHO
 from nnhydro.diagnosis.experiment.motions import CandidateMotion
-from nnhydro.diagnosis.findings.equivalence import ALIKE, HARDLY, alternatives, parameter_count
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, alternatives, parameter_count
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design, columns_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
@@ -38,16 +38,16 @@ Members = tuple[int, ...]
 
 @final
 @dataclass(frozen=True, eq=False)
-class Contest:
+class DiscriminationProblem:
     """A class: its members (numbers in the library, the finding first), the rest of the claimed set, and their nats behind."""
 
     members: Members
     rest: Members
-    behind: tuple[float, ...]
+    deficits: tuple[float, ...]
     keys: tuple[Key, ...]
 
 
-def contest_of(search: Search, claimed: ScoredSet) -> Contest | None:
+def discrimination_of(search: Search, claimed: ScoredSet) -> DiscriminationProblem | None:
     """Return the class of the first member of `claimed` that holds rivals; None where every finding stands alone.
 
     Members whose values are each recording's own take no part: nobody knows their phase in the next recording.
@@ -58,7 +58,8 @@ def contest_of(search: Search, claimed: ScoredSet) -> Contest | None:
         if inside and not hypotheses[k].per_recording:
             members = (k, *(a.number for a in inside))
             rest = tuple(x for x in claimed.chosen if x != k and not hypotheses[x].per_recording)
-            return Contest(members, rest, (0.0, *(max(a.deficit, 0.0) for a in inside)), tuple(search.key(m) for m in members))
+            deficits = (0.0, *(max(a.deficit, 0.0) for a in inside))
+            return DiscriminationProblem(members, rest, deficits, tuple(search.key(m) for m in members))
     return None
 
 
@@ -71,16 +72,16 @@ class PlannedMotion:
     G: Array
 
 
-def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | float = LEAST_GAIN) -> float:
+def chance_settled(task: DiscriminationProblem, size2: Array, margin: Array, limit: Array | float = LEAST_GAIN) -> float:
     """Return the chance that every wrong member leaves the class, the truth being each as likely as its score says.
 
-    `size2` (members, members) is the lambda^2 that new rows add where the row's member is the truth and the column's the rival, `ahead` the
-    expected log evidence, `limit` the nats by which the rival must be behind to leave.
+    `size2` (members, members) is the lambda^2 that new rows add where the row's member is the truth and the column's the rival, `margin`
+    the expected log evidence, `limit` the nats by which the rival must be behind to leave.
     """
     from scipy.special import ndtr
 
-    behind = np.array(contest.behind)
-    z = (behind[None, :] - behind[:, None] + ahead - limit) / np.sqrt(size2 + SCATTER)
+    behind = np.array(task.deficits)
+    z = (behind[None, :] - behind[:, None] + margin - limit) / np.sqrt(size2 + SCATTER)
     leaves = np.asarray(ndtr(z), dtype=float)
     np.fill_diagonal(leaves, 1.0)
     weights = np.exp(-behind)
@@ -89,42 +90,42 @@ def chance_settled(contest: Contest, size2: Array, ahead: Array, limit: Array | 
 
 @final
 @dataclass(eq=False)
-class Judge:
+class Discriminator:
     """Tells how far the members of a class come apart; columns are those of the baseline, the other findings, then the members."""
 
     search: Search
     noise: Noise
     model: StripTheory
-    contest: Contest
+    task: DiscriminationProblem
 
     def __post_init__(self) -> None:
-        contest, library = self.contest, self.search.view.library
-        wider = {k: _widest(library.hypotheses, k) for k in contest.members}
-        self.numbers = (*contest.rest, *contest.members, *(w for k, w in wider.items() if w != k))
-        laws = {k: [len(contest.rest) + i] for i, k in enumerate(contest.members)}
-        for i, k in enumerate((k for k, w in wider.items() if w != k), len(contest.rest) + len(contest.members)):
+        task, library = self.task, self.search.view.library
+        wider = {k: _widest(library.hypotheses, k) for k in task.members}
+        self.numbers = (*task.rest, *task.members, *(w for k, w in wider.items() if w != k))
+        laws = {k: [len(task.rest) + i] for i, k in enumerate(task.members)}
+        for i, k in enumerate((k for k, w in wider.items() if w != k), len(task.rest) + len(task.members)):
             laws[k].append(i)
-        self.laws = [laws[k] for k in contest.members]  # places of each member's laws, its own first
+        self.laws = [laws[k] for k in task.members]  # places of each member's laws, its own first
         self.hypotheses: list[Hypothesis] = [_later(library.hypotheses[k]) for k in self.numbers]
         self.p = self.search.whitened.p
         ends = self.p + np.cumsum([0, *(h.width for h in self.hypotheses)])
         self.places = [np.arange(a, b) for a, b in pairwise(ends.tolist())]
         self.scale = np.concatenate([library.scale[library.at(k)] for k in self.numbers])
         self.q = int(ends[-1])
-        self.values = [self._values(a) for a in range(len(contest.members))]
+        self.values = [self._values(a) for a in range(len(task.members))]
         self.moments = [np.outer(d, d) for d in self.values]
-        for a, k in enumerate(contest.members):  # a law whose values are hardly known may show more than they do
-            found, at = self.search.score((*contest.rest, k)), self.places[self.laws[a][0]]
+        for a, k in enumerate(task.members):  # a law whose values are hardly known may show more than they do
+            found, at = self.search.score((*task.rest, k)), self.places[self.laws[a][0]]
             place = found.places(self.search.view)[k]
             self.moments[a][np.ix_(at, at)] += found.fit.covariance(np.arange(place.start, place.stop))
         self.precision = np.concatenate([np.ones(self.p), np.full(self.q - self.p, RHO**-2)])
         self.H = self.recorded_gram()
-        self.before = self.apart(self.H)
+        self.before = self.noncentralities(self.H)
 
     def _values(self, a: int) -> Array:
         """The scaled values (q,) of member `a`, fitted beside the rest, at its own places."""
-        k = self.contest.members[a]
-        found = self.search.score((*self.contest.rest, k))
+        k = self.task.members[a]
+        found = self.search.score((*self.task.rest, k))
         values = np.zeros(self.q)
         values[self.places[self.laws[a][0]]] = found.fit.mean[found.places(self.search.view)[k]]
         return values
@@ -191,11 +192,11 @@ class Judge:
         made: Array = own + rho2 * _smooth(problem, explained) + BASELINE_FORM**2 * _smooth(problem, tau**2)
         return made
 
-    def apart(self, H: Array) -> tuple[Array, Array]:
+    def noncentralities(self, H: Array) -> tuple[Array, Array]:
         """Return lambda^2 (members, members), row the truth, and the expected log evidence of row over column, on the rows of `H`."""
-        count = len(self.contest.members)
+        count = len(self.task.members)
         precision, beside = self.precision, self._beside()
-        size2, ahead, occam = np.zeros((count, count)), np.full((count, count), np.inf), np.zeros(count)
+        size2, margin, occam = np.zeros((count, count)), np.full((count, count), np.inf), np.zeros(count)
         for b, law in [(b, law) for b, laws in enumerate(self.laws) for law in laws]:
             take = np.concatenate([beside, self.places[law]])
             A = H[np.ix_(take, take)] + np.diag(precision[take])
@@ -203,37 +204,37 @@ class Judge:
             occam[b] = paid if law == self.laws[b][0] else occam[b]
             for a in (a for a in range(count) if a != b):
                 left = _energy_left(H, take, A, self.moments[a])
-                if left / 2 + paid < ahead[a, b]:
-                    size2[a, b], ahead[a, b] = left, left / 2 + paid
-        np.fill_diagonal(ahead, occam)
-        return size2, ahead - occam[:, None]
+                if left / 2 + paid < margin[a, b]:
+                    size2[a, b], margin[a, b] = left, left / 2 + paid
+        np.fill_diagonal(margin, occam)
+        return size2, margin - occam[:, None]
 
     def expected_gain(self, motion: PlannedMotion, often: int) -> tuple[Array, Array]:
         """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
-        size2, ahead = self.apart(self.H + often * motion.G)
-        return np.maximum(size2 - self.before[0], 0.0), ahead - self.before[1]
+        size2, margin = self.noncentralities(self.H + often * motion.G)
+        return np.maximum(size2 - self.before[0], 0.0), margin - self.before[1]
 
     def chance(self, motion: PlannedMotion, often: int) -> float:
         """Return the chance that recording a motion so often settles the matter."""
-        return chance_settled(self.contest, *self.expected_gain(motion, often), self.limits(self.H + often * motion.G))
+        return chance_settled(self.task, *self.expected_gain(motion, often), self.limits(self.H + often * motion.G))
 
     def limits(self, H: Array) -> Array:
         """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.
 
-        Where the rival leaves less than 1 - ALIKE^2 of what the truth adds, its torque is alike: of one with no more values a share of the
-        gain is asked for, too.
+        Where the rival leaves less than 1 - EQUIVALENT_COSINE^2 of what the truth adds, its torque is alike: of one with no more values a
+        share of the gain is asked for, too.
         """
-        size2, beside = self.apart(H)[0], self._beside()
+        size2, beside = self.noncentralities(H)[0], self._beside()
         A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
         energy = [max(_energy_left(H, beside, A, m), 1e-12) for m in self.moments]
         whole = np.array(energy)[:, None]
-        counts = np.array([parameter_count(self.search, k) for k in self.contest.members])
-        alike = (size2 / whole < 1 - ALIKE**2) & (counts[None, :] <= counts[:, None])
-        return np.where(alike, np.maximum(LEAST_GAIN, HARDLY / 2 * whole), LEAST_GAIN)
+        counts = np.array([parameter_count(self.search, k) for k in self.task.members])
+        alike = (size2 / whole < 1 - EQUIVALENT_COSINE**2) & (counts[None, :] <= counts[:, None])
+        return np.where(alike, np.maximum(LEAST_GAIN, EQUIVALENT_SHARE / 2 * whole), LEAST_GAIN)
 
     def _beside(self) -> NDArray[np.int64]:
         """The places of the baseline and the other findings."""
-        return np.concatenate([np.arange(self.p), *self.places[: len(self.contest.rest)]]).astype(np.int64)
+        return np.concatenate([np.arange(self.p), *self.places[: len(self.task.rest)]]).astype(np.int64)
 
 
 def _energy_left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> float:

@@ -19,7 +19,7 @@ from nnhydro.simulation.sensors import channels
 Array = NDArray[np.float64]
 NARROW, WIDE = 0.3, 1.0  # shares of the limits between which motions are drawn
 SINES = 3
-LONGER = 2.0  # than what is usual on the rig: the most that a motion may last
+DURATION_MARGIN = 2.0  # than what is usual on the rig: the most that a motion may last
 
 
 @final
@@ -113,7 +113,7 @@ def _feasible_motion(document: dict[str, Any], rig: Rig, arm: Arm, rate_hz: floa
         return None
     t = grid(reference, rate_hz)
     state = reference.at(t)
-    return CandidateMotion(document, t, state) if len(t) >= 20 and t[-1] <= LONGER * rig.seconds and rig.allows(state) else None
+    return CandidateMotion(document, t, state) if len(t) >= 20 and t[-1] <= DURATION_MARGIN * rig.seconds and rig.allows(state) else None
 
 
 def draw(rig: Rig, arm: Arm, rate_hz: float, count: int, rng: np.random.Generator) -> list[CandidateMotion]:

@@ -10,7 +10,7 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, PlannedMotion, contest_of
+from nnhydro.diagnosis.experiment.discrimination import DiscriminationProblem, Discriminator, PlannedMotion, discrimination_of
 from nnhydro.diagnosis.experiment.motions import CandidateMotion, draw, neighbours
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
 from nnhydro.diagnosis.noise.spectrum import Noise
@@ -25,8 +25,8 @@ from nnhydro.runtime.files import write_text
 DRAWN, BETTERED = 60, 30  # motions tried at first, and in the neighbourhood of the best
 BEST = 5
 FEWEST, MOST = 3, 6  # times that a motion is to be recorded: what one recording shows no other one confirms
-ENOUGH = 0.9  # chance from which no further repeat is asked for
-FAIR = 0.5  # chance below which a motion is called unlikely to settle anything
+TARGET_CHANCE = 0.9  # chance from which no further repeat is asked for
+POOR_CHANCE = 0.5  # chance below which a motion is called unlikely to settle anything
 
 
 @final
@@ -34,7 +34,7 @@ FAIR = 0.5  # chance below which a motion is called unlikely to settle anything
 class Proposal:
     """The motion to record next, how often, and what may be expected of it."""
 
-    contest: Contest
+    task: DiscriminationProblem
     motion: CandidateMotion
     recordings: int
     gain: float  # expected log evidence between the two members that stay closest, nats
@@ -45,17 +45,17 @@ class Proposal:
 
     def document(self, file: str | None = None) -> dict[str, Any]:
         """Return what diagnosis.json holds as next_experiment; `file` is where the motion was written."""
-        members = [{"effect": effect, "joint": joint or None} for effect, joint in self.contest.keys]
+        members = [{"effect": effect, "joint": joint or None} for effect, joint in self.task.keys]
         return {"separates": members, "motion": self.motion.document, "seconds": float(self.motion.t[-1]), "recordings": self.recordings,
                 "expected_gain": self.gain, "chance": self.chance, "chance_of_a_random_motion": self.usual, "file": file,
                 "statement": self.statement()}
 
     def statement(self) -> str:
         """Return the proposal in one sentence."""
-        first, *others = (effect + (f" at joint {joint}" if joint else "") for effect, joint in self.contest.keys)
+        first, *others = (effect + (f" at joint {joint}" if joint else "") for effect, joint in self.task.keys)
         often = "once" if self.recordings == 1 else f"{self.recordings} times"
         motion = f"the proposed {self.motion.document['kind']} ({self.motion.t[-1]:.1f} s)"
-        if self.chance < FAIR:
+        if self.chance < POOR_CHANCE:
             within = "the limits of this rig" if self.stated else "what this rig has shown"
             return (f"Within {within} no motion is likely to tell {first} from {', '.join(others)}: {motion}, recorded "
                     f"{often}, settles the matter with a chance of {100 * self.chance:.0f} %.")
@@ -88,23 +88,23 @@ def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, coun
     return found[:count]
 
 
-def _merit(judge: Judge, motion: PlannedMotion, often: int) -> tuple[float, float]:
+def _merit(discriminator: Discriminator, motion: PlannedMotion, often: int) -> tuple[float, float]:
     """What motions are compared by where they are recorded so often: the chance, then the evidence between the closest pair."""
-    return round(judge.chance(motion, often), 2), _least_pair(judge, motion, often)
+    return round(discriminator.chance(motion, often), 2), _least_pair(discriminator, motion, often)
 
 
-def _least_pair(judge: Judge, motion: PlannedMotion, often: int) -> float:
-    ahead = judge.expected_gain(motion, often)[1]
-    return float(ahead[~np.eye(len(ahead), dtype=bool)].min())
+def _least_pair(discriminator: Discriminator, motion: PlannedMotion, often: int) -> float:
+    margin = discriminator.expected_gain(motion, often)[1]
+    return float(margin[~np.eye(len(margin), dtype=bool)].min())
 
 
-def _choose(judge: Judge, tried: Sequence[PlannedMotion]) -> tuple[PlannedMotion, int]:
+def _choose(discriminator: Discriminator, tried: Sequence[PlannedMotion]) -> tuple[PlannedMotion, int]:
     """The motion that most likely settles the matter, and how often it is to be recorded: no oftener than is enough."""
     for often in range(FEWEST, MOST):
-        motion = max(tried, key=lambda x: _merit(judge, x, often))
-        if judge.chance(motion, often) >= ENOUGH:
+        motion = max(tried, key=lambda x: _merit(discriminator, x, often))
+        if discriminator.chance(motion, often) >= TARGET_CHANCE:
             return motion, often
-    return max(tried, key=lambda x: _merit(judge, x, MOST)), MOST
+    return max(tried, key=lambda x: _merit(discriminator, x, MOST)), MOST
 
 
 def next_experiment(search: Search, noise: Noise, claimed: ScoredSet, model: StripTheory, rate_hz: float, seed: int,
@@ -115,16 +115,17 @@ def next_experiment(search: Search, noise: Noise, claimed: ScoredSet, model: Str
     others are taken from what it has shown. Raises ConfigError where they do not fit the arm.
     """
     problem = search.view.library.design.problem
-    contest, segments = contest_of(search, claimed), shown_by(problem)
-    if contest is None or not segments:
+    task, segments = discrimination_of(search, claimed), shown_by(problem)
+    if task is None or not segments:
         return None
-    judge, rng = Judge(search, noise, model, contest), np.random.default_rng(seed)
+    discriminator, rng = Discriminator(search, noise, model, task), np.random.default_rng(seed)
     rig = Rig.of(segments).with_limits(limits)
-    drawn = judge.feasible(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
+    drawn = discriminator.feasible(draw(rig, problem.arm, rate_hz, DRAWN, rng), rig.tau)
     if not drawn:
         return None
-    first = sorted(drawn, key=lambda motion: _merit(judge, motion, MOST), reverse=True)[:BEST]
+    first = sorted(drawn, key=lambda motion: _merit(discriminator, motion, MOST), reverse=True)[:BEST]
     near = neighbours([planned.motion for planned in first], rig, problem.arm, rate_hz, BETTERED, rng)
-    best, often = _choose(judge, [*first, *judge.feasible(near, rig.tau)])
-    usual = float(np.median([judge.chance(motion, often) for motion in drawn]))
-    return Proposal(contest, best.motion, often, _least_pair(judge, best, often), judge.chance(best, often), usual, problem.arm, rig.stated)
+    best, often = _choose(discriminator, [*first, *discriminator.feasible(near, rig.tau)])
+    usual = float(np.median([discriminator.chance(motion, often) for motion in drawn]))
+    margin, chance = _least_pair(discriminator, best, often), discriminator.chance(best, often)
+    return Proposal(task, best.motion, often, margin, chance, usual, problem.arm, rig.stated)

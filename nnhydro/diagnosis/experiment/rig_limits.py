@@ -18,7 +18,7 @@ from nnhydro.simulation.recipe.per_joint import PerJointMagnitude, spread
 
 Array = NDArray[np.float64]
 LONGEST = 60.0  # s, of a proposed motion
-HARDER = 1.1  # of the largest torque measured: what a proposed motion may ask of drives whose limit nobody states
+TORQUE_MARGIN = 1.1  # of the largest torque measured: what a proposed motion may ask of drives whose limit nobody states
 Span = tuple[float, float]
 
 
@@ -70,7 +70,7 @@ class Rig:
         tau = [s.tau[keep] for s, keep in rows if s.tau is not None]
         return Rig(np.stack([q.min(axis=0), q.max(axis=0)], axis=1), np.max([np.abs(s.qd[keep]).max(axis=0) for s, keep in rows], axis=0),
                    np.max([np.abs(s.qdd[keep]).max(axis=0) for s, keep in rows], axis=0),
-                   float(max(np.abs(s.u0).max() for s, _ in rows)), HARDER * np.max([np.abs(x).max(axis=0) for x in tau], axis=0),
+                   float(max(np.abs(s.u0).max() for s, _ in rows)), TORQUE_MARGIN * np.max([np.abs(x).max(axis=0) for x in tau], axis=0),
                    float(min(np.median([s.t[-1] - s.t[0] for s, _ in rows]), LONGEST)))
 
     def with_limits(self, limits: Limits | None) -> "Rig":

@@ -11,8 +11,8 @@ from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import values_of
 from nnhydro.fitting.linear.least_squares import ridge
 
-ALIKE = 1 - 2 * FORM**2  # cosine of the visible torques from which two effects are one: each may be off by FORM, in opposite directions
-HARDLY = FORM / 2  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
+EQUIVALENT_COSINE = 1 - 2 * FORM**2  # of visible torques from which two effects are one: each may be off by FORM, in opposite directions
+EQUIVALENT_SHARE = FORM / 2  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
 
 
 @final
@@ -111,7 +111,7 @@ def alternatives(search: Search, found: ScoredSet, k: int) -> tuple[float, list[
     for s, r, deficit, weight in zip(sets, numbers, deficits, weights.tolist(), strict=True):
         cosine = _cosine(search, found, k, s, r)
         no_wider = parameter_count(search, r) <= parameter_count(search, k)  # a general law holds the finding's own
-        alike = no_wider and cosine > ALIKE and deficit < HARDLY * max(search.gain(base, found), 0.0)
+        alike = no_wider and cosine > EQUIVALENT_COSINE and deficit < EQUIVALENT_SHARE * max(search.gain(base, found), 0.0)
         equivalent = search.admits(base, s) and (deficit < LEAST_GAIN or alike)
         made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
     inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total

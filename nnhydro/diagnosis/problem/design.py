@@ -67,7 +67,7 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
             view = view_of(hypothesis.working_model or model)
             made = (effect.columns(view) if hypothesis.working_model is None else
                     effect.rough_secant(view) if hypothesis.rough else effect.secant(view))
-            if effect.offset_of_its_own:
+            if effect.random_intercept:
                 made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
         return made if hypothesis.activity is None else made * tensor(hypothesis.activity.mask(segment))[:, None, None]
 

@@ -57,16 +57,16 @@ class Hypothesis:
     @cached_property
     def width(self) -> int:
         """Number of columns: one a linear parameter, one more for the constant of an effect that has an offset of its own."""
-        return len(self.effect.linear_names()) + self.effect.offset_of_its_own
+        return len(self.effect.linear_names()) + self.effect.random_intercept
 
     @property
     def per_recording(self) -> bool:
         """Whether the linear parameters have values of their own in every recording (a phase)."""
-        return self.effect.own_in_every_recording
+        return self.effect.per_recording
 
     def bounds(self) -> tuple[Span, ...]:
         """Return the physical bounds of each column's value; a constant has none."""
-        return (*self.effect.linear_bounds(), *((float("-inf"), float("inf")),) * self.effect.offset_of_its_own)
+        return (*self.effect.linear_bounds(), *((float("-inf"), float("inf")),) * self.effect.random_intercept)
 
     def plausible(self, values: NDArray[np.float64]) -> bool:
         """Return whether the effect with linear `values` (p,) makes physical sense."""

@@ -138,7 +138,7 @@ def _confine(library: Library, laws: Sequence[int], windows: Sequence[ActivityWi
 
 
 def _may_be_confined(h: Hypothesis) -> bool:
-    return not (h.per_recording or h.activity is not None or h.effect.offset_of_its_own or h.effect.predictable_share < 1)
+    return not (h.per_recording or h.activity is not None or h.effect.random_intercept or h.effect.predictable_share < 1)
 
 
 def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:

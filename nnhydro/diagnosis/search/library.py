@@ -15,7 +15,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-TOGETHER = 128  # columns that are multiplied at a time: more would be held twice
+COLUMNS_AT_A_TIME = 128  # columns that are multiplied at a time: more would be held twice
 
 
 @final
@@ -67,10 +67,11 @@ class Library:
         return self.parts[part][..., start - before: stop - before]
 
     def runs(self, numbers: Iterable[int]) -> Iterator[tuple[list[int], Array]]:
-        """Yield the columns (n, joints, k) of the hypotheses `numbers`, in runs of neighbours, about `TOGETHER` at a time."""
+        """Yield the columns (n, joints, k) of the hypotheses `numbers`, in runs of neighbours, about `COLUMNS_AT_A_TIME` at a time."""
         run: list[int] = []
         for k in map(int, numbers):
-            if run and (k != run[-1] + 1 or self._part(k) != self._part(run[0]) or self.starts[k] - self.starts[run[0]] >= TOGETHER):
+            if run and (k != run[-1] + 1 or self._part(k) != self._part(run[0])
+                        or self.starts[k] - self.starts[run[0]] >= COLUMNS_AT_A_TIME):
                 yield run, self.columns(run[0], run[-1])
                 run = []
             run.append(k)

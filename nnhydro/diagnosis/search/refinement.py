@@ -14,7 +14,7 @@ from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
 ROUNDS, OWN_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
-ALIKE = 0.5  # nats: one standard deviation; a round that changes less is the last
+ONE_DEVIATION = 0.5  # nats: one standard deviation; a round that changes less is the last
 
 
 def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
@@ -33,7 +33,7 @@ def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> 
         search = extend_library(search, best, turned, model)
         sets = {i: search.score((*others, i)) for i in (k, *range(start, start + len(turned)))}
         top = max(s.score for s in sets.values())
-        near = {i: s for i, s in sets.items() if s.score > top - ALIKE}
+        near = {i: s for i, s in sets.items() if s.score > top - ONE_DEVIATION}
         best = near[min(near, key=lambda i: float(sum((x**2).sum() for x in scaled_values(search.view, near[i], i).values())))]
     return GrownSearch(search, best)
 
@@ -118,7 +118,7 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
         search, best, peaks = _exchange(search, best, finer, model)
         search, best, _ = _exchange(search, best, peaks, model)
         moving = set(best.chosen) - set(before.chosen)
-        if abs(best.score - before.score) < ALIKE:
+        if abs(best.score - before.score) < ONE_DEVIATION:
             break
     model = calibrated_beside(search, best, model)
     smallest = with_smallest_waves(search, best, model)

@@ -22,4 +22,4 @@ def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: Stri
     flow = Flow(model.arm, Motion.of(longest.segment))
     view = SensorView(flow, lambda f: sensor_torque(model.loads.torque(f), f.motion.qd, model.arm))
     return tuple(replace(h, effect=start, working_model=model, rough=True) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
-                 for start in h.effect.starts(view))
+                 for start in h.effect.extra_starts(view))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
-from nnhydro.diagnosis.search.library import TOGETHER, Library, log_mass
+from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, log_mass
 
 Array = NDArray[np.float64]
 OWN_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
@@ -210,7 +210,7 @@ class WeightedLibrary:
         numbers = list(places)
         if len(self._own_best) == len(places) and len(places) > OWN_SCREENED:  # those that never gained much are not asked again
             numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
-        together = max(1, TOGETHER // groups)
+        together = max(1, COLUMNS_AT_A_TIME // groups)
         for start in range(0, len(numbers), together):
             self._enter_own_gains(numbers[start:start + together], chosen, fit, gained)
 

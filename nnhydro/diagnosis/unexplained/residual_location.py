@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 BINS = 10
-TELLING = 0.05  # share of the residual's variance that bins must explain before a region is named
+LEAST_EXPLAINED = 0.05  # share of the residual's variance that bins must explain before a region is named
 
 
 @final
@@ -109,7 +109,7 @@ def _of_joint(parts: Sequence[Residual], joint: int, share: float) -> Location:
     typical = float(np.median(list(mean_square.values())))
     loud = [name for name, value in mean_square.items() if value > 4 * typical] if len(mean_square) > 3 else []
     best = max(candidates, key=lambda c: c[0]) if candidates else None
-    if best is None or best[0] < TELLING:
+    if best is None or best[0] < LEAST_EXPLAINED:
         return Location(joint + 1, share, "spread over all states" + (f", mostly in {', '.join(loud[:4])}" if loud else ""), {},
                         _band(parts, joint), loud)
     region = _region(best[3], best[4])

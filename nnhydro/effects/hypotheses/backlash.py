@@ -47,7 +47,6 @@ class Backlash(InstrumentEffect):
     acts = "joint"
     predictable_share = 0.8  # when the play is crossed hangs on the smallest torques
     stage = 1
-    reads_torque = True
     torque_scaled = ("impulse",)
 
     gap: Values = parameter("rad", 1e-3, (0.0, 0.5), "play of the drive, from flank to flank", per="arm")

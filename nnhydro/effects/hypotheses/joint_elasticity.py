@@ -68,7 +68,7 @@ class JointElasticity(InstrumentEffect):
         dt, below = float(m.t[-1] - m.t[0]) / (len(m) - 1), LowPass(BELOW / (2 * pi * sqrt(c * inertia)), ORDER)
         return lambda tau: -c * tensor(below.apply(tau.numpy(), dt))
 
-    def starts(self, seen: SensorView) -> tuple["JointElasticity", ...]:
+    def extra_starts(self, seen: SensorView) -> tuple["JointElasticity", ...]:
         """Return drives whose resonance lies within the motion's band: about a rigid one the torque's curvature drowns all else there."""
         inertia = self._inertia(seen)
         if seen.motion.steady or inertia <= 0:

@@ -12,7 +12,7 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.joints import MOST_BENDING, SIGN_WIDTH, bent_sign, require_bending
 
-SLIGHT = 0.2  # excess over sliding level below which the law is Coulomb's
+LEAST_EXCESS = 0.2  # excess over sliding level below which the law is Coulomb's
 SHARP = 2 * SIGN_WIDTH  # rad/s: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
 
 
@@ -58,7 +58,7 @@ class StribeckFriction(LoadEffect):
 
     def plausible(self) -> bool:
         """Return whether it is more than Coulomb friction."""
-        return self.excess[0] >= SLIGHT * self.sliding[0] and self.speed[0] >= SHARP
+        return self.excess[0] >= LEAST_EXCESS * self.sliding[0] and self.speed[0] >= SHARP
 
     def quantities(self) -> dict[str, Quantity]:
         """Return sliding level, breakaway level and speed."""

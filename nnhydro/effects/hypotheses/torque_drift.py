@@ -32,7 +32,7 @@ class TorqueDrift(InstrumentEffect):
     )
     acts = "joint"
     stage = 4
-    offset_of_its_own = True
+    random_intercept = True
 
     trend: Values = parameter("N m", 0.0, (-1e4, 1e4), "half of the change from first to last row", per="arm")
     bend: Values = parameter("N m", 0.0, (-1e4, 1e4), "curvature over the campaign", per="arm")
@@ -48,7 +48,7 @@ class TorqueDrift(InstrumentEffect):
         """Return the reading with the drift."""
         return seen.tau + self.change(seen)
 
-    def lasting(self, offset: float) -> InstrumentEffect:
+    def for_prediction(self, offset: float) -> InstrumentEffect:
         """Return the zero at the end of the campaign as a bias: where it goes from there nobody knows."""
         return TorqueBias(joint=self.joint, offset=(float(self.linear_values().sum()) + offset,))
 

@@ -46,7 +46,7 @@ class TorqueSaturation(InstrumentEffect):
         """Return the clipped reading."""
         return seen.tau + self.change(seen)
 
-    def lasting(self, offset: float) -> InstrumentEffect:
+    def for_prediction(self, offset: float) -> InstrumentEffect:
         """Return the clipping with no more cut off than what exceeds its level: more would turn the reading of a larger torque back."""
         return replace(self, share=(min(self.share[0], 1.0),))
 

@@ -57,7 +57,7 @@ class VortexShedding(LoadEffect):
     )
     acts = "arm"
     needs_water = True
-    own_in_every_recording = True
+    per_recording = True
 
     cosine: Values = parameter("1", 0.0, (-3.0, 3.0), "fluctuation of C_D, in phase with the start")
     sine: Values = parameter("1", 0.0, (-3.0, 3.0), "fluctuation of C_D, a quarter cycle later")

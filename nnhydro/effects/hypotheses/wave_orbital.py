@@ -42,7 +42,7 @@ class WaveOrbital(InstrumentEffect):
     acts = "arm"
     stage = 0
     needs_water = True
-    own_in_every_recording = True
+    per_recording = True
 
     cosine: Values = parameter("m/s", 0.0, (-5.0, 5.0), "velocity of the water at the hub at t = 0", per="arm")
     sine: Values = parameter("m/s", 0.0, (-5.0, 5.0), "velocity a quarter period later", per="arm")

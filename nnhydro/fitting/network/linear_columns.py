@@ -22,7 +22,7 @@ from nnhydro.features.strip_state import StripView, sets_of, strip_states
 from nnhydro.models.learned.learned import swiftness
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
-from nnhydro.recordings.filtering.filtered_rows import reach, seen_rows
+from nnhydro.recordings.filtering.filtered_rows import filtered_rows, reach
 from nnhydro.recordings.segment import Segment
 
 STRETCH = 1024  # rows at a time
@@ -93,7 +93,7 @@ def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segme
         every = torch.cat([law, body, odd, angles[:, None].expand(-1, odd.shape[1], -1)], dim=2)
         here = torch.from_numpy(some)
         seen = RowRange(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(flow)[here].amax(dim=0))
-        parts.append(Linear(tensor(seen_rows(segment, every.numpy(), some)).float(), law.shape[2], law.shape[2] + body.shape[2],
+        parts.append(Linear(tensor(filtered_rows(segment, every.numpy(), some)).float(), law.shape[2], law.shape[2] + body.shape[2],
                             angles.shape[1], tiers(sets_of(strips, names), of_three, law.shape[2]), seen))
     first, *others = parts
     for other in others:

@@ -32,7 +32,7 @@ def reach(segment: Segment) -> int:
     return len(_weights(segment.low_pass, round(segment.dt, 12))) // 2
 
 
-def seen_rows(segment: Segment, columns: Array, rows: NDArray[np.int64]) -> Array:
+def filtered_rows(segment: Segment, columns: Array, rows: NDArray[np.int64]) -> Array:
     """Return the rows (m,), ascending, of the filtered `columns` (n, ...); as they are where the segment is not filtered."""
     half = reach(segment)
     if segment.low_pass is None or not half:

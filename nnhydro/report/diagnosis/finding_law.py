@@ -123,7 +123,7 @@ def law_of(finding: NamedEffect, corrected: TorqueModel, traces: Sequence[Trace]
     None where it is no law of the state: a phase of its own in every recording, or a drift with the time of day.
     """
     model, effect = _physics(corrected), finding.effect
-    if model is None or effect.own_in_every_recording or not traces:
+    if model is None or effect.per_recording or not traces:
         return None
 
     def torque(of: StripTheory) -> Array:

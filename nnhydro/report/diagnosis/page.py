@@ -23,13 +23,13 @@ from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, 
 from nnhydro.runtime.files import json_text, whole_folder
 
 Document = dict[str, Any]
-TELLING = 0.005  # weight of an alternative that is drawn; the table has all
+LEAST_WEIGHT = 0.005  # weight of an alternative that is drawn; the table has all
 
 
 def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
     """The finding, the chart of its law, of its numbers, of its alternatives, and these as a sheet."""
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
-    rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= TELLING]
+    rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= LEAST_WEIGHT]
     own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
     chart = intervals(f"Numbers of {f['effect']} with 95 % intervals", numbers) if numbers else None
     alternatives = bars(f"Weight of {f['effect']} and of its alternatives", [(f["effect"], own), *rows]) if rows else None

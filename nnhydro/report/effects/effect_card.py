@@ -18,5 +18,5 @@ def card(effect: type[Effect]) -> dict[str, Any]:
                       "mistaken_for": list(seen.mistaken_for), "zero_at_rest": seen.zero_at_rest},
         "parameters": [{"name": f.name} | {key: f.metadata[key] for key in ("unit", "start", "meaning", "per", "linear")}
                        | {"bounds": list(f.metadata["bounds"]), "grid": list(f.metadata["grid"])} for f in effect.parameters()],
-        "own_in_every_recording": effect.own_in_every_recording,
+        "own_in_every_recording": effect.per_recording,
     }

@@ -9,7 +9,7 @@ from scipy.stats import chi2, expon
 
 from nnhydro.diagnosis import constants
 from nnhydro.diagnosis.constants import DETECTED, FORM, LEAST_GAIN, NU, NULL_DRAWS, NULL_QUANTILE, RELEVANT
-from nnhydro.diagnosis.findings.equivalence import ALIKE
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
 
 NAMES = sorted(name for name in vars(constants) if name.isupper())
 
@@ -49,7 +49,7 @@ def test_two_laws_of_one_truth_are_alike_where_each_is_off_by_its_form():
     truth, error = np.linalg.qr(rng.standard_normal((200, 2)))[0].T
     a, b = truth + FORM * error, truth - FORM * error
     cosine = a @ b / (np.linalg.norm(a) * np.linalg.norm(b))
-    assert cosine == pytest.approx(ALIKE, abs=FORM**3)
+    assert cosine == pytest.approx(EQUIVALENT_COSINE, abs=FORM**3)
 
 
 def test_what_is_relevant_lies_above_the_error_of_the_numerics_and_below_that_of_a_form():

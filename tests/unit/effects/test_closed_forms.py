@@ -347,12 +347,12 @@ def test_a_compliant_drive_lifts_what_is_near_its_resonance_by_a_bounded_share_a
 
 def test_the_drives_from_which_a_search_starts_are_the_same_behind_a_belt():
     motion = run(2)
-    direct, belt = (made("joint_elasticity", a, 2, compliance=(1e-3,)).starts(view(a, motion))
+    direct, belt = (made("joint_elasticity", a, 2, compliance=(1e-3,)).extra_starts(view(a, motion))
                     for a in (arm(2), arm(2, drive={"kind": "remote", "pulley_ratio": 1.5})))
     for one, other in zip(direct, belt, strict=True):
         assert one.compliance == pytest.approx(other.compliance)
     at_rest = view(arm(2), steady([[0.2, 1.0]], [[0.0, 0.0]], 0.0, [0.7]))
-    assert made("joint_elasticity", arm(2), 2, compliance=(1e-3,)).starts(at_rest) == ()
+    assert made("joint_elasticity", arm(2), 2, compliance=(1e-3,)).extra_starts(at_rest) == ()
 
 
 @pytest.mark.parametrize("level", [(), (0.3,)])

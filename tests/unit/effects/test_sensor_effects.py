@@ -150,7 +150,7 @@ def test_a_clipping_that_seems_deeper_than_all_beyond_its_level_predicts_a_readi
     assert (low, high) == (0.0, pytest.approx(1.5)), "a clipped torque fits the model too low, and what exceeds the level with it"
     tau = np.linspace(-8.0, 8.0, 33)
     for share in (0.6, 1.0, 1.4):
-        last = made("torque_saturation", arm(1), 1, share=(share,), level=(2.0,)).lasting(0.0)
+        last = made("torque_saturation", arm(1), 1, share=(share,), level=(2.0,)).for_prediction(0.0)
         read = last.apply(of_time(np.arange(33) * 0.01, tau))[:, 0].numpy()
         assert (np.diff(read) >= -1e-12).all()
         assert read[-1] == pytest.approx(2.0 + (1 - min(share, 1.0)) * 6.0)

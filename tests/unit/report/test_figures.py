@@ -174,7 +174,7 @@ def test_every_effect_has_a_law_but_one_with_a_phase_or_a_time_of_its_own(id_):
     rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
     finding = NamedEffect(effect=effect, statement="", number=0, covariance=1e-6 * np.eye(p), **rest)
     law = law_of(finding, model, diagnosis_traces(campaign(a, base.loads, count=2, seconds=2.0), base, model), "corrected")
-    assert (law is None) == (effect.own_in_every_recording or effect.signature.depends_on == ("clock",))
+    assert (law is None) == (effect.per_recording or effect.signature.depends_on == ("clock",))
     if law is not None:
         assert len(law.x) > 3
         assert np.isfinite([law.law, law.rest, law.half]).all()

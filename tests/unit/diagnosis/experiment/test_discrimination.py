@@ -12,7 +12,7 @@ from nnhydro.diagnosis import diagnose as whole
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.diagnose import search_design
 from nnhydro.diagnosis.experiment import proposal
-from nnhydro.diagnosis.experiment.discrimination import Contest, Judge, chance_settled, contest_of
+from nnhydro.diagnosis.experiment.discrimination import DiscriminationProblem, Discriminator, chance_settled, discrimination_of
 from nnhydro.diagnosis.experiment.motions import draw
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment, shown_by
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
@@ -25,7 +25,7 @@ from nnhydro.recordings.campaign import Campaign
 ARM = arm(2)
 KEPT = ("torque_bias", "umbilical_stiffness", "coulomb_friction")
 WITHOUT = [name for name in catalogue() if name not in KEPT]
-TWO = Contest((0, 1), (), (0.0, 0.0), (("a", 1), ("b", 1)))
+TWO = DiscriminationProblem((0, 1), (), (0.0, 0.0), (("a", 1), ("b", 1)))
 
 
 def biased():
@@ -42,11 +42,12 @@ def found():
     return search_design(design_on(problem_of(biased()), None), 0, WITHOUT)
 
 
-def judged(found, members):
-    """A judge of these effects at joint 1, whatever the class was."""
+def discriminator_of(found, members):
+    """A discriminator of these effects at joint 1, whatever the class was."""
     search, hypotheses = found.search, found.search.view.library.hypotheses
     numbers = tuple(next(k for k, h in enumerate(hypotheses) if h.key == (effect, 1)) for effect in members)
-    return Judge(search, found.noise, found.model, Contest(numbers, (), (0.0,) * len(numbers), tuple((m, 1) for m in members)))
+    task = DiscriminationProblem(numbers, (), (0.0,) * len(numbers), tuple((m, 1) for m in members))
+    return Discriminator(search, found.noise, found.model, task)
 
 
 def test_a_motion_that_adds_nothing_settles_nothing_and_a_telling_one_settles_all():
@@ -57,7 +58,7 @@ def test_a_motion_that_adds_nothing_settles_nothing_and_a_telling_one_settles_al
 
 def test_a_member_that_is_behind_already_is_sooner_settled():
     gain = np.full((2, 2), 9.0)
-    behind = replace(TWO, behind=(0.0, 2.0))
+    behind = replace(TWO, deficits=(0.0, 2.0))
     assert chance_settled(behind, gain, gain / 2) > chance_settled(TWO, gain, gain / 2)
 
 
@@ -69,69 +70,70 @@ def test_a_rival_that_must_fall_further_behind_is_later_settled():
 def test_what_is_left_of_the_truth_is_what_least_squares_with_the_priors_leaves():
     rng, p = np.random.default_rng(0), 3
     X = rng.standard_normal((200, p + 3))
-    judge = object.__new__(Judge)
+    discriminator = object.__new__(Discriminator)
     values = [np.array([0, 0, 0, 0.7, 0, 0]), np.array([0, 0, 0, 0, 0.4, -0.2])]
-    judge.__dict__.update(contest=TWO, p=p, q=6, places=[np.array([3]), np.array([4, 5])], laws=[[0], [1]], values=values,
+    discriminator.__dict__.update(task=TWO, p=p, q=6, places=[np.array([3]), np.array([4, 5])], laws=[[0], [1]], values=values,
                           precision=np.concatenate([np.ones(p), np.full(3, RHO**-2)]))
-    judge.moments = [np.outer(d, d) for d in judge.values]
-    size2, ahead = judge.apart(X.T @ X)
+    discriminator.moments = [np.outer(d, d) for d in discriminator.values]
+    size2, margin = discriminator.noncentralities(X.T @ X)
     for a, b, own in ((0, 1, [4, 5]), (1, 0, [3])):
         take = [0, 1, 2, *own]
-        stacked = np.concatenate([X[:, take], np.diag(np.sqrt(judge.precision[take]))])
+        stacked = np.concatenate([X[:, take], np.diag(np.sqrt(discriminator.precision[take]))])
         y = np.concatenate([X @ values[a], np.zeros(len(take))])
         left = y - stacked @ np.linalg.lstsq(stacked, y, rcond=None)[0]
         assert size2[a, b] == pytest.approx(left @ left)
     assert (np.diag(size2) == 0).all()
-    dets = [0.5 * np.linalg.slogdet(np.eye(200) + X[:, t] / judge.precision[t] @ X[:, t].T)[1] for t in ([0, 1, 2, 3], [0, 1, 2, 4, 5])]
-    assert ahead[0, 1] == pytest.approx(size2[0, 1] / 2 + dets[1] - dets[0])
-    assert ahead[1, 0] == pytest.approx(size2[1, 0] / 2 + dets[0] - dets[1])
+    dets = [0.5 * np.linalg.slogdet(np.eye(200) + X[:, t] / discriminator.precision[t] @ X[:, t].T)[1]
+            for t in ([0, 1, 2, 3], [0, 1, 2, 4, 5])]
+    assert margin[0, 1] == pytest.approx(size2[0, 1] / 2 + dets[1] - dets[0])
+    assert margin[1, 0] == pytest.approx(size2[1, 0] / 2 + dets[0] - dets[1])
 
 
 def test_of_a_rivals_laws_the_one_that_comes_nearer_counts():
     rng = np.random.default_rng(1)
     X = rng.standard_normal((300, 3))
     X = np.column_stack([X, X[:, 0]])  # the wider law of b holds a
-    judge = object.__new__(Judge)
-    judge.__dict__.update(contest=TWO, p=0, q=4, places=[np.array([0]), np.array([1]), np.array([2, 3])], laws=[[0], [1, 2]],
+    discriminator = object.__new__(Discriminator)
+    discriminator.__dict__.update(task=TWO, p=0, q=4, places=[np.array([0]), np.array([1]), np.array([2, 3])], laws=[[0], [1, 2]],
                           values=[np.array([0.7, 0, 0, 0]), np.array([0, 0.7, 0, 0])], precision=np.full(4, RHO**-2))
-    judge.moments = [np.outer(d, d) for d in judge.values]
-    size2, ahead = judge.apart(X.T @ X)
+    discriminator.moments = [np.outer(d, d) for d in discriminator.values]
+    size2, margin = discriminator.noncentralities(X.T @ X)
     assert size2[0, 1] < 12 < 100 < size2[1, 0], "what the prior takes away is all that is left"
-    assert 0 < ahead[0, 1] < 15, "a value more is all that it costs"
+    assert 0 < margin[0, 1] < 15, "a value more is all that it costs"
 
 
 @pytest.mark.slow
 def test_recorded_columns_are_those_of_the_campaign_at_hand(found):
-    judge = judged(found, ("torque_bias", "coulomb_friction"))
-    k, whitened = judge.numbers[0], found.search.whitened
+    discriminator = discriminator_of(found, ("torque_bias", "coulomb_friction"))
+    k, whitened = discriminator.numbers[0], found.search.whitened
     x = found.search.view.columns(k).Xw.reshape(-1)
-    at = judge.places[0]
-    assert judge.H[at[0], at[0]] == pytest.approx(x @ x)
-    np.testing.assert_allclose(judge.H[: judge.p, at[0]], whitened.Y.reshape(x.size, -1).T @ x)
+    at = discriminator.places[0]
+    assert discriminator.H[at[0], at[0]] == pytest.approx(x @ x)
+    np.testing.assert_allclose(discriminator.H[: discriminator.p, at[0]], whitened.Y.reshape(x.size, -1).T @ x)
 
 
 def test_the_planned_motions_keep_to_the_torque_and_each_adds_what_it_holds_so_often(found):
-    judge, problem = judged(found, ("torque_bias", "umbilical_stiffness")), found.design.problem
+    discriminator, problem = discriminator_of(found, ("torque_bias", "umbilical_stiffness")), found.design.problem
     rig = Rig.of(shown_by(problem))
     motions = draw(rig, problem.arm, 50.0, 6, np.random.default_rng(0))
-    planned = judge.feasible(motions, np.full(2, np.inf))
+    planned = discriminator.feasible(motions, np.full(2, np.inf))
     assert [motion.motion for motion in planned] == motions
-    assert judge.feasible(motions, np.zeros(2)) == []
-    best = max(planned, key=lambda x: judge.expected_gain(x, 6)[0].min())
-    once, often = judge.expected_gain(best, 1), judge.expected_gain(best, 6)
+    assert discriminator.feasible(motions, np.zeros(2)) == []
+    best = max(planned, key=lambda x: discriminator.expected_gain(x, 6)[0].min())
+    once, often = discriminator.expected_gain(best, 1), discriminator.expected_gain(best, 6)
     assert (often[0] >= once[0] - 1e-9).all()
-    assert judge.chance(best, 6) >= judge.chance(best, 1) - 1e-9
+    assert discriminator.chance(best, 6) >= discriminator.chance(best, 1) - 1e-9
 
 
 def test_a_constant_is_not_in_doubt_for_a_hose_that_holds_it_as_a_special_case(found):
     assert [found.search.key(k) for k in found.decided.claimed.chosen] == [("torque_bias", 1)]
-    assert contest_of(found.search, found.decided.claimed) is None
+    assert discrimination_of(found.search, found.decided.claimed) is None
 
 
 @pytest.mark.slow
 def test_a_constant_or_a_hose_is_told_apart_by_the_motion_that_is_proposed(found, tmp_path, monkeypatch):
-    contest = judged(found, ("torque_bias", "umbilical_stiffness")).contest
-    monkeypatch.setattr(proposal, "contest_of", lambda search, claimed: contest)
+    task = discriminator_of(found, ("torque_bias", "umbilical_stiffness")).task
+    monkeypatch.setattr(proposal, "discrimination_of", lambda search, claimed: task)
     limits = Limits(q_rad=((-2.0, 2.0), (-1.5, 1.5)), tau_Nm=(50.0, 20.0))
     made = next_experiment(found.search, found.noise, found.decided.claimed, found.model, 50.0, 0, limits)
     assert made.chance >= made.usual

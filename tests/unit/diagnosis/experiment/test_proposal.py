@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nnhydro.diagnosis.experiment.discrimination import Contest
+from nnhydro.diagnosis.experiment.discrimination import DiscriminationProblem
 from nnhydro.diagnosis.experiment.proposal import Proposal
 
 
@@ -14,8 +14,8 @@ from nnhydro.diagnosis.experiment.proposal import Proposal
     (0.04, "no motion is likely to tell coulomb_friction at joint 2 from stribeck_friction"),
     (0.494, "recorded 3 times, settles the matter with a chance of 49 %.")])
 def test_a_proposal_that_would_hardly_settle_anything_says_so(chance_of_it, words):
-    contest = Contest((3, 7), (), (0.0, 1.0), (("coulomb_friction", 2), ("stribeck_friction", 2)))
+    task = DiscriminationProblem((3, 7), (), (0.0, 1.0), (("coulomb_friction", 2), ("stribeck_friction", 2)))
     motion = SimpleNamespace(document={"kind": "slew"}, t=np.linspace(0, 4, 9))
-    proposal = Proposal(contest, motion, 3, 1.0, chance_of_it, 0.6, None)
+    proposal = Proposal(task, motion, 3, 1.0, chance_of_it, 0.6, None)
     assert words in proposal.statement()
     assert proposal.document("next.csv")["separates"][1] == {"effect": "stribeck_friction", "joint": 2}

@@ -39,9 +39,9 @@ def test_where_nothing_moves_an_amplitude_is_that_of_its_prior():
 def campaign(acts, moves=(1,) * 6, order=None, **card):
     """A search among two laws, the first of which acts in recordings `acts` of six; `moves`: whether it is excited there at all."""
     a = law("a", joint=1)
-    vars(a.effect).update({"offset_of_its_own": False, "predictable_share": 1.0, **card})
+    vars(a.effect).update({"random_intercept": False, "predictable_share": 1.0, **card})
     b = law("b", joint=1)
-    vars(b.effect).update(offset_of_its_own=False, predictable_share=1.0)
+    vars(b.effect).update(random_intercept=False, predictable_share=1.0)
     of = design(31, groups=6, rows=60, noise=0.3)
     group = of.problem.group_of
     of.problem.names = tuple(f"run{g}" for g in range(6))
@@ -95,7 +95,7 @@ def test_a_law_is_not_confined_where_the_rest_is_silent_because_nothing_moves_th
     assert window_of(campaign(range(6), moves=[1, 1, 1, 0, 0, 0])[1]) is None
 
 
-@pytest.mark.parametrize("card", [{"predictable_share": 0.5}, {"offset_of_its_own": True}])
+@pytest.mark.parametrize("card", [{"predictable_share": 0.5}, {"random_intercept": True}])
 def test_a_law_that_may_only_be_late_is_not_asked_for_its_parts(card):
     one, parts = campaign([0, 2, 5], **card)
     assert parts.search is one

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from problems import design, law, library, search
 
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT
-from nnhydro.diagnosis.search.library import TOGETHER, Library, bound_bonus, log_mass
+from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, bound_bonus, log_mass
 
 
 def test_a_standard_term_of_a_joint_is_as_probable_as_not_and_any_other_law_one_in_all_keys():
@@ -80,11 +80,11 @@ def test_columns_of_a_grown_library_are_found_in_whatever_part_they_lie():
 
 def test_runs_hold_neighbours_and_not_many_more_columns_than_are_multiplied_at_a_time():
     of = design(4, groups=1, rows=2)
-    count = 2 * TOGETHER + 10
+    count = 2 * COLUMNS_AT_A_TIME + 10
     made = library(of, [law(f"l{k}") for k in range(count)])
     sizes = [len(run) for run, _ in made.runs([k for k in range(count) if k != 5])]
     assert sum(sizes) == count - 1
-    assert max(sizes) <= TOGETHER
+    assert max(sizes) <= COLUMNS_AT_A_TIME
     assert sizes[0] == 5, "a gap ends a run"
 
 
