@@ -83,3 +83,25 @@ def changed(text: str, change: str) -> str:
     after = "\n".join(line[1:] for line in lines if line[:1] != "-")
     assert f"\n{text}".count(f"\n{before}\n") == 1, f"these lines do not stand in the file exactly once:\n{before}"
     return f"\n{text}".replace(f"\n{before}\n", f"\n{after}\n")[1:]
+
+
+def follow(page: Path, tree: Path) -> str:
+    """Do what a page says in a copy of the tree, block by block: write files, change lines, type commands; return what was printed last."""
+    out = ""
+    for block in blocks(page):
+        path = tree / block.file
+        if block.kind == "diff":
+            path.write_text(changed(path.read_text(encoding="utf-8"), block.text), encoding="utf-8")
+        elif block.file:
+            assert not path.exists(), f"{page.stem}: {block.file} is there already"
+            path.write_text(block.text, encoding="utf-8")
+        elif block.kind == "sh":
+            out = typed(block.text, tree, PYTHONPATH=str(tree))
+        elif block.kind == "python":
+            done = subprocess.run([sys.executable, "-c", block.text], cwd=tree, capture_output=True, text=True,
+                                  env={**os.environ, "PYTHONPATH": str(tree)})
+            assert done.returncode == 0, f"{page.stem}: {done.stderr[-2000:]}"
+        else:
+            for line in filter(str.strip, block.text.splitlines()):
+                assert any(alike(line, came) for came in out.splitlines()), f"{page.stem} shows {line!r}, but this came out:\n{out}"
+    return out

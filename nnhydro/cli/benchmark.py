@@ -5,7 +5,7 @@ from pathlib import Path
 import typer
 
 from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
-from nnhydro.cli.terminal.output import JSON, MAP, QUIET, emit, shell_words, warn_of_errors
+from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, emit, shell_words, warn_of_errors
 
 
 def benchmark(
@@ -16,7 +16,7 @@ def benchmark(
                                  "leave-angle-sector-out, leave-kind-out, leave-arm-out or learning-curve."),
     folds: int = typer.Option(5, "--folds", min=2, help="Number of folds; each recording is held out once."),
     config: Path | None = typer.Option(None, "--config", help="TOML file with the training options of networks."),
-    cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    cutoff: float | None = CUTOFF,
     seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; that of --config, else 0, by default."),
     column_map: Path | None = MAP,
     jobs: int = JOBS,
@@ -27,7 +27,7 @@ def benchmark(
 ) -> None:
     """Compare models on recordings held out of their fits.
 
-    Every model is fitted to part of the recordings and tried on the rest; the protocol says which are held out.
+    Every model is fitted to some recordings and tested on the others; the protocol says which are held out.
     """
     from nnhydro.cli.terminal.benchmark import print_benchmark
     from nnhydro.cli.terminal.progress import steps_on_screen

@@ -5,13 +5,13 @@ from pathlib import Path
 import typer
 
 from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
-from nnhydro.cli.terminal.output import JSON, QUIET, emit, say, shell_words
+from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, emit, say, shell_words
 
 
 def check(
     campaign: Path = typer.Argument(help="Folder of the campaign (arm.yaml, recordings/, steady/), or a folder of campaigns."),
-    column_map: Path | None = typer.Option(None, "--map", help="YAML file: foreign columns and their units; default columns.yaml there."),
-    cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    column_map: Path | None = MAP,
+    cutoff: float | None = CUTOFF,
     jobs: int = JOBS,
     backend: str = BACKEND,
     scheduler: str = SCHEDULER,

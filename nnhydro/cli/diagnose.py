@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
-from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, table, use_of, warn_of_errors
+from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, conclude, emit, note, shell_words, show, table, use_of, warn_of_errors
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import DiagnosisResult
@@ -89,7 +89,7 @@ def diagnose(
     baseline: str = typer.Option("", "--baseline", help="A physics model by name, a model folder, or column (the recordings' "
                                  "tau*_sim_Nm); constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
-    cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    cutoff: float | None = CUTOFF,
     seed: int = typer.Option(0, "--seed", help="Random seed of subsets of recordings and of null draws."),
     rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate confidence by simulation: inject each finding and its "
                                  "alternatives N times into these motions and repeat the decision."),

@@ -18,7 +18,7 @@ def gains(
 ) -> None:
     """Print how the torques change with speed and acceleration.
 
-    The derivatives of a model's torques with respect to its inputs stand beside those of its baseline and of the textbook.
+    Prints the derivatives of the torques with respect to the inputs: of the model, of its baseline and of the textbook model.
     """
     from nnhydro.errors import require
     from nnhydro.models.gains.sweeps import Around, document, sweeps

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
+from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
 
 
 def identify(
@@ -12,7 +12,7 @@ def identify(
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
     model: str = typer.Option("constant", "--model", help="rigid, textbook, drag-only, constant or state."),
     dry: Path | None = typer.Option(None, "--dry", help="Model folder of the same arm in air: its values and intervals are priors."),
-    cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    cutoff: float | None = CUTOFF,
     seed: int = typer.Option(0, "--seed", help="Seed of the bootstrap."),
     column_map: Path | None = MAP,
     quiet: bool = QUIET,

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors
+from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors
 
 
 def power(
     campaign: Path = typer.Argument(metavar="CAMPAIGN|PLAN", help="Folder of a campaign, or a recipe (YAML) as nnhydro simulate takes it."),
     baseline: str = typer.Option("", "--baseline", help="A physics model by name or file; constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
-    cutoff: float | None = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given."),
+    cutoff: float | None = CUTOFF,
     seed: int = typer.Option(0, "--seed", help="Seed of the draws that set the threshold."),
     column_map: Path | None = MAP,
     quiet: bool = QUIET,
@@ -19,8 +19,8 @@ def power(
 ) -> None:
     """Find the smallest effects that a campaign would reveal.
 
-    For each effect: its smallest size, and how much of it a refit of the baseline hides. For a plan (a recipe) the baseline simulates the
-    motions, with the noise that the recipe states.
+    States the smallest size of each effect, and how much of it a refit of the baseline hides. For a plan (a recipe) the baseline simulates
+    the motions, with the noise that the recipe states.
     """
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan

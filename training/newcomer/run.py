@@ -47,7 +47,7 @@ def main(place: Path) -> None:
         said.append(text)
 
     def step(title: str, command: str, fails: bool = False) -> None:
-        tell(f"\n# {title}\n$ {command}")
+        tell(f"\n# {title}\n$ {command}".replace(str(ROOT), "https://example.invalid/nnhydro.git"))
         start = time.perf_counter()
         done = subprocess.run(["bash", "-c", command.replace("nnhydro ", f"{nnhydro} ") if command.startswith("nnhydro ") else command],
                               cwd=place, capture_output=True, text=True, env={**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1"})

@@ -15,6 +15,7 @@ from nnhydro.report.sheet import Sheet
 if TYPE_CHECKING:
     from nnhydro.recordings.campaign import Campaign
 
+CUTOFF = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given.")
 MAP = typer.Option(None, "--map", help="YAML file: foreign columns and their units; columns.yaml in the campaign by default.")
 _quiet = False  # of the command that runs; QUIET sets it anew for each
 
