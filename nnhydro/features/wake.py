@@ -25,6 +25,7 @@ from torch import Tensor
 from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.memo import RecentMemo, content_of
 from nnhydro.physics.transmission import to_drives
 
 Array = NDArray[np.float64]
@@ -38,6 +39,7 @@ STATES = 2 * len(TRAVEL) + len(LASTING) + 3  # numbers that a station carries fr
 TINY = 1e-12  # rate of a step: none at all
 LARGE = 10.0  # bound of the scaled torques; steady flow gives up to about 3
 STILL = 5e-3  # m/s: below it a station counts as at rest
+_RUNS = RecentMemo(100_000_000)  # every model that is fitted to a run, or asked about it, needs the same states of its water
 
 
 def stations(flow: Flow, per_link: int = STRIPS) -> Tensor:
@@ -149,7 +151,12 @@ def _lasting_states(w: Tensor) -> list[Tensor]:
 def _of_run(flow: Flow, w: Tensor) -> list[Tensor]:
     dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])
     start = w[0] if under_way(flow) else torch.zeros_like(w[0])
-    return list(torch.from_numpy(_filter_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy())).unbind(1))
+
+    def states() -> Tensor:
+        """Return the states (n, STATES, links, s), row after row."""
+        return torch.from_numpy(_filter_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy()))
+
+    return list(_RUNS.of((content_of((w, dt, flow.D, start)), flow.nu), states, lambda found: 8 * found.numel()).unbind(1))
 
 
 def _carried_memories(flow: Flow, carried: StepMemory, w: Tensor) -> Tensor:

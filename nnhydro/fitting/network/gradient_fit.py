@@ -100,8 +100,9 @@ class _Task:
     def errors(self, ensemble: Ensemble, index: Tensor) -> Tensor:
         """Squared scaled error (E, m) of the rows `index` (E, m) of each member."""
         left = self.left.expand(len(index), -1, -1)[torch.arange(len(index))[:, None], index]
-        y = self.r * odd_output(ensemble, self.rows.x[index], self.rows.parity)
-        return (((self.rows.scale[index] * y - left) / self.s) ** 2).sum(dim=2)
+        x, scale = (of.index_select(0, index.ravel()).reshape(*index.shape, -1) for of in (self.rows.x, self.rows.scale))
+        y = self.r * odd_output(ensemble, x, self.rows.parity)
+        return (((scale * y - left) / self.s) ** 2).sum(dim=2)
 
 
 def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, decay: float) -> None:
@@ -137,7 +138,7 @@ def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, c
         weight = mine.gather(1, own)
         errors = task.errors(layout.with_tensors(state.weights), index[own])
         loss = ((errors * weight).sum(dim=1) / weight.sum(dim=1).clamp(min=1)).sum()
-        gradients = torch.autograd.grad(loss, state.weights)
+        gradients = torch.autograd.grad(loss, state.weights, materialize_grads=True)
         for w in state.weights:
             w.requires_grad_(False)
         _adamw(state, gradients, _rate(config, (state.epoch + number / len(batches)) / config.epochs), config.weight_decay)

@@ -6,7 +6,7 @@ is known from the whole.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import final
 
 import numpy as np
@@ -21,11 +21,13 @@ from nnhydro.features.strip_law import law_columns, tiers
 from nnhydro.features.strip_state import StripView, sets_of, strip_states
 from nnhydro.models.learned.learned import swiftness
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.motion import tensor
+from nnhydro.physics.memo import RecentMemo, content_of
+from nnhydro.physics.motion import Base, Motion, Water, tensor
 from nnhydro.recordings.filtering.filtered_rows import filtered_rows, reach
 from nnhydro.recordings.segment import Segment
 
 STRETCH = 1024  # rows at a time
+_SHARED = RecentMemo(150_000_000)  # every model that is fitted to a recording needs the same columns of its motion
 
 
 @final
@@ -68,12 +70,40 @@ class Linear:
         return replace(self, columns=torch.cat([self.columns, other.columns]), seen=self.seen.and_of(other.seen))
 
 
-def _stretches(flow: Flow, segment: Segment, chosen: NDArray[np.int64]) -> Iterator[tuple[slice, Flow, NDArray[np.int64]]]:
-    """The rows of a stretch, the flow over them, and which of them are among the `chosen`."""
+def _stretches(flow: Flow, segment: Segment, chosen: NDArray[np.int64]) -> Iterator[tuple[Flow, NDArray[np.int64]]]:
+    """The flow over a stretch, and which of its rows are among the `chosen`."""
     wake, m, halo = torch.stack(StripView(flow).wake), flow.motion, reach(segment)
     for some in np.array_split(chosen, -(-len(chosen) // STRETCH)):
         rows = slice(max(int(some[0]) - halo, 0), int(some[-1]) + halo + 1)
-        yield rows, Flow(flow.arm, replace(m, wake=wake).rows(rows)), some - rows.start
+        yield Flow(flow.arm, replace(m, wake=wake).rows(rows)), some - rows.start
+
+
+def _tensors(moving: Motion | Base | Water) -> Iterator[Tensor | None]:
+    """All tensors of what moves."""
+    for field in fields(moving):
+        value = getattr(moving, field.name)
+        if isinstance(value, Base | Water):
+            yield from _tensors(value)
+        elif value is None or isinstance(value, Tensor):
+            yield value
+
+
+def _shared_columns(flow: Flow, names: Sequence[str], segment: Segment, chosen: NDArray[np.int64]) -> Linear:
+    """The columns of law and body: they are those of the motion, whatever is fitted to which recordings."""
+    parts = []
+    for near, some in _stretches(flow, segment, chosen):
+        strips = StripView(near)
+        z, of_three = strip_states(strips, names)
+        body = body_columns(near)
+        law = law_columns(strips, z, of_three) if names else body[..., :0]
+        every, here = torch.cat([law, body], dim=2), torch.from_numpy(some)
+        seen = RowRange(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(near)[here].amax(dim=0))
+        parts.append(Linear(tensor(filtered_rows(segment, every.numpy(), some)).float(), law.shape[2], every.shape[2], 0,
+                            tiers(sets_of(strips, names), of_three, law.shape[2]), seen))
+    first, *others = parts
+    for other in others:
+        first = first.and_of(other)
+    return first
 
 
 def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segment, chosen: NDArray[np.int64],
@@ -82,20 +112,11 @@ def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segme
 
     `free` is the range of the free functions, None where there are none.
     """
-    parts = []
-    for rows, flow, some in _stretches(view.flow, segment, chosen):
-        strips = StripView(flow)
-        z, of_three = strip_states(strips, names)
-        body = body_columns(flow)
-        law = law_columns(strips, z, of_three) if names else body[..., :0]
-        angles = x.odd[rows, :0] if free is None else free_functions(flow, free)
-        odd = view.scale[rows, :, None] * x.odd[rows, None]
-        every = torch.cat([law, body, odd, angles[:, None].expand(-1, odd.shape[1], -1)], dim=2)
-        here = torch.from_numpy(some)
-        seen = RowRange(z[here].amin(dim=(0, 1, 3)), z[here].amax(dim=(0, 1, 3)), swiftness(flow)[here].amax(dim=0))
-        parts.append(Linear(tensor(filtered_rows(segment, every.numpy(), some)).float(), law.shape[2], law.shape[2] + body.shape[2],
-                            angles.shape[1], tiers(sets_of(strips, names), of_three, law.shape[2]), seen))
-    first, *others = parts
-    for other in others:
-        first = first.and_of(other)
-    return first
+    flow = view.flow
+    moves = content_of((torch.from_numpy(chosen), *_tensors(flow.motion)))
+    key = moves, flow.motion.steady, flow.arm.model_dump_json(), segment.low_pass, tuple(names)
+    water = _SHARED.of(key, lambda: _shared_columns(flow, names, segment, chosen), lambda linear: 4 * linear.columns.numel())
+    angles = x.odd[:, :0] if free is None else free_functions(flow, free)
+    own = torch.cat([view.scale[..., None] * x.odd[:, None], angles[:, None].expand(-1, view.scale.shape[1], -1)], dim=2)
+    columns = torch.cat([water.columns, tensor(filtered_rows(segment, own.numpy(), chosen)).float()], dim=2)
+    return replace(water, columns=columns, free_size=angles.shape[1])

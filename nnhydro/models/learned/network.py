@@ -109,7 +109,28 @@ def soft_bound(y: Tensor, bound: float) -> Tensor:
     return within + h * torch.tanh((y - within) / h)
 
 
+def _by_parity(x: Tensor, parity: Tensor, dim: int) -> tuple[Tensor, ...]:
+    """The odd and the even ones along `dim`: views where all odd ones come first."""
+    odd = int((parity < 0).sum())
+    if not bool((parity[:odd] < 0).all()):
+        x = x.index_select(dim, parity.argsort(stable=True))
+    return torch.split(x, [odd, len(parity) - odd], dim)
+
+
 def odd_output(ensemble: Ensemble, x: Tensor, parity: Tensor) -> Tensor:
-    """Return y (E, n, outputs), exactly odd under the mirror that multiplies the inputs x ([E,] n, inputs) by `parity`."""
-    both, n = ensemble(torch.cat([x, x * parity], dim=-2)), x.shape[-2]
-    return 0.5 * (both[:, :n] - both[:, n:])
+    """Return y (E, n, outputs), exactly odd under the mirror that multiplies the inputs x ([E,] n, inputs) by `parity`.
+
+    The first layer takes odd and even inputs apart, since the mirror turns the sign of what the odd ones give; the last one takes the
+    difference of both sides, of which its offsets are no part.
+    """
+    stacks, n = len(ensemble.weights[0]), x.shape[-2]
+    odd, even = (part.expand(stacks, -1, -1) if x.dim() == 2 else part if stacks == len(x) else part.repeat_interleave(stacks // len(x), 0)
+                 for part in _by_parity(x, parity, -1))
+    of_odd, of_even = _by_parity(ensemble.weights[0], parity, 1)
+    turned, kept = torch.bmm(odd, of_odd), torch.baddbmm(ensemble.offsets[0], even, of_even)
+    h = _tanh(torch.cat([kept + turned, kept - turned], dim=1))
+    for weight, offset in zip(ensemble.weights[1:-1], ensemble.offsets[1:-1], strict=True):
+        h = _tanh(torch.baddbmm(offset, h, weight))
+    here, mirrored = h.chunk(2, dim=1)
+    y = torch.bmm(here - mirrored, 0.5 * ensemble.weights[-1])
+    return y if y.shape[2] == ensemble.outputs else y.reshape(-1, ensemble.outputs, n).transpose(1, 2)

@@ -148,10 +148,15 @@ def test_the_bound_is_never_passed_and_outputs_up_to_half_of_it_pass_unchanged()
     assert float(slopes[2]) == pytest.approx(1.0, abs=1e-5)
 
 
-def test_the_mirrored_net_is_odd():
-    parity = t([-1.0, -1.0, 1.0, 1.0])
-    net, x = random_ensemble((4, 9, 2)), t(np.random.default_rng(1).standard_normal((20, 4)))
+@LAYERS
+@pytest.mark.parametrize("parity", [(-1, -1, 1, 1), (1, -1, 1, -1), (-1, -1, -1, -1), (1, 1, 1, 1)], ids=str)
+def test_the_mirrored_net_is_odd_half_of_what_it_says_here_and_in_the_mirror(parity, parallel):
+    parity, net = t(parity), random_ensemble((4, 9, 5, 2), parallel=parallel)
+    x = t(np.random.default_rng(1).standard_normal((20, 4)))
+    torch.testing.assert_close(odd_output(net, x, parity), (net(x) - net(x * parity)) / 2, **EXACT)
     torch.testing.assert_close(odd_output(net, x * parity, parity), -odd_output(net, x, parity), **EXACT)
+    own = torch.stack([x, x + 1.0, x - 1.0])  # a member each
+    torch.testing.assert_close(odd_output(net, own, parity), (net(own) - net(own * parity)) / 2, **EXACT)
 
 
 def random_law(a, shown, names=DEFAULTS.law, members=3, seed=1):
