@@ -6,7 +6,7 @@ prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> 
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
@@ -81,10 +81,9 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     return tuple(h for h in made if "frequency" not in h.spans or getattr(h.effect, "frequency")[0] < design.problem.edge)  # noqa: B009
 
 
-@one_thread()
-def search_design(design: Design, seed: int, without: Sequence[str] = (),
-                  progress: Callable[[str], None] = lambda line: None) -> SearchedCampaign:
-    """Return what the baseline of `design` leaves out on its rows."""
+def _explore(design: Design, without: Sequence[str],
+             progress: Callable[[str], None] = lambda line: None) -> tuple[Noise, Search, ScoredSet, StripTheory]:
+    """Return noise, search, its best set and the calibrated baseline on the rows of `design`; nothing is decided yet."""
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
     progress("noise and baseline")
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
@@ -116,8 +115,14 @@ def search_design(design: Design, seed: int, without: Sequence[str] = (),
         finer = refine(search, best, model)
         search = finer.search
         best = simplest(search, plain(search, search.climb(finer.best)))
-    decided = decide(search, best, seed)
-    return SearchedCampaign(design, noise, search, decided, model, search.score(()))
+    return noise, search, best, model
+
+
+@one_thread()
+def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> SearchedCampaign:
+    """Return what the baseline of `design` leaves out on its rows."""
+    noise, search, best, model = _explore(design, without)
+    return SearchedCampaign(design, noise, search, decide(search, best, seed), model, search.score(()))
 
 
 def _recalibration(model: StripTheory) -> dict[str, list[float]]:
@@ -139,11 +144,11 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
         limits.check(campaign.arm.n_links)
     copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
     names = draw_names([name for name in campaign.names if name not in copies], most, seed)
-    found = search_design(design_on(problem_of(campaign, names, cutoff_hz), baseline), seed, without, progress)
+    design = design_on(problem_of(campaign, names, cutoff_hz), baseline)
+    noise, search, best, model = _explore(design, without, progress)
     progress("held-out errors")
-    decided, proof = withdraw_useless(found.search, found.decided, found.model, seed)
-    found = replace(found, decided=decided)
-    search, claimed = found.search, found.decided.claimed
+    decided, proof = withdraw_useless(search, decide(search, best, seed), model, seed)
+    found, claimed = SearchedCampaign(design, noise, search, decided, model, search.score(())), decided.claimed
     findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [confident(finding, rehearsal) for finding in findings]
