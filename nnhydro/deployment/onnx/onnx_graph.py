@@ -26,7 +26,7 @@ OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "ab
 TESTS = {"positive": "Greater", "zero": "Equal"}
 CLIPS = {"clip": (-1.0, 1.0), "unit": (0.0, 1.0)}
 SPREADING = ("same", "mul", "abs", "sqrt", "pow", "exp", "log", "max", "maxof", "floor", "ceil")  # infinite where an operand is
-SHORT, LONG = 4, 12  # terms: sums up to SHORT are padded together; longer than LONG they go as a matrix, over the same atoms
+LONG = 12  # terms: sums up to LONG are padded together; longer ones over the same atoms go as a matrix
 # microseconds of onnxruntime 1.32 on one x86-64 core, to choose between equal ways: a node, an element gathered, added or copied by a
 # joint, a multiplication in a matrix
 NODE, ELEMENT, COPIED, TIMES = 0.5, 0.0008, 0.00025, {8: 3.6e-4, 4: 1e-4}
@@ -153,7 +153,7 @@ class Graph:
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
         wild = [row for row in short if self._wild(row)]
-        few, many = ([row for row in short if (len(row) > SHORT) == long and not self._wild(row)] for long in (False, True))
+        few, many = ([row for row in short if (len(row) > LONG) == long and not self._wild(row)] for long in (False, True))
         for rows in (few, many):
             self._sums(rows)
         self._sums(wild, whole=False)
