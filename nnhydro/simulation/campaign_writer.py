@@ -2,7 +2,7 @@
 
     arm.yaml  recordings/  steady/  unseen/        the campaign
     answers/                                       torques of the unseen motions, with and without the sensor's noise
-    recipe.yaml  motions/  recipe.json             the recipe, complete in itself; seed and versions
+    recipe.yaml  motions/  truth/  recipe.json     the recipe, complete in itself; seed and versions
 """
 
 import shutil
@@ -49,6 +49,9 @@ def runs(recipe: Recipe) -> Iterator[Run]:
             yield run_prescribed(name, reference, recipe.arm, recipe.loads, settings.fine_rate_hz)
     elif recipe.references:
         law = settings.controller.torque_law(recipe.arm, settings.sample_rate_hz, recipe.folder)
+        if recipe.learned_truth is not None:
+            yield from recipe.learned_truth.track_all(recipe.references, law, settings.fine_rate_hz, settings.hold)
+            return
         yield from run_controlled(recipe.references, Plant(recipe.arm, recipe.loads), law, settings.fine_rate_hz, settings.hold)
 
 
@@ -83,14 +86,19 @@ def _write(work: Path, seen: RecordedRun, kind: str, unseen: bool) -> WrittenRun
 
 
 def _self_contained(recipe: Recipe, work: Path) -> dict[str, Any]:
-    """The recipe's document with the arm written out and every file it reads copied into motions/."""
+    """The recipe's document with the arm written out; the files it reads lie in motions/, a model that is the truth in truth/."""
     motions = [dict(m) for m in recipe.document["motions"]]
     for motion, document in zip(recipe.motions, motions, strict=True):
         for key, path in motion.files(recipe.folder).items() if isinstance(motion, TimedMotion) else ():
             document[key] = f"motions/{motion.name}{path.suffix}"
             (work / "motions").mkdir(exist_ok=True)
             shutil.copyfile(path, work / document[key])
-    return {**recipe.document, "arm": recipe.arm.document(), "seed": recipe.settings.seed, "motions": motions}
+    if recipe.settings.truth is None:
+        truth: dict[str, Any] = {"arm": recipe.arm.document()}
+    else:
+        truth = {"truth": "truth"}
+        shutil.copytree(recipe.folder / recipe.settings.truth, work / "truth")
+    return {**recipe.document, **truth, "seed": recipe.settings.seed, "motions": motions}
 
 
 def _versions() -> dict[str, str]:

@@ -15,6 +15,7 @@ from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.simulation.motions.motion_kind import MotionKind, Reference, Setting, TimedMotion, motion_of
 from nnhydro.simulation.motions.steady import SteadyRuns
 from nnhydro.simulation.plant import require_steps
+from nnhydro.simulation.recipe.model_truth import ModelTruth, model_truth
 from nnhydro.simulation.recipe.recipe_file import RecipeFile
 from nnhydro.simulation.recipe.true_loads import true_loads
 from nnhydro.simulation.run import grid, require_length, stream
@@ -37,6 +38,12 @@ class Recipe:
     def steady(self) -> tuple[SteadyRuns, ...]:
         """The grids of steady runs."""
         return tuple(m for m in self.motions if isinstance(m, SteadyRuns))
+
+    @property
+    def learned_truth(self) -> ModelTruth | None:
+        """The truth where it is a model whose torque is not affine in the acceleration, else None."""
+        learned = (term for term in self.loads.terms.values() if isinstance(term, ModelTruth) and not term.dynamics.affine)
+        return next(learned, None)
 
 
 def _references(settings: RecipeFile, motions: tuple[MotionKind, ...], arm: Arm, folder: Path) -> dict[str, Reference]:
@@ -67,17 +74,26 @@ def _require_names(settings: RecipeFile, motions: tuple[MotionKind, ...], where:
         require(name in timed, f"{where}: unseen: {name!r} is not a motion against time of this recipe: {', '.join(timed[:5])}")
 
 
+def _truth(settings: RecipeFile, where: str, folder: Path) -> tuple[Arm, Loads]:
+    """The arm and what loads it: terms, or a model as the only one."""
+    if settings.truth is not None:
+        model = model_truth(folder / settings.truth, where)
+        return model.dynamics.arm, Loads({Path(settings.truth).name: model})
+    arm = read_arm(folder / settings.arm) if isinstance(settings.arm, str) else parse_arm(settings.arm or {}, f"{where}: arm")
+    return arm, true_loads(settings.terms, arm, where)
+
+
 def parse_recipe(document: Mapping[str, Any], where: str, folder: Path) -> Recipe:
     """Return the recipe that `document` describes, paths in it relative to `folder`; raise NnhydroError naming `where` and the key."""
     settings = validate(RecipeFile, dict(document), where, ConfigError)
-    arm = read_arm(folder / settings.arm) if isinstance(settings.arm, str) else parse_arm(settings.arm, f"{where}: arm")
-    loads = true_loads(settings.terms, arm, where)
+    arm, loads = _truth(settings, where, folder)
     motions = tuple(motion_of(m, f"{where}: motions[{i}]") for i, m in enumerate(settings.motions))
     _require_names(settings, motions, where)
     settings.sensors.require_fit(arm, settings.sample_rate_hz, settings.fine_rate_hz)
     if settings.controller is not None:
         settings.controller.torque_law(arm, settings.sample_rate_hz, folder)
-        require_steps(loads, arm)
+        if settings.truth is None:
+            require_steps(loads, arm)
     return Recipe(settings, arm, loads, motions, _references(settings, motions, arm, folder), document, folder)
 
 

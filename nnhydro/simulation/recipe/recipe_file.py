@@ -50,8 +50,9 @@ class RecipeFile(Settings):
 
     schema_: Literal["nnhydro/recipe/1"] = Field(default=SCHEMA_RECIPE, alias="schema")
     name: str = Field(default="campaign", max_length=200)
-    arm: dict[str, Any] | str
+    arm: dict[str, Any] | str | None = None
     terms: dict[str, Any] = Field(default={})
+    truth: str | None = Field(default=None, max_length=1000)
     motions: tuple[Any, ...] = Field(min_length=1, max_length=1000)
     controller: Controller | None = None
     sensors: Sensors = Sensors()
@@ -67,6 +68,15 @@ class RecipeFile(Settings):
         if isinstance(value, str) and value != "none":
             raise ValueError("must be 'none' or a mapping with kind, kp and kd")
         return None if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _one_truth(self) -> Self:
+        """The truth is a sum of terms on an arm, or a model, which brings its own arm."""
+        if self.truth is None and self.arm is None:
+            raise ValueError("key 'arm' is missing: give arm and terms, or truth (the folder of a model)")
+        if self.truth is not None and (self.terms or self.arm is not None):
+            raise ValueError("truth is a whole model with its own arm: leave out arm and terms")
+        return self
 
     @model_validator(mode="after")
     def _controller_instants_on_the_grid(self) -> Self:
