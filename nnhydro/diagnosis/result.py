@@ -11,6 +11,7 @@ from nnhydro.diagnosis.findings.finding import NamedEffect
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.wording import percent
 
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
@@ -66,7 +67,7 @@ class DiagnosisResult:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""
         if not self.remainder.detected:
             return ""
-        return (f" Noise alone would leave {100 * self.noise_floor:.1f} %: something systematic remains that no known effect explains."
+        return (f" Noise alone would leave {percent(self.noise_floor)}: something systematic remains that no known effect explains."
                 f"{self._depends('It')}")
 
     def _depends(self, subject: str) -> str:
@@ -77,7 +78,7 @@ class DiagnosisResult:
         few = list(self.remainder.recordings) or [name for place in self.location[:1] for name in place.recordings]
         few = [] if self.remainder.lines else few
         there = f"{', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}"
-        why = f" Mass, drag or added mass of the model are others in {there} than in the rest." if self.remainder.own_parameters else ""
+        why = " Mass, drag or added mass differ there from those of the other recordings." if self.remainder.own_parameters else ""
         return f" {subject} lies in {there}.{why}" if few else ""
 
     def verdict(self) -> str:
@@ -88,10 +89,10 @@ class DiagnosisResult:
         following = "" if self.following is None else f" {self.following.statement()}"
         bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
         with_them = "With it" if len(self.findings) == 1 else "With them"
-        noisy = (f" Noise alone is {100 * self.noise_floor:.0f} %: what else is missing these recordings cannot tell."
+        noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot tell what else is missing."
                  if self.noise_floor > TOO_NOISY and not self.remainder.detected else "")
-        gained = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {100 * self.proof.before:.1f} % to "
-                  f"{100 * self.proof.after:.1f} %.{bands}{self._remains()}{noisy}{following}")
+        gained = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {percent(self.proof.before)} to "
+                  f"{percent(self.proof.after)}.{bands}{self._remains()}{noisy}{following}")
         return " ".join([*(f"{f.statement}{f.equivalents()}" for f in self.findings), gained])
 
     def _no_finding_text(self) -> str:
@@ -100,6 +101,6 @@ class DiagnosisResult:
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
                     f"{hum}{self._depends('What remains')}")
         if self.noise_floor > TOO_NOISY:
-            return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect stands out of "
-                    "it; record stronger motions or repeat them.")
+            return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect "
+                    "exceeds it. Record stronger motions, or repeat these.")
         return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."

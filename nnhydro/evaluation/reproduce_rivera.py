@@ -34,6 +34,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import group_names
 from nnhydro.recordings.splitting import Unit, folds, units
+from nnhydro.wording import percent
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]
@@ -166,9 +167,6 @@ def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = l
 
 def table(result: RiveraReproduction) -> list[tuple[str, str, str]]:
     """Return rows (what, common layers, parallel layers) for the screen."""
-    def percent(value: float) -> str:
-        return f"{100 * value:.1f} %"
-
     rows = [(f"inputs: {name}", percent(e["common"]), percent(e["parallel"])) for name, e in result.inputs.items()]
     rows += [(f"{n} neurons", percent(e["common"]), percent(e["parallel"])) for n, e in result.neurons.items()]
     rows += [(f"trained on {n} recordings or groups of runs", percent(e), "") for n, e in result.training.items()]

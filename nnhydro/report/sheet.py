@@ -12,11 +12,6 @@ NOTHING = ""
 Form = str | Callable[[Any], str]
 
 
-def percent(x: float) -> str:
-    """Return a share as per cent, one digit."""
-    return f"{100 * x:.1f} %"
-
-
 def percent_interval(ends: tuple[float, float]) -> str:
     """Return an interval of shares as per cent."""
     return f"{100 * ends[0]:.1f} to {100 * ends[1]:.1f}"

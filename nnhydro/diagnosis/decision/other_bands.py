@@ -43,7 +43,7 @@ class OtherBand:
     def sentence(self) -> str:
         """Return what would not be claimed, in words; empty where all stands."""
         said = ", ".join(f"{effect} at joint {joint}" if joint else effect for effect, joint in self.lost)
-        return f"Judged on what lies below {self.edge:.2g} Hz alone, this would not be claimed: {said}." if self.lost else ""
+        return f"If only frequencies below {self.edge:.2g} Hz were compared, this would not be claimed: {said}." if self.lost else ""
 
 
 def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: str | None, claimed: Sequence[Hypothesis]) -> OtherBand:

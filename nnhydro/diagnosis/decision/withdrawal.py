@@ -11,6 +11,7 @@ from nnhydro.diagnosis.decision.decide import Claims
 from nnhydro.diagnosis.decision.proof import Proof, prove
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
+from nnhydro.wording import percent
 
 
 def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
@@ -25,8 +26,8 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
         useless = proof.before - proof.after < RELEVANT * proof.before
         if not burden and not useless:
             return decided, proof
-        reason = (f"errors on {proof.held_out} held out go from {100 * (without[worst] if burden else proof.before):.1f} to "
-                  f"{100 * proof.after:.1f} % with it: nobody could act on it")
+        reason = (f"errors on {proof.held_out} held out go from {percent(without[worst] if burden else proof.before)} to "
+                  f"{percent(proof.after)} with it: nobody could act on it")
         gone = (worst,) if burden else decided.claimed.chosen
         keys = set(map(search.key, gone))
         decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d

@@ -149,7 +149,8 @@ class Posterior:
         from scipy.linalg.lapack import dpotri
 
         made = np.ones(len(self.scale))
-        made[self.live] = np.diag(dpotri(self.chol, lower=1)[0])
+        if len(self.live):
+            made[self.live] = np.diag(dpotri(self.chol, lower=1)[0])
         return made
 
 

@@ -86,14 +86,15 @@ class UmbilicalStiffness(LoadEffect):
         return {"stiffness": Quantity(k, "N m/rad"), "rest_angle": Quantity(q, "rad")}
 
     def _grows(self) -> str:
-        """How its pull grows within a radian of its rest angle, in words."""
+        """How its stiffness changes within a radian of its rest angle, in words."""
         rest = self._rest()
         if self.linear or rest is None:
             return ""
         stiffer = [self._law().deriv()(rest[1] + side) > rest[0] for side in (-1.0, 1.0)]
-        words = "on one side more than on the other" if len(set(stiffer)) > 1 else f"{'more' if stiffer[0] else 'less'} than in proportion"
-        return f" near there, a pull that grows {words}"
+        if len(set(stiffer)) > 1:
+            return " It is stiffer on one side of this angle than on the other."
+        return f" It becomes {'stiffer' if stiffer[0] else 'softer'} away from this angle."
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} is pulled back towards {said['rest_angle']} by {said['stiffness']}{self._grows()}: a hose or cable."
+        return f"Joint {self.joint} is pulled back towards {said['rest_angle']} by {said['stiffness']}: a hose or cable.{self._grows()}"

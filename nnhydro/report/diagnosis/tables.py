@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from nnhydro.report.sheet import Column, Sheet, interval, percent
+from nnhydro.report.sheet import Column, Sheet, interval
+from nnhydro.wording import percent
 
 Document = dict[str, Any]
 ARM = "arm"

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from nnhydro.report.sheet import Column, Sheet, percent
+from nnhydro.report.sheet import Column, Sheet
+from nnhydro.wording import percent
 
 ALIKE = 0.98  # likeness from which two effects are one torque
 OWN = 1e-3  # visible share below which an effect is the baseline's own

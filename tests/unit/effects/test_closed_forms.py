@@ -43,9 +43,9 @@ def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_t
     np.testing.assert_allclose(hose.torque(Flow(arm(1), steady(q[:, None])))[:, 0], k * (d + hardening * d**3), atol=1e-12)
     format_quantity = hose.quantities()
     assert (format_quantity["stiffness"].value, format_quantity["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
-    assert "grows more than in proportion" in hose.statement()
-    assert "grows less than in proportion" in bent(1.0, 0.0, 0.0, -0.1).statement()
-    assert "grows on one side more than on the other" in bent(1.0, 0.0, 0.5, 0.1).statement()
+    assert "becomes stiffer away" in hose.statement()
+    assert "becomes softer away" in bent(1.0, 0.0, 0.0, -0.1).statement()
+    assert "stiffer on one side of this angle than on the other" in bent(1.0, 0.0, 0.5, 0.1).statement()
 
 
 @pytest.mark.parametrize(("zeros", "rest"), [((-0.4, 1.0, 2.0), -0.4), ((0.3, 2j, -2j), 0.3)])

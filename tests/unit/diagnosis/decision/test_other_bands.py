@@ -20,7 +20,7 @@ def coulomb():
 def test_friction_shows_at_every_edge_and_nothing_is_said_of_the_band():
     told = diagnosed("rubbing")
     assert [band.lost for band in told.other_bands] == [()] * len(FACTORS)
-    assert "Judged on what lies below" not in told.verdict()
+    assert "If only frequencies below" not in told.verdict()
     assert [band["lost"] for band in told.document()["other_bands"]] == [[]] * len(FACTORS)
 
 
@@ -28,7 +28,7 @@ def test_a_law_that_is_not_there_is_lost_at_any_edge_and_the_sentence_says_where
     of = campaign("healthy")
     band = claims_at(of, of.names, Band(2.0, 2.0), None, coulomb())
     assert band.lost == (("coulomb_friction", 1),)
-    assert band.sentence() == "Judged on what lies below 2 Hz alone, this would not be claimed: coulomb_friction at joint 1."
+    assert band.sentence() == "If only frequencies below 2 Hz were compared, this would not be claimed: coulomb_friction at joint 1."
 
 
 def test_what_shows_only_above_an_edge_is_lost_below_it():

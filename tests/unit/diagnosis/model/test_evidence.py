@@ -113,3 +113,10 @@ def test_the_group_that_holds_the_unknown_gets_the_size_and_the_others_none():
     assert sizes.tau[1].max() < 0.1
     assert sizes.tau[0, 1] < 0.1
     assert sizes.total[0] > 5 * sizes.total[1]
+
+
+def test_where_nothing_is_free_every_variance_is_that_of_the_prior(capfd):
+    of = design(16, p=0)
+    fit = posterior(white := whitened(of), None, none(white).vector(white))
+    assert fit.variances().tolist() == [1.0] * len(white.b)
+    assert capfd.readouterr() == ("", ""), "LAPACK prints what it is not asked"
