@@ -115,15 +115,17 @@ OTHER_WAVES = (0.965, 0.61, 0.74, 1.22, 0.88, 0.53)  # Hz
 
 
 def held_in_a_wave(height=0.12, frequencies=(0.965,) * 6):
-    """An arm held at another angle in each recording, in water that sways along +Y: Morison's load of a cylinder at rest, by hand."""
+    """An arm held at another angle in each recording, in a deep-water wave along +Y: Morison's load at rest, strip by strip."""
     link, found = ARM.links[0], []
     L, D = link.length_m, link.diameter_m
+    x = (np.arange(40) + 0.5) * L / 40
     for k, w in enumerate(2 * np.pi * np.array(frequencies)):
         rng = np.random.default_rng(k + 80)
         t = np.arange(1000) / 50.0
         q, phase = rng.uniform(-1.2, 1.2), rng.uniform(0, 6)
-        speed, slope = (height * np.cos(q) * x for x in (np.cos(w * t + phase), -w * np.sin(w * t + phase)))
-        tau = -L**2 / 2 * (500.0 * 1.1 * D * np.abs(speed) * speed + 1000.0 * np.pi / 2 * D**2 * slope)
+        psi = w * t[:, None] + phase - w**2 / 9.81 * np.sin(q) * x
+        speed, slope = height * np.cos(q) * np.cos(psi), -height * np.cos(q) * w * np.sin(psi)
+        tau = -(500.0 * 1.1 * D * np.abs(speed) * speed + 1000.0 * np.pi / 2 * D**2 * slope) @ x * L / 40
         angle = q + 1e-4 * rng.standard_normal((len(t), 1))
         found.append(Recording(f"held{k}", t, angle, (tau + max(0.03 * tau.std(), 0.01) * rng.standard_normal(len(t)))[:, None]))
     return Campaign.of(ARM, found)

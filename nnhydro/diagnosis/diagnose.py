@@ -21,7 +21,7 @@ from nnhydro.diagnosis.decision.withdrawal import withdraw_useless
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import plain, simplest
-from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
@@ -149,7 +149,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     progress("held-out errors")
     decided, proof = withdraw_useless(search, decide(search, best, seed), model, seed)
     found, claimed = SearchedCampaign(design, noise, search, decided, model, search.score(())), decided.claimed
-    findings = sorted((finding_of(search, claimed, k) for k in claimed.chosen), key=lambda f: -found.decided.shares.get(f.number, 0.0))
+    findings = sorted(findings_of(search, claimed), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [confident(finding, rehearsal) for finding in findings]
     progress("other bands")

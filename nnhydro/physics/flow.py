@@ -213,6 +213,11 @@ class Flow:
         cos, sin = torch.cos(self.phi), torch.sin(self.phi)
         return torch.stack([cos, sin], dim=-1), torch.stack([-sin, cos], dim=-1)
 
+    @property
+    def unit_along(self) -> Tensor:  # (n, links, 2)
+        """Unit vector along each link, e_i, in world axes X, Y."""
+        return self._frame[0]
+
     @cached_property
     def middle(self) -> Tensor:  # (n, links, 2) m
         """Where the middle of each link is, from the hub, in world axes X, Y."""

@@ -24,7 +24,7 @@ from scipy.signal import lfilter
 from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import power
 from nnhydro.diagnosis.diagnose import diagnose, search_design
-from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.evaluation.metrics import interval_of_share
 from nnhydro.fitting.identify import versions
@@ -119,7 +119,7 @@ def coverage(config: dict) -> None:
             design = inject(found.design, found.noise, found.model, z, [(row.hypothesis, values)], config["seed"] + 100 * number + draw)
             named = search_design(design, draw, others)
             claimed = named.decided.claimed
-            told = {(f.effect.id, f.effect.joint): f for f in (finding_of(named.search, claimed, k) for k in claimed.chosen)}
+            told = {(f.effect.id, f.effect.joint): f for f in findings_of(named.search, claimed)}
             finding = told.get(row.hypothesis.key)
             missed += finding is None
             truth = row.hypothesis.with_values(torch.from_numpy(values)).quantities()

@@ -18,7 +18,7 @@ from tank import Tank
 from nnhydro.diagnosis.diagnose import SearchedCampaign, search_design
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
-from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.fitting.identify import versions
@@ -32,7 +32,7 @@ RUNS = HERE / "runs"
 def told(found: SearchedCampaign) -> list[dict]:
     """Return what the diagnosis names."""
     claimed = found.decided.claimed
-    findings = (finding_of(found.search, claimed, k) for k in claimed.chosen)
+    findings = findings_of(found.search, claimed)
     return [{"class": list(f.members), "joint": f.effect.joint or None} for f in findings]
 
 

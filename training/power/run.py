@@ -19,7 +19,7 @@ import numpy as np
 from nnhydro.diagnosis.calibration.injection import inject
 from nnhydro.diagnosis.calibration.power import DetectableSize, Power, power
 from nnhydro.diagnosis.diagnose import search_design
-from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.evaluation.metrics import interval_of_share
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
@@ -57,7 +57,7 @@ def plant(found: Power, row: DetectableSize, draw: int, config: dict) -> dict:
     design = inject(found.design, found.noise, found.model, z, [(row.hypothesis, row.direction * row.size)], seed)
     named = search_design(design, draw)
     claimed = named.decided.claimed
-    findings = (finding_of(named.search, claimed, k) for k in claimed.chosen)
+    findings = findings_of(named.search, claimed)
     told = [{"class": list(f.members), "joint": f.effect.joint} for f in findings]
     key = row.hypothesis.key
     return {"effect": key[0], "joint": key[1], "parameter": row.parameter, "size": row.size, "draw": draw, "named": told,

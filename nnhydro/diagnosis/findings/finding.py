@@ -1,9 +1,8 @@
 """A finding: one effect that was left out, its values with intervals, the effects that cannot be told from it, and its sentence.
 
 Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
-Intervals hold the posterior's spread, the scatter of the recordings, and what nonlinear values phi are known to by the bend of the score:
-
-    C -> [[C + G V G', G V], [V G', V]],     V = diag(d^2 / 2 (score - score_d)),  G = d beta / d phi,  d to the neighbours of phi
+Intervals hold the posterior's spread, the scatter of the recordings (search.values), and how nonlinear values are known beside the linear
+ones (search.tangents).
 
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112.
 """
@@ -19,16 +18,14 @@ from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.baseline_spread import spread_by_baseline
 from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
 from nnhydro.diagnosis.problem.activity import ActivityWindow
-from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
-from nnhydro.diagnosis.search.best_fit import best_fit
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
 from nnhydro.diagnosis.search.values import Values, values_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
-WORSE, MOST_NEIGHBOURS = 0.5, 12  # nats by which a neighbouring value is told from the best: one standard deviation; how many are asked
-FARTHER = 1.4  # times as far as the neighbour before
 
 
 @final
@@ -74,72 +71,18 @@ class NamedEffect:
                 "parameters": self.parameters, "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | acts
 
 
-def _shapes(search: Search, found: ScoredSet, h: Hypothesis, k: int, mean: Array) -> tuple[dict[str, float], Array]:
-    """The variance of each nonlinear value from the bend of the score, and how the linear values (p,) move with it, (p, names)."""
-    made, slopes = {}, []
-    for name, (low, high) in h.spans.items():
-        if high > low:
-            made[name], slope = _bend(search, found, h, k, name, mean)
-            slopes.append(slope)
-    return made, np.array(slopes).reshape(-1, len(mean)).T
-
-
-def _bend(search: Search, found: ScoredSet, h: Hypothesis, k: int, name: str, mean: Array) -> tuple[float, Array]:
-    """Variance of `name` and slope (p,) of the linear values from the nearest neighbour that is worse by `WORSE`, else the farthest.
-
-    Neighbours with linear values beyond their physical bounds, or linearised elsewhere, tell nothing of the bend. What is linearised about
-    each recording's own values is held against its neighbours before that.
-    """
-    value, (low, high) = getattr(h.effect, name)[0], h.spans[name]
-    laws = [(i, o) for i, o in enumerate(search.view.library.hypotheses) if o.key == h.key and o.width == h.width and not o.own
-            and o.lines == h.lines and (o.working_model is None) == (h.working_model is None or bool(h.own))
-            and all(getattr(o.effect, shape) == getattr(h.effect, shape) for shape in h.spans if shape != name)]
-    near = [(getattr(o.effect, name)[0] - value, i) for i, o in laws if getattr(o.effect, name)]
-    near = near if any(step for step, _ in near) else _of_any_shape(search, h, name, value)
-    rest = tuple(x for x in found.chosen if x != k)
-    centre = max((search.score((*rest, i)).score for step, i in near if step == 0), default=found.score) if h.own else found.score
-    variance, slope = ((high - low) / 2) ** 2 / 3, np.zeros(len(mean))
-    for step, i in _ever_farther(near)[:MOST_NEIGHBOURS]:
-        there = search.score((*rest, i))
-        drop, values = centre - there.score, values_of(search, there, i, best_fit(search, found))
-        if values.bounded:
-            continue
-        variance, slope = step**2 / (2 * max(drop, WORSE)), (values.mean[: len(mean)] - mean) / step
-        if drop >= WORSE:
-            break
-    return variance, slope
-
-
-def _ever_farther(near: list[tuple[float, int]]) -> list[tuple[float, int]]:
-    """Return the neighbours (step, number), nearest first, each farther by FARTHER than the one before: they crowd about the best."""
-    kept: list[tuple[float, int]] = []
-    for pair in sorted((pair for pair in near if pair[0] != 0), key=lambda pair: abs(pair[0])):
-        if not kept or abs(pair[0]) >= FARTHER * abs(kept[-1][0]):
-            kept.append(pair)
-    return kept
-
-
-def _of_any_shape(search: Search, h: Hypothesis, name: str, value: float) -> list[tuple[float, int]]:
-    """Return the steps in `name` from `value` to all laws of `h`, whatever else they differ in: for want of any that differ in it alone."""
-    return [(getattr(o.effect, name)[0] - value, i) for i, o in enumerate(search.view.library.hypotheses)
-            if o.key == h.key and o.width == h.width and not o.own and o.lines == h.lines and getattr(o.effect, name)]
-
-
-def _parameters(effect: AnyEffect, values: Values, shapes: dict[str, float],
-                slopes: Array) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
-    names, p = tuple(shapes), len(values.mean)
-    mean = np.concatenate([values.mean, [getattr(effect, name)[0] for name in names]])
-    V = np.diag(list(shapes.values()))
-    covariance = np.block([[values.covariance + slopes @ V @ slopes.T, slopes @ V], [V @ slopes.T, V]]) if names else values.covariance
+def _parameters(effect: AnyEffect, values: Values) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
+    p = len(values.mean)
+    mean = np.concatenate([values.mean, [getattr(effect, name)[0] for name in values.names]])
     limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
 
     def quantities(x: torch.Tensor) -> Any:
         """Return the effect's quantities at linear values and shape parameters `x`, shapes held within their bounds."""
         changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
-                                   for name, v in zip(names, x[p:], strict=True)}
+                                   for name, v in zip(values.names, x[p:], strict=True)}
         return replace(effect.with_linear(x[:p]), **changes).quantities()
 
-    spans = intervals(quantities, torch.from_numpy(mean.copy()), torch.from_numpy(covariance))
+    spans = intervals(quantities, torch.from_numpy(mean.copy()), torch.from_numpy(values.covariance))
     told = effect.quantities()
     return {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])} for name, q in told.items() if name in spans}, spans
 
@@ -150,16 +93,23 @@ def _rival(search: Search, alternative: Alternative) -> dict[str, Any]:
             "likeness": round(alternative.cosine, 3)}
 
 
-def finding_of(search: Search, found: ScoredSet, k: int) -> NamedEffect:
-    """Return the finding of member `k` of the claimed set."""
+def findings_of(search: Search, found: ScoredSet) -> list[NamedEffect]:
+    """Return the finding of every member of the claimed set `found`, in its order."""
+    tangents = tangents_of(search, found)
+    return [_finding(search, found, k, tangents) for k in found.chosen]
+
+
+def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None) -> NamedEffect:
+    """Return the finding of member `k`; nonlinear values change the torque of the set along `tangents`."""
     h = search.view.library.hypotheses[k]
-    values = values_of(search, found, k)
-    values = replace(values, covariance=values.covariance + spread_by_baseline(search, found, k))
+    values = values_of(search, found, k, tangents)
+    values.covariance[: h.width, : h.width] += spread_by_baseline(search, found, k)
     effect = h.with_values(torch.from_numpy(values.mean.copy()))
     linear = len(effect.linear_names())
-    offset = float(values.mean[linear]) if len(values.mean) > linear else 0.0
-    values = Values(values.mean[:linear], values.covariance[:linear, :linear])
-    parameters, spans = _parameters(effect, values, *_shapes(search, found, h, k, values.mean))
+    offset = float(values.mean[linear]) if h.width > linear else 0.0
+    told = [*range(linear), *range(h.width, len(values.covariance))]
+    values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(told, told)])
+    parameters, spans = _parameters(effect, values)
     confidence, others = alternatives(search, found, k)
     inside = [a for a in others if a.equivalent]
     members = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
@@ -174,4 +124,4 @@ def finding_of(search: Search, found: ScoredSet, k: int) -> NamedEffect:
     parameters = {name: parameter | {"unit": own(parameter["unit"])} for name, parameter in parameters.items()}
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * LEAST_GAIN][:5]
     return NamedEffect(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
-                       rivals, values.covariance, k, h.activity, offset)
+                       rivals, values.covariance[:linear, :linear], k, h.activity, offset)

@@ -34,6 +34,17 @@ class BestFit:
     posterior: Posterior
     own: Index
 
+    @staticmethod
+    def of(whitened: WhiteRows, columns: Columns | None) -> "BestFit":
+        """Return the fit of `columns` beside the baseline."""
+        fit = without_unknown(whitened, columns)
+        own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
+        return BestFit(whitened, columns, fit, own)
+
+    def with_columns(self, columns: Columns) -> "BestFit":
+        """Return the fit of `columns`, which hold those of this one, over the same noise."""
+        return BestFit.of(self.whitened, columns)
+
     @cached_property
     def rows(self) -> Array:
         """The whitened columns (n, joints, k) of baseline and laws."""
@@ -57,9 +68,7 @@ def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
     whitened = WhiteRows(old.design, old.unknown, v)
     X = search.view.join(found.chosen)
     columns = None if X is None else Columns.of(whitened, whitened.weigh(X.Xw / old.sw[..., None]))
-    fit = without_unknown(whitened, columns)
-    own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
-    return BestFit(whitened, columns, fit, own)
+    return BestFit.of(whitened, columns)
 
 
 def best_fit(search: Search, found: ScoredSet) -> BestFit:

@@ -9,6 +9,7 @@ import numpy as np
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
 from nnhydro.diagnosis.search.lines import lines_at_peak
+from nnhydro.diagnosis.search.newton import at_best_values
 from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -105,7 +106,7 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
 def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = ROUNDS) -> GrownSearch:
     """Return the best set with finer values of its members: half-way between the values around the best, then where all have their peak.
 
-    What has values of each recording's own is at last taken about these.
+    What has values of each recording's own is then taken about these; at last all values move together to where they fit best.
     """
     on_lines = lines_at_peak(search, best, model)
     search, best = on_lines.search, on_lines.best
@@ -122,7 +123,8 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
             break
     model = calibrated_beside(search, best, model)
     smallest = with_smallest_waves(search, best, model)
-    return _about_own_values(smallest.search, smallest.best, model)
+    own = _about_own_values(smallest.search, smallest.best, model)
+    return at_best_values(own.search, own.best, model)
 
 
 def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:

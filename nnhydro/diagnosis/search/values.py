@@ -21,9 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
+from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
-from nnhydro.diagnosis.search.best_fit import BestFit, best_fit, fit_at
+from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
 from nnhydro.diagnosis.search.stepwise import LARGE_START, ScoredSet, Search
+from nnhydro.diagnosis.search.tangents import Tangents
 from nnhydro.fitting.linear.least_squares import ridge
 
 Array = NDArray[np.float64]
@@ -34,11 +36,12 @@ FEWEST_UNITS = 6  # recordings from which their scatter is counted; of fewer tha
 @final
 @dataclass(frozen=True, eq=False)
 class Values:
-    """Linear values (p,) of a member in its units and their covariance (p, p)."""
+    """Linear values (p,) of a member in its units, and the covariance of these and of `names`, its nonlinear values."""
 
     mean: Array
-    covariance: Array
+    covariance: Array  # (p + names, p + names)
     bounded: bool = False  # whether a value was cut at a physical bound other than 0
+    names: tuple[str, ...] = ()
 
 
 def _scatter(search: Search, fit: BestFit, covariance: Array, at: Index) -> Array:
@@ -75,36 +78,67 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
     return share
 
 
-def values_of(search: Search, found: ScoredSet, k: int, beside: BestFit | None = None) -> Values:
-    """Return the values of member `k`: without the unknown, the spread widened to that of the recordings and by the baseline's form.
-
-    The noise is that of `beside` where it is given: a neighbour's is not found again.
-    """
-    view, library = search.view, search.view.library
-    fit = best_fit(search, found) if beside is None else fit_at(search, found, beside.whitened.v)
-    place, h = found.places(view)[k], library.hypotheses[k]
-    at = np.searchsorted(fit.own, np.arange(place.start, place.stop))
+def _covariance(search: Search, found: ScoredSet, fit: BestFit, evidence: Posterior, at: Index) -> Array:
+    """Return the covariance of the coefficients `at` of `fit`; `evidence` is the same fit over the noise of the evidence."""
+    mine = np.searchsorted(fit.own, at)
     whole = fit.posterior.covariance(fit.own)
-    covariance = whole[np.ix_(at, at)]
-    least = np.diag(without_unknown(view.whitened, view.join(found.chosen)).covariance(
-        np.arange(place.start, place.stop)))
-    wanted = np.maximum(_scatter(search, fit, whole, at), least)
+    covariance = whole[np.ix_(mine, mine)]
+    wanted = np.maximum(_scatter(search, fit, whole, mine), np.diag(evidence.covariance(at)))
     widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))
     share = float(np.hypot(BASELINE_FORM, _smooth_share(found, fit)))
-    covariance = covariance * widening[:, None] * widening + _form(fit, share, whole, at)
-    mean = fit.posterior.mean[place]
+    made: Array = covariance * widening[:, None] * widening + _form(fit, share, whole, mine)
+    return made
+
+
+def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | None = None) -> Values:
+    """Return the values of member `k`: without the unknown, the spread widened to that of the recordings and by the baseline's form.
+
+    With the `tangents` of the set, they hold how its nonlinear values are known, beside those of all members.
+    """
+    view, library = search.view, search.view.library
+    h, fit, columns = library.hypotheses[k], best_fit(search, found), view.join(found.chosen)
+    place, linear = found.places(view)[k], fit.posterior.mean
+    at, unit, names = np.arange(place.start, place.stop), np.ones(0), tuple[str, ...]()
+    if tangents is not None:
+        more = tangents.at(k)
+        names, unit = tuple(tangents.names[i][1] for i in more), tangents.unit[more]
+        at = np.concatenate([at, len(linear) + more])
+        fit, columns = fit.with_columns(tangents.beside(fit.whitened, fit.columns)), tangents.beside(view.whitened, columns)
+    covariance = _covariance(search, found, fit, without_unknown(view.whitened, columns), at)
+    mean = linear[place]
     if h.per_recording:
-        mean, covariance = _pool(mean.reshape(-1, h.width), covariance, h.width)
+        mean, covariance = _pool(mean.reshape(-1, h.width), covariance)
     low, high = library.bounds(k)
     scale = library.scale[library.at(k)]
     bounded = bool(np.any(((mean > high) & (high != 0)) | ((mean < low) & (low != 0))))
-    return Values(np.clip(mean, low, high) * scale, covariance * scale[:, None] * scale, bounded)
+    units = np.concatenate([scale, unit])
+    return Values(np.clip(mean, low, high) * scale, covariance * units[:, None] * units, bounded, names)
 
 
-def _pool(beta: Array, covariance: Array, width: int) -> tuple[Array, Array]:
-    """The rms (width,) over recordings of values of each recording's own, and its covariance."""
-    rms = np.sqrt((beta**2).mean(axis=0))
-    variances = np.diag(covariance).reshape(-1, width)
-    count = len(beta)
-    spread = (beta**2 * variances).sum(axis=0) / np.maximum(count**2 * rms**2, 1e-300)
-    return rms, np.diag(spread)
+def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:
+    """The rms (width,) over recordings of values (recordings, width) of each one's own, and its covariance with what follows them.
+
+        r = sqrt(sum_g w_g beta_g^2),   dr / dbeta_g = w_g beta_g / r,   w_g ~ 1 / (var_g + t^2),  t^2 the variance between recordings
+
+    A recording that hardly tells its value counts little. Source: DerSimonian & Laird (1986), Control. Clin. Trials 7.
+    """
+    count, width = beta.shape
+    own = np.diag(covariance)[: beta.size].reshape(count, width).mean(axis=1)
+    between = _variance_between(np.sqrt((beta**2).sum(axis=1)), own)
+    weight = 1.0 / np.maximum(own + between, 1e-300)
+    weight /= weight.sum()
+    rms = np.sqrt(weight @ beta**2)
+    J = np.zeros((width + len(covariance) - beta.size, len(covariance)))
+    for i in range(width):
+        J[i, i: beta.size: width] = weight * beta[:, i] / np.maximum(rms[i], 1e-300)
+    J[width:, beta.size:] = np.eye(len(covariance) - beta.size)
+    spread = covariance.copy()
+    spread[np.diag_indices(beta.size)] += between
+    return rms, J @ spread @ J.T
+
+
+def _variance_between(sizes: Array, variances: Array) -> float:
+    """Return by how much `sizes` (recordings,) vary beyond their own `variances`: the estimate by moments of DerSimonian and Laird."""
+    w = 1.0 / np.maximum(variances, 1e-300)
+    excess = float(w @ (sizes - np.average(sizes, weights=w)) ** 2) - (len(sizes) - 1)
+    return max(excess / max(float(w.sum() - (w**2).sum() / w.sum()), 1e-300), 0.0) if len(sizes) > 1 else 0.0

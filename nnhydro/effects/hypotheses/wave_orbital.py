@@ -15,6 +15,7 @@ from nnhydro.physics.loads.added_mass import displaced_mass
 
 GRAVITY = 9.81  # m/s^2
 SLOPE_STEP = 1e-4  # m/s
+SHORT = 1e-3  # rad of the wave between the middle and an end of a link: its phase is the same along it
 TRAVELS = tuple(k * pi / 4 for k in range(-3, 5))  # a wave that runs the other way meets the outer link at another phase
 
 
@@ -22,15 +23,15 @@ TRAVELS = tuple(k * pi / 4 for k in range(-3, 5))  # a wave that runs the other 
 @final
 @dataclass(frozen=True)
 class WaveOrbital(InstrumentEffect):
-    """Water that oscillates along one direction with one frequency, long beside a link; the phase is each recording's own."""
+    """Water that oscillates along one direction with one frequency; the phase is each recording's own."""
 
     id = "wave_orbital"
     family = "water"
     name = "regular wave"
     mechanism = "A wave passes: the water around the arm swings to and fro and takes the arm with it, moving or not."
-    equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  r the middle of each link;  "
-                "reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
-    source = ("linear deep-water wave, long beside a link: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3; "
+    equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever about "
+                "the link's own joint;  reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
+    source = ("linear deep-water wave: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3; "
               "the water's own acceleration, not the one that the moving link meets: Auton, Hunt & Prud'homme (1988), not checked")
     signature = Signature(
         depends_on=("t", "q", "w"), parity="mixed",
@@ -57,12 +58,20 @@ class WaveOrbital(InstrumentEffect):
         return torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
 
     def _waves(self, seen: SensorView) -> tuple[Tensor, Tensor]:
-        """Velocity and acceleration (n, links, 2) of the water along the direction where each link is, for cosine 1 and sine 1."""
+        """Velocity and acceleration (n, links, 2) along the direction that each link meets of the water, for cosine 1 and sine 1."""
         t, omega = seen.motion.t, 2 * pi * self.frequency[0]
         k = omega**2 / GRAVITY
         psi = omega * t[:, None] - k * seen.memo.of((type(self), "places", self.direction), lambda: self._places(seen))
-        c, s = torch.cos(psi), torch.sin(psi)
+        j0, j1 = self._means(k * seen.flow.L * (seen.flow.unit_along @ self._d) / 2)
+        c, s = j0 * torch.cos(psi) + j1 * torch.sin(psi), j0 * torch.sin(psi) - j1 * torch.cos(psi)
         return torch.stack([c, s], dim=-1), omega * torch.stack([-s, c], dim=-1)
+
+    @staticmethod
+    def _means(z: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the spherical Bessel functions j0 and j1 of `z`: int_-1^1 (1 + x) e^(-i z x) dx / 2 = j0 - i j1."""
+        j0 = torch.sinc(z / pi)
+        safe = torch.where(z.abs() < SHORT, SHORT, z)
+        return j0, torch.where(z.abs() < SHORT, z / 3, (j0 - torch.cos(z)) / safe)
 
     def _places(self, seen: SensorView) -> Tensor:
         """How far along the direction the middle of each link is, (n, links) m."""

@@ -79,9 +79,34 @@ def test_a_link_meets_a_wave_where_it_is(direction):
     flow = Flow(a, Motion(tensor(t), q, 0 * q, 0 * q, 0 * q[:, 0], 0 * q[:, 0]))
     velocity, _ = made("wave_orbital", a, frequency=(0.7,), direction=(direction,))._waves(view(a, flow.motion))
     omega, d = 2 * pi * 0.7, np.array([np.cos(direction), np.sin(direction)])
-    late = omega**2 / 9.81 * (flow.middle[0].numpy() @ d)
-    assert_close(velocity[..., 0], tensor(np.cos(omega * t[:, None] - late)))
+    x = (np.arange(400) + 0.5) / 200 - 1  # from the inner end to the outer
+    along = flow.unit_along[0].numpy() @ d * flow.L.numpy() / 2
+    late = omega**2 / 9.81 * ((flow.middle[0].numpy() @ d)[:, None] + along[:, None] * x)
+    weighted = ((1 + x) * np.cos(omega * t[:, None, None] - late)).mean(axis=2)  # by the lever about the link's own joint
+    assert_close(velocity[..., 0], tensor(weighted), atol=1e-5)
     assert np.ptp(late) > 0.1
+
+
+@pytest.mark.parametrize("z", [0.0, 1e-4, 0.02, -0.7, 1.5])
+def test_what_a_link_meets_of_a_wave_is_its_mean_weighted_by_the_lever_of_the_load(z):
+    j0, j1 = catalogue()["wave_orbital"]._means(tensor([z]))
+    x = (np.arange(20000) + 0.5) / 10000 - 1
+    assert j0.item() - 1j * j1.item() == pytest.approx(((1 + x) * np.exp(-1j * z * x)).mean(), abs=1e-7)
+
+
+def test_a_wave_along_a_long_held_link_turns_it_as_its_strips_are_turned():
+    a = arm(1)
+    L, D, f, q = 0.55, a.links[0].diameter_m, 1.1, 0.9  # a third of the wavelength
+    t, x = np.arange(100) / 50, (np.arange(4000) + 0.5) * 0.55 / 4000
+    at = tensor(np.full((len(t), 1), q))
+    seen = view(a, Motion(tensor(t), at, 0 * at, 0 * at, tensor(0 * t), tensor(0 * t)), "textbook")
+    wave = made("wave_orbital", a, cosine=(0.01,), sine=(0.0,), frequency=(f,), direction=(pi / 2,))
+    omega = 2 * pi * f
+    psi = omega * t[:, None] - omega**2 / 9.81 * np.sin(q) * x
+    slope = -0.01 * omega * np.sin(psi) * np.cos(q)
+    inertial = -(1 + 1.0) * 1000 * pi / 4 * D**2 * (slope @ x) * L / 4000
+    read = wave.apply(seen)[:, 0].numpy() - seen.tau[:, 0].numpy()
+    assert np.abs(read - inertial).max() < 0.06 * np.abs(inertial).max(), "the rest is drag"
 
 
 def test_waves_are_sought_from_everywhere():

@@ -11,7 +11,7 @@ from rigs import arm
 from nnhydro.diagnosis.calibration.injection import predict_whitened
 from nnhydro.diagnosis.calibration.rehearsal import confident, label, rehearse
 from nnhydro.diagnosis.diagnose import diagnose, search_design
-from nnhydro.diagnosis.findings.finding import finding_of
+from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.effects.catalogue import catalogue
@@ -91,7 +91,7 @@ def test_what_a_fit_foretells_leaves_noise_of_unit_size(found):
 @pytest.mark.slow
 def test_friction_drawn_again_is_named_again_and_its_rivals_are_not_taken_for_it(found):
     claimed = found.decided.claimed
-    (finding,) = (finding_of(found.search, claimed, k) for k in claimed.chosen)
+    (finding,) = findings_of(found.search, claimed)
     assert (finding.effect.id, finding.effect.joint) == ("coulomb_friction", 1)
     said = rehearse(found.search, claimed, 3, 0)
     assert said["draws"] == 3

@@ -11,7 +11,7 @@ from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import values_of
+from nnhydro.diagnosis.search.values import _pool, _variance_between, values_of
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
@@ -29,8 +29,13 @@ def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0
 
 def found(one, chosen=(0,), k=0):
     """The values of law `k` among `chosen` over the noise that the search knows."""
-    scored = one.score(chosen)
-    return values_of(one, scored, k, fit_at(one, scored, one.whitened.v))
+    return values_at(one, one.score(chosen), k)
+
+
+def values_at(one, scored, k):
+    """The values of law `k` of the set `scored` over the noise that the search knows."""
+    one.best_fits[scored.chosen] = fit_at(one, scored, one.whitened.v)
+    return values_of(one, scored, k)
 
 
 def by_hand(one, chosen):
@@ -76,9 +81,9 @@ def test_what_smoothly_remains_widens_an_interval_as_it_could_move_the_value(mon
     one = search(of, LAWS, X, level=0.05**2)
     scored = one.score((0,))
     assert scored.unknown_nats > FEW_NATS
-    with_rest = values_of(one, scored, 0, fit_at(one, scored, one.whitened.v)).covariance[0, 0]
+    with_rest = values_at(one, scored, 0).covariance[0, 0]
     monkeypatch.setattr(values, "FEW_NATS", np.inf)
-    without = values_of(one, scored, 0, fit_at(one, scored, one.whitened.v)).covariance[0, 0]
+    without = values_at(one, scored, 0).covariance[0, 0]
     assert with_rest > 2 * without
 
 
@@ -87,7 +92,8 @@ def test_an_interval_is_no_narrower_than_the_evidence_that_grants_laws_their_for
     scored = one.score((0,))
     quiet = fit_at(one, scored, 1e-4 * one.whitened.v)
     evidence = without_unknown(one.whitened, one.view.join((0,))).covariance(np.array([len(one.whitened.b)]))[0, 0]
-    assert values_of(one, scored, 0, quiet).covariance[0, 0] >= evidence > 10 * quiet.posterior.covariance(quiet.own)[-1, -1]
+    one.best_fits[scored.chosen] = quiet
+    assert values_of(one, scored, 0).covariance[0, 0] >= evidence > 10 * quiet.posterior.covariance(quiet.own)[-1, -1]
 
 
 def test_an_error_of_the_baseline_s_form_widens_where_noise_tells_nothing():
@@ -155,8 +161,11 @@ def test_a_value_is_cut_at_its_bounds_and_says_so_where_the_bound_is_not_zero(li
     assert found(with_values(beta, 8, noise=0.01, laws=laws)).bounded == bounded
 
 
-def test_values_of_each_recording_s_own_are_told_by_their_rms_with_the_spread_of_the_delta_rule():
-    beta = np.array([0.5, -0.5, 0.9, -0.1, 0.3, -0.7, 0.2, -0.4])
+@pytest.mark.parametrize(("beta", "between"), [
+    (np.array([0.5, -0.5, 0.5, -0.5, -0.5, -0.5, 0.5, -0.5]), 0.0),
+    (np.array([0.5, -0.5, 0.9, -0.1, 0.3, -0.7, 0.2, -0.4]), np.var([0.5, 0.5, 0.9, 0.1, 0.3, 0.7, 0.2, 0.4], ddof=1)),
+])
+def test_values_of_each_recording_s_own_are_told_by_their_rms_with_the_spread_of_the_delta_rule(beta, between):
     one = with_values(beta, 9, noise=0.05, laws=(law("law_0", per_recording=True), *LAWS[1:]))
     scored = one.score((0,))
     got = found(one)
@@ -165,7 +174,21 @@ def test_values_of_each_recording_s_own_are_told_by_their_rms_with_the_spread_of
     at = scored.places(one.view)[0]
     sds = np.sqrt(np.diag(scored.fit.covariance(np.arange(at.start, at.stop))))
     slopes = beta / (len(beta) * rms)
-    assert np.sqrt(got.covariance[0, 0]) == pytest.approx(np.sqrt((slopes**2 * sds**2).sum()), rel=0.5)
+    assert np.sqrt(got.covariance[0, 0]) == pytest.approx(np.sqrt((slopes**2 * (sds**2 + between)).sum()), rel=0.5)
+
+
+def test_a_recording_that_hardly_tells_its_value_counts_little():
+    beta, variances = np.array([[0.5], [-0.52], [0.49], [0.4]]), np.array([1e-4, 1e-4, 1e-4, 0.04])
+    rms, covariance = _pool(beta, np.diag(variances))
+    assert rms[0] == pytest.approx(0.5, abs=0.01)
+    assert np.sqrt(covariance[0, 0]) == pytest.approx(0.01 / np.sqrt(3), rel=0.5)
+
+
+def test_sizes_that_differ_by_more_than_they_are_known_to_count_alike():
+    sizes, variances = np.array([1.0, 2.0, 3.0]), np.array([1e-8, 1e-8, 1e-4])
+    assert _variance_between(sizes, variances) == pytest.approx(np.var(sizes, ddof=1), rel=0.5)
+    assert _variance_between(np.full(3, 2.0), variances) == 0.0
+    assert _pool(sizes[:, None], np.diag(variances))[0][0] == pytest.approx(np.sqrt((sizes**2).mean()), rel=0.01)
 
 
 def test_a_fit_that_explains_nearly_all_does_not_hang_on_the_form_of_the_rest():

@@ -1,0 +1,151 @@
+"""How the torque of the laws of a set changes with their nonlinear values: columns beside those of the linear values.
+
+    D_a = [u(beta, phi + h e_a) - u(beta, phi - h e_a)] / 2 h,     u = X(phi) beta,   h the standard deviation of phi_a
+
+With these columns the fit of a set is the normal equation of Gauss and Newton for all its values: it holds the step to the values that fit
+best, and their covariance with all others. Source: Seber & Wild (1989), Nonlinear Regression, sections 2.1.2 and 5.2.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.model.evidence import Columns, WhiteRows
+from nnhydro.diagnosis.model.sizes import without_unknown
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span
+from nnhydro.diagnosis.search.best_fit import best_fit
+from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+
+Array = NDArray[np.float64]
+ROUNDS, FACTOR = 3, 3.0  # of steps h that differ from the standard deviation by more than the factor
+SETTLED = 0.3  # standard deviations: a smaller step moves no interval to speak of
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Tangents:
+    """The derivatives of a set's torque by its nonlinear values, named by member and value."""
+
+    names: tuple[tuple[int, str], ...]
+    D: Array  # (n, joints, m) N m for one unit of each value
+    now: Array  # (m,) the values
+    limits: Array  # (m, 2) between which they can lie
+
+    @property
+    def unit(self) -> Array:
+        """The change (m,) of each value at a coefficient of 1, of those that may lie anywhere between their limits."""
+        low, high = self.limits.T
+        made: Array = (high - low) / 12**0.5 / RHO
+        return made
+
+    def beside(self, whitened: WhiteRows, columns: Columns | None) -> Columns:
+        """Return `columns` with those of the nonlinear values, whitened and scaled as coefficients are."""
+        mine = Columns.of(whitened, whitened.weigh(self.D * self.unit))
+        return mine if columns is None else columns.join(mine)
+
+    def at(self, k: int) -> NDArray[np.int64]:
+        """Return which of the values are those of member `k`."""
+        return np.flatnonzero([member == k for member, _ in self.names]).astype(np.int64)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A step of all values of a set: `phi` (m,) in the units of the nonlinear ones, their deviations, and all coefficients after it."""
+
+    tangents: Tangents
+    phi: Array
+    deviation: Array
+    mean: Array
+
+    @property
+    def settled(self) -> bool:
+        """Whether the values stand where they fit best."""
+        return bool(np.all(np.abs(self.phi) < SETTLED * self.deviation))
+
+
+def limits_of(search: Search, k: int) -> dict[str, Span]:
+    """Return between what the nonlinear values of member `k` can lie: its physical bounds, and the neighbours of all that was tried."""
+    hypotheses = search.view.library.hypotheses
+    h, found = hypotheses[k], dict[str, Span]()
+    bounds = {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
+    for name in (name for name, (low, high) in h.spans.items() if high > low):
+        spans = [o.spans[name] for o in hypotheses if o.key == h.key and name in o.spans]
+        found[name] = max(min(low for low, _ in spans), bounds[name][0]), min(max(high for _, high in spans), bounds[name][1])
+    return found
+
+
+def _first_step(h: Hypothesis, name: str) -> float:
+    """The distance to the nearer of the neighbouring values."""
+    value = getattr(h.effect, name)[0]
+    return float(min(abs(value - end) for end in h.spans[name] if end != value))
+
+
+def _ends(h: Hypothesis, name: str, step: float) -> tuple[float, float]:
+    """The values on both sides, within the physical bounds."""
+    value, bounds = getattr(h.effect, name)[0], {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
+    return max(value - step, bounds[name][0]), min(value + step, bounds[name][1])
+
+
+def shifted(h: Hypothesis, values: dict[str, float]) -> Hypothesis:
+    """Return `h` with other nonlinear `values`."""
+    changes: dict[str, Any] = {name: (value,) * len(getattr(h.effect, name)) for name, value in values.items()}
+    return h.with_nonlinear(changes, {})
+
+
+def _torques(search: Search, found: ScoredSet, k: int, laws: list[Hypothesis]) -> Array:
+    """Return the torques (n, joints, laws) N m of `laws` at the linear values of member `k`."""
+    library, fit = search.view.library, best_fit(search, found)
+    h, design = library.hypotheses[k], library.design
+    beta = fit.posterior.mean[found.places(search.view)[k]].reshape(-1, h.width) * library.scale[library.at(k)]
+    X = design.columns(laws, design.baseline.at(design.baseline.within(fit.z)))
+    X = X.reshape(*X.shape[:2], len(laws), h.width)
+    if not h.per_recording:
+        made: Array = X @ beta[0]
+        return made
+    own = np.zeros((design.problem.groups, h.width))
+    own[search.view.acting_groups(k)] = beta
+    by_recording: Array = np.einsum("njkw,nw->njk", X, own[design.problem.group_of])
+    return by_recording
+
+
+def _columns(search: Search, found: ScoredSet, steps: dict[tuple[int, str], float]) -> Array:
+    """Return the derivatives (n, joints, m) of the torque of `found` over `steps`."""
+    hypotheses, columns = search.view.library.hypotheses, []
+    for k in dict.fromkeys(member for member, _ in steps):
+        ends = {name: _ends(hypotheses[k], name, step) for (member, name), step in steps.items() if member == k}
+        laws = [shifted(hypotheses[k], {name: end}) for name, pair in ends.items() for end in pair]
+        u = _torques(search, found, k, laws)
+        apart = np.array([high - low for low, high in ends.values()])
+        columns.append((u[..., 1::2] - u[..., 0::2]) / apart)
+    return np.concatenate(columns, axis=2)
+
+
+def tangents_of(search: Search, found: ScoredSet) -> Tangents | None:
+    """Return the derivatives of `found` by the nonlinear values of its members, each over its standard deviation; None without any."""
+    limits = {(k, name): span for k in found.chosen for name, span in limits_of(search, k).items()}
+    if not limits:
+        return None
+    hypotheses = search.view.library.hypotheses
+    now = np.array([getattr(hypotheses[k].effect, name)[0] for k, name in limits])
+    steps = {(k, name): _first_step(hypotheses[k], name) for k, name in limits}
+    made = Tangents(tuple(steps), _columns(search, found, steps), now, np.array(list(limits.values())))
+    for _ in range(ROUNDS - 1):
+        deviations = dict(zip(steps, step_of(search, found, made).deviation, strict=True))
+        if all(1 / FACTOR < deviations[at] / step < FACTOR for at, step in steps.items()):
+            break
+        steps = {at: float(deviation) for at, deviation in deviations.items()}
+        made = replace(made, D=_columns(search, found, steps))
+    return made
+
+
+def step_of(search: Search, found: ScoredSet, tangents: Tangents) -> Step:
+    """Return the step from the values of `found` to those that fit best together."""
+    fit = best_fit(search, found)
+    moved = without_unknown(fit.whitened, tangents.beside(fit.whitened, fit.columns))
+    at = np.arange(len(fit.posterior.mean), len(moved.mean))
+    phi = np.clip(tangents.now + moved.mean[at] * tangents.unit, *tangents.limits.T) - tangents.now
+    return Step(tangents, phi, np.sqrt(np.diag(moved.covariance(at))) * tangents.unit, moved.mean)
