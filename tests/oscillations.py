@@ -5,9 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 from problems import design, law, whitened
+from scipy.optimize import least_squares
 
 from nnhydro.diagnosis.model.sizes import Sizes
 from nnhydro.diagnosis.search.library import Library
+from nnhydro.diagnosis.search.newton import at_best_values
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
@@ -65,3 +67,22 @@ def with_oscillation(truth, start, beta=(0.8, 0.4), noise=0.3, seed=0, per_recor
     laws = tuple(oscillation(*shape, per_recording=per_recording) for shape in grid)
     white = whitened(of, even=True, level=noise**2)
     return Search(WeightedLibrary(white, Library.of(of, laws, None)), Sizes.even(white, 0.1))
+
+
+def by_scipy(one, start):
+    """Frequency, damping, and their deviations by a fit of all values to the same rows over known noise."""
+    white = one.whitened
+
+    def left(x):
+        model = white.design.Y @ x[4:] + columns(white.design, *x[:2]) @ x[2:4]
+        return ((white.design.y - model) / np.sqrt(white.v)).ravel()
+
+    found = least_squares(left, np.concatenate([start, [0.8, 0.4], np.zeros(white.p)]), xtol=1e-12)
+    return found.x[:2], np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)))[:2]
+
+
+def moved(one):
+    """The grown search, its best set and the one member of it."""
+    grown = at_best_values(one, one.score((0,)), None)
+    (k,) = grown.best.chosen
+    return grown.search, grown.best, k, grown.search.view.library.hypotheses[k].effect

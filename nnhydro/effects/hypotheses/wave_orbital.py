@@ -29,8 +29,8 @@ class WaveOrbital(InstrumentEffect):
     family = "water"
     name = "regular wave"
     mechanism = "A wave passes: the water around the arm swings to and fro and takes the arm with it, moving or not."
-    equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever about "
-                "the link's own joint;  reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
+    equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever "
+                "about its joint;  reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
     source = ("linear deep-water wave: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3; "
               "the water's own acceleration, not the one that the moving link meets: Auton, Hunt & Prud'homme (1988), not checked")
     signature = Signature(

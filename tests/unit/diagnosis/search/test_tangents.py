@@ -1,0 +1,53 @@
+"""Nonlinear values are known as well as a least-squares fit of all values knows them."""
+
+import numpy as np
+import pytest
+from oscillations import by_scipy, columns, moved, with_oscillation
+
+from nnhydro.diagnosis.search.best_fit import fit_at
+from nnhydro.diagnosis.search.tangents import limits_of, step_of, tangents_of
+from nnhydro.diagnosis.search.values import values_of
+
+
+def test_columns_are_the_derivatives_of_the_torque():
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6), beta=(0.8, 0.4), noise=0.01)
+    found, of = one.score((0,)), one.whitened.design
+    tangents = tangents_of(one, found)
+    for i, step in enumerate(((1e-4, 0.0), (0.0, 1e-4))):
+        more, less = (columns(of, 1.05 + way * step[0], 0.6 + way * step[1]) @ [0.8, 0.4] for way in (1, -1))
+        assert tangents.D[..., i] == pytest.approx((more - less) / 2e-4, abs=0.02 * np.abs(tangents.D[..., i]).max())
+
+
+def test_a_value_lies_between_its_bounds_and_the_neighbours_of_all_that_was_tried():
+    assert limits_of(with_oscillation((1.05, 0.6), (1.0, 0.5)), 0) == {"frequency": (0.1, 4.1), "damping": (0.0, 3.5)}
+
+
+def test_no_step_leads_beyond_what_was_tried():
+    one = with_oscillation((1.05, 0.0), (1.05, 0.05), noise=0.5, seed=3)
+    for seed in range(4):
+        one = with_oscillation((1.05, 0.0), (1.05, 0.05), noise=0.5, seed=seed)
+        step = step_of(one, one.score((0,)), tangents_of(one, one.score((0,))))
+        assert step.tangents.now[1] + step.phi[1] >= -1e-12
+
+
+@pytest.mark.parametrize("per_recording", [False, True])
+def test_deviations_are_those_of_a_least_squares_fit_of_all_values(per_recording):
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6), noise=0.1, per_recording=per_recording)
+    one.best_fits[(0,)] = fit_at(one, one.score((0,)), one.whitened.v)
+    values = values_of(one, one.score((0,)), 0, tangents_of(one, one.score((0,))))
+    _, deviation = by_scipy(one, (1.05, 0.6))
+    at = [2 + values.names.index(name) for name in ("frequency", "damping")]
+    ratio = np.sqrt(np.diag(values.covariance)[at]) / deviation
+    assert np.all(ratio > 0.98)  # never less; more where recordings scatter, or have phases of their own
+    assert np.all(ratio < (2.5 if per_recording else 1.8))
+
+
+def test_intervals_of_nonlinear_values_hold_the_truth():
+    inside = []
+    for seed in range(25):
+        search, found, k, effect = moved(with_oscillation((1.05, 0.6), (1.0, 0.5), seed=seed, rows=40))
+        values = values_of(search, found, k, tangents_of(search, found))
+        deviation = np.sqrt(np.diag(values.covariance)[2 + values.names.index("frequency")])
+        inside.append(abs(effect.frequency[0] - 1.05) < 1.96 * deviation)
+    assert 21 <= sum(inside) <= 25
+    assert deviation < 0.05
