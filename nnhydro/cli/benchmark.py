@@ -4,8 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
-from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, emit, shell_words, warn_of_errors
+from nnhydro.cli.terminal.output import BACKEND, CUTOFF, JOBS, JSON, MAP, QUIET, SCHEDULER, emit, shell_words, warn_of_errors
 
 
 def benchmark(

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
-from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, emit, say, shell_words
+from nnhydro.cli.terminal.output import BACKEND, CUTOFF, JOBS, JSON, MAP, QUIET, SCHEDULER, emit, say, shell_words
 
 
 def check(

@@ -5,8 +5,23 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.cli.terminal.options import BACKEND, JOBS, SCHEDULER
-from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, conclude, emit, note, shell_words, show, table, use_of, warn_of_errors
+from nnhydro.cli.terminal.output import (
+    BACKEND,
+    CUTOFF,
+    JOBS,
+    JSON,
+    MAP,
+    QUIET,
+    SCHEDULER,
+    conclude,
+    emit,
+    note,
+    shell_words,
+    show,
+    table,
+    use_of,
+    warn_of_errors,
+)
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import DiagnosisResult

@@ -15,6 +15,10 @@ from nnhydro.report.sheet import Sheet
 if TYPE_CHECKING:
     from nnhydro.recordings.campaign import Campaign
 
+# work that can be shared out: runtime/workers.py, docs/cluster.md
+JOBS = typer.Option(1, "--jobs", help="Processes of this machine that share the work; -1: one a core.")
+BACKEND = typer.Option("processes", "--backend", help="processes, or dask: the workers of the cluster at --scheduler.")
+SCHEDULER = typer.Option("", "--scheduler", help="Address of a dask scheduler, such as tcp://head:8786.")
 CUTOFF = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given.")
 MAP = typer.Option(None, "--map", help="YAML file: foreign columns and their units; columns.yaml in the campaign by default.")
 _quiet = False  # of the command that runs; QUIET sets it anew for each
