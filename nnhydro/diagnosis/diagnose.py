@@ -11,7 +11,7 @@ from typing import Any, final
 
 import numpy as np
 
-from nnhydro.diagnosis.calibration.rehearsal import confident, rehearse
+from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
 from nnhydro.diagnosis.corrected_model import corrected_model
 from nnhydro.diagnosis.decision.decide import Claims, decide
@@ -20,7 +20,7 @@ from nnhydro.diagnosis.decision.proof import noise_error
 from nnhydro.diagnosis.decision.withdrawal import withdraw_useless
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
-from nnhydro.diagnosis.findings.equivalence import plain, simplest
+from nnhydro.diagnosis.findings.equivalence import replace_by_simpler, replace_special_laws
 from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import fit_sizes
@@ -110,11 +110,11 @@ def _explore(design: Design, without: Sequence[str],
     search = finer.search
     parts = in_parts(search, search.climb(finer.best), model)
     search = parts.search
-    best = simplest(search, plain(search, parts.best))
+    best = replace_by_simpler(search, replace_special_laws(search, parts.best))
     if best.chosen != parts.best.chosen:  # what took a special law's place has no finer values yet
         finer = refine(search, best, model)
         search = finer.search
-        best = simplest(search, plain(search, search.climb(finer.best)))
+        best = replace_by_simpler(search, replace_special_laws(search, search.climb(finer.best)))
     return noise, search, best, model
 
 
@@ -151,7 +151,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     found, claimed = SearchedCampaign(design, noise, search, decided, model, search.score(())), decided.claimed
     findings = sorted(findings_of(search, claimed), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
-    findings = findings if rehearsal is None else [confident(finding, rehearsal) for finding in findings]
+    findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
     progress("other bands")
     bands = _other_bands(campaign, names, baseline, found) if findings else ()
     progress("next experiment")

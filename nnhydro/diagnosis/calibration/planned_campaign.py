@@ -13,7 +13,7 @@ from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.recipe.recipe import Recipe, read_recipe
 
 
-def healthy(recipe: Recipe, named: str | None) -> tuple[Recipe, tuple[str, ...]]:
+def baseline_recipe(recipe: Recipe, named: str | None) -> tuple[Recipe, tuple[str, ...]]:
     """Return the recipe with the baseline's terms alone, and the names of the terms that were left off.
 
     Coefficients are those of the recipe where it states them, else where fits begin.
@@ -31,7 +31,7 @@ def simulate_plan(plan: Path, named: str | None = None) -> tuple[Campaign, tuple
 
     Raises ConfigError for a recipe that cannot be carried out or states no noise of the torque.
     """
-    recipe, left_off = healthy(read_recipe(plan), named)
+    recipe, left_off = baseline_recipe(read_recipe(plan), named)
     sensors = recipe.settings.sensors
     require(max(*sensors.torque_noise_Nm, *sensors.torque_noise_share) > 0, f"{plan}: sensors state no torque noise, so that any effect "
             "would show: give sensors.torque_noise_Nm or sensors.torque_noise_share as your rig has it")

@@ -90,7 +90,7 @@ def _of(finding: NamedEffect, counts: dict[str, int]) -> int:
     return sum(n for name, n in counts.items() if name in joints)
 
 
-def confident(finding: NamedEffect, rehearsal: dict[str, Any]) -> NamedEffect:
+def limit_confidence(finding: NamedEffect, rehearsal: dict[str, Any]) -> NamedEffect:
     """Return the finding with the confidence that the rehearsal leaves it."""
     mine = label((finding.effect.id, finding.effect.joint))
     hits = sum(_of(finding, scenario["named"]) for scenario in rehearsal["worlds"] if scenario["instead_of"] is None)

@@ -43,7 +43,7 @@ def _is_special(search: Search, found: ScoredSet, k: int) -> bool:
     return h.per_recording or h.plausible(values_of(search, found, k).mean)
 
 
-def plain(search: Search, found: ScoredSet) -> ScoredSet:
+def replace_special_laws(search: Search, found: ScoredSet) -> ScoredSet:
     """Return `found` with special laws replaced by plainer ones of their family where they take no more, or their values are those of it.
 
     Of plainer laws that of the fewest signals: a friction that falls with speed contains the dry one, not that of the load.
@@ -67,7 +67,7 @@ def plain(search: Search, found: ScoredSet) -> ScoredSet:
     return found
 
 
-def simplest(search: Search, found: ScoredSet) -> ScoredSet:
+def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
     """Return `found` with each member replaced by the equivalent effect of the fewest parameters, on no more signals.
 
     Never by the general form of a family.

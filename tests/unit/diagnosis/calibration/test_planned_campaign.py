@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nnhydro.diagnosis.calibration.planned_campaign import healthy, simulate_plan
+from nnhydro.diagnosis.calibration.planned_campaign import baseline_recipe, simulate_plan
 from nnhydro.errors import ConfigError
 from nnhydro.simulation.recipe.recipe import read_recipe
 
@@ -40,19 +40,19 @@ def test_a_plan_without_noise_is_refused(tmp_path):
 
 
 def test_coefficients_are_those_of_the_recipe_and_where_it_states_none_those_where_fits_begin(tmp_path):
-    stated, left_off = healthy(read_recipe(plan(tmp_path, "normal_drag: {C_D: 1.7}")), None)
+    stated, left_off = baseline_recipe(read_recipe(plan(tmp_path, "normal_drag: {C_D: 1.7}")), None)
     assert stated.loads.terms["normal_drag"].C_D == (1.7,)
     assert stated.loads.terms["added_mass"].C_M == (0.8,)
     assert left_off == ()
 
 
 def test_a_named_baseline_leaves_off_what_it_does_not_hold(tmp_path):
-    rigid, left_off = healthy(read_recipe(plan(tmp_path)), "rigid")
+    rigid, left_off = baseline_recipe(read_recipe(plan(tmp_path)), "rigid")
     assert set(rigid.loads.terms) == {"rigid_body"}
     assert set(left_off) == {"normal_drag", "added_mass"}
 
 
 def test_an_arm_in_air_is_planned_without_water(tmp_path):
-    recipe, left_off = healthy(read_recipe(plan(tmp_path, "viscous_friction: {b: 0.5}", density="0.0")), None)
+    recipe, left_off = baseline_recipe(read_recipe(plan(tmp_path, "viscous_friction: {b: 0.5}", density="0.0")), None)
     assert set(recipe.loads.terms) == {"rigid_body"}
     assert left_off == ("viscous_friction",)

@@ -9,7 +9,7 @@ from campaigns import planted, recording
 from rigs import arm
 
 from nnhydro.diagnosis.calibration.injection import predict_whitened
-from nnhydro.diagnosis.calibration.rehearsal import confident, label, rehearse
+from nnhydro.diagnosis.calibration.rehearsal import label, limit_confidence, rehearse
 from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.diagnosis.problem.design import design_on
@@ -56,27 +56,27 @@ def found():
 
 
 def test_confidence_is_the_share_of_such_claims_that_are_right():
-    assert confident(FINDING, rehearsal(10, 0)).confidence == pytest.approx(10.5 / 11)
-    assert confident(FINDING, rehearsal(10, 10)).confidence == pytest.approx(10.5 / 21)
-    assert confident(FINDING, rehearsal(0, 10)).confidence < 0.1
+    assert limit_confidence(FINDING, rehearsal(10, 0)).confidence == pytest.approx(10.5 / 11)
+    assert limit_confidence(FINDING, rehearsal(10, 10)).confidence == pytest.approx(10.5 / 21)
+    assert limit_confidence(FINDING, rehearsal(0, 10)).confidence < 0.1
 
 
 def test_no_rehearsal_raises_a_confidence_that_knows_of_what_no_card_holds():
-    assert confident(replace(FINDING, confidence=0.6), rehearsal(10, 0)).confidence == 0.6
+    assert limit_confidence(replace(FINDING, confidence=0.6), rehearsal(10, 0)).confidence == 0.6
 
 
 def test_a_rival_that_is_named_in_the_same_class_takes_no_confidence_away():
     both = replace(FINDING, members=("coulomb_friction", "stribeck_friction"))
-    assert confident(both, rehearsal(10, 10)).confidence > 0.9
+    assert limit_confidence(both, rehearsal(10, 10)).confidence > 0.9
     named_otherwise = {"draws": 10, "worlds": [world(["coulomb_friction joint 1"], None, {"stribeck_friction joint 1": 10})]}
-    assert confident(both, named_otherwise).confidence > 0.9, "another member of the class is a hit, too"
-    assert confident(FINDING, named_otherwise).confidence == 0.5
+    assert limit_confidence(both, named_otherwise).confidence > 0.9, "another member of the class is a hit, too"
+    assert limit_confidence(FINDING, named_otherwise).confidence == 0.5
 
 
 def test_a_world_that_stands_for_another_finding_says_nothing_of_this_one():
     told = rehearsal(10, 0)
     told["worlds"].append(world(["torque_bias joint 2"], "rotor_inertia joint 2", {"coulomb_friction joint 1": 10}))
-    assert confident(FINDING, told).confidence > 0.9
+    assert limit_confidence(FINDING, told).confidence > 0.9
 
 
 def test_a_place_is_told_by_its_joint_or_as_the_whole_arm():
@@ -97,7 +97,7 @@ def test_friction_drawn_again_is_named_again_and_its_rivals_are_not_taken_for_it
     assert said["draws"] == 3
     assert said["worlds"][0] == {"planted": ["coulomb_friction joint 1"], "instead_of": None, "named": {"coulomb_friction joint 1": 3}}
     assert {w["instead_of"] for w in said["worlds"][1:]} <= {"coulomb_friction joint 1"}
-    assert confident(finding, said).confidence > 0.85
+    assert limit_confidence(finding, said).confidence > 0.85
     assert rehearse(found.search, claimed, 3, 0) == said, "the same seed draws the same"
 
 
