@@ -2,10 +2,10 @@
 
 from typing import Any
 
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
 from nnhydro.report.sheet import Column, Sheet
 from nnhydro.wording import percent
 
-ALIKE = 0.98  # likeness from which two effects are one torque
 OWN = 1e-3  # visible share below which an effect is the baseline's own
 
 
@@ -28,7 +28,7 @@ def power_sheet(document: dict[str, Any]) -> Sheet:
         Column("smallest size", [r["smallest_size"] for r in rows], "{:.2g}", "smallest_size"),
         Column("visible", [r["visible_share"] for r in rows], percent, "visible_share"),
         Column("strength", [r["lambda"] for r in rows], "{:.1f}", "lambda"),
-        Column("nearest (likeness)", [_nearest(r) for r in rows], key="nearest"),
+        Column("nearest (cosine)", [_nearest(r) for r in rows], key="nearest"),
         Column("at", [_shape(r["at"]) for r in rows], key="at")))
 
 
@@ -40,7 +40,7 @@ def power_verdict(document: dict[str, Any]) -> str:
     own = [e for e in unseen if all(r["visible_share"] < OWN for r in rows if r["effect"] == e)]
     hidden = [e for e in unseen if e not in own]
     alone = {e: [r for r in rows if r["effect"] == e and r["smallest_size"] is not None] for e in effects}
-    alike = [e for e in effects if alone[e] and all(r["likeness"] > ALIKE for r in alone[e])]
+    alike = [e for e in effects if alone[e] and all(r["likeness"] > EQUIVALENT_COSINE for r in alone[e])]
     parts = [f"{document['recordings']} recordings can reveal {len(effects) - len(unseen)} of {len(effects)} effects"]
     parts += [f"not {', '.join(hidden)}, whatever the size"] if hidden else []
     parts += [f"{', '.join(own)}: fitted as part of the baseline"] if own else []
