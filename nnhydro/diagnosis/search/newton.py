@@ -12,7 +12,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.linearisation import extend_library
 from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
-from nnhydro.diagnosis.search.tangents import Step, shifted, step_of, tangents_of
+from nnhydro.diagnosis.search.tangents import NewtonStep, shift_values, step_of, tangents_of
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
@@ -20,7 +20,7 @@ STEPS, HALVINGS = 5, 3
 ALIKE = 0.5  # nats of the score that a step may lose: one standard deviation
 
 
-def _moved(search: Search, found: ScoredSet, k: int, step: Step, share: float) -> Hypothesis:
+def _move(search: Search, found: ScoredSet, k: int, step: NewtonStep, share: float) -> Hypothesis:
     """Return member `k` after `share` of the step; an instrument about its values there."""
     view, library = search.view, search.view.library
     h, there = library.hypotheses[k], step.tangents.now + share * step.phi
@@ -29,7 +29,7 @@ def _moved(search: Search, found: ScoredSet, k: int, step: Step, share: float) -
         name, (low, high) = step.tangents.names[i][1], step.tangents.limits[i]
         values[name] = float(there[i])
         spans[name] = (max(values[name] - step.deviation[i], low), min(values[name] + step.deviation[i], high))
-    made = shifted(h, values).with_nonlinear({}, spans)
+    made = shift_values(h, values).with_nonlinear({}, spans)
     if not isinstance(h.effect, InstrumentEffect) or h.working_model is None:
         return made
     lowest, highest = library.bounds(k)
@@ -54,7 +54,7 @@ def at_best_values(search: Search, best: ScoredSet, model: StripTheory) -> Grown
         before = best
         for halving in range(HALVINGS):
             start = len(search.view.library.hypotheses)
-            there = [_moved(search, before, k, step, 0.5**halving) for k in moving]
+            there = [_move(search, before, k, step, 0.5**halving) for k in moving]
             search = extend_library(search, before, there, model)
             now = search.score((*others, *range(start, start + len(moving))))
             if now.score > before.score - ALIKE:

@@ -53,7 +53,7 @@ class Tangents:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Step:
+class NewtonStep:
     """A step of all values of a set: `phi` (m,) in the units of the nonlinear ones, their deviations, and all coefficients after it."""
 
     tangents: Tangents
@@ -90,7 +90,7 @@ def _ends(h: Hypothesis, name: str, step: float) -> tuple[float, float]:
     return max(value - step, bounds[name][0]), min(value + step, bounds[name][1])
 
 
-def shifted(h: Hypothesis, values: dict[str, float]) -> Hypothesis:
+def shift_values(h: Hypothesis, values: dict[str, float]) -> Hypothesis:
     """Return `h` with other nonlinear `values`."""
     changes: dict[str, Any] = {name: (value,) * len(getattr(h.effect, name)) for name, value in values.items()}
     return h.with_nonlinear(changes, {})
@@ -117,7 +117,7 @@ def _columns(search: Search, found: ScoredSet, steps: dict[tuple[int, str], floa
     hypotheses, columns = search.view.library.hypotheses, []
     for k in dict.fromkeys(member for member, _ in steps):
         ends = {name: _ends(hypotheses[k], name, step) for (member, name), step in steps.items() if member == k}
-        laws = [shifted(hypotheses[k], {name: end}) for name, pair in ends.items() for end in pair]
+        laws = [shift_values(hypotheses[k], {name: end}) for name, pair in ends.items() for end in pair]
         u = _torques(search, found, k, laws)
         apart = np.array([high - low for low, high in ends.values()])
         columns.append((u[..., 1::2] - u[..., 0::2]) / apart)
@@ -142,10 +142,10 @@ def tangents_of(search: Search, found: ScoredSet) -> Tangents | None:
     return made
 
 
-def step_of(search: Search, found: ScoredSet, tangents: Tangents) -> Step:
+def step_of(search: Search, found: ScoredSet, tangents: Tangents) -> NewtonStep:
     """Return the step from the values of `found` to those that fit best together."""
     fit = best_fit(search, found)
     moved = without_unknown(fit.whitened, tangents.beside(fit.whitened, fit.columns))
     at = np.arange(len(fit.posterior.mean), len(moved.mean))
     phi = np.clip(tangents.now + moved.mean[at] * tangents.unit, *tangents.limits.T) - tangents.now
-    return Step(tangents, phi, np.sqrt(np.diag(moved.covariance(at))) * tangents.unit, moved.mean)
+    return NewtonStep(tangents, phi, np.sqrt(np.diag(moved.covariance(at))) * tangents.unit, moved.mean)
