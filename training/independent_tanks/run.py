@@ -67,7 +67,7 @@ def table(results: dict, now: str, sets: dict) -> str:
             lines += [row(name, entry, models, asked) for name, entry in sorted(models.items(), key=lambda item: item[1]["error"])]
             lines += ["", *([f"Which feature shares its equation: {SHARES_AN_EQUATION[key.split(':')[0]]}.", ""]
                             if key.split(":")[0] in SHARES_AN_EQUATION else [])]
-    return "\n".join([*lines, f"Made by version {now} of nnhydro (`git rev-parse HEAD:nnhydro`).", ""])
+    return "\n".join([*lines, "One version of nnhydro made these tables; results.json holds its hash.", ""])
 
 
 def main() -> None:
