@@ -64,7 +64,20 @@ class Flow:
     def in_water(self, velocity: Tensor, acceleration: Tensor) -> "Flow":
         """Return the flow in water that moves with these (n, 2), or (n, links, 2), besides what this flow's own water does."""
         more = Water(velocity, acceleration)
-        return replace(self, water=more if self.water is None else self.water + more)
+        made = replace(self, water=more if self.water is None else self.water + more)
+        vars(made).update({name: getattr(self, name) for name in _OF_THE_ARM})
+        return made
+
+    def again(self) -> "Flow":
+        """Return the same flow with a memo of its own; what is known of it is not computed again."""
+        made = replace(self)
+        vars(made).update({name: value for name, value in vars(self).items() if name != "memo"})
+        return made
+
+    @cached_property
+    def arm_memo(self) -> Memo:
+        """What the arm's own motion decides, in whatever water."""
+        return Memo()
 
     @cached_property
     def L(self) -> Tensor:  # (links,) m
@@ -134,9 +147,14 @@ class Flow:
         return rx, ry, ax, ay
 
     @cached_property
+    def _heading(self) -> tuple[Tensor, Tensor]:  # two of (n, links)
+        """cos phi and sin phi."""
+        return torch.cos(self.phi), torch.sin(self.phi)
+
+    @cached_property
     def _met(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:  # (n, links) m/s, m/s, m/s^2, m/s^2
         """The motion of joint 1 through the water across and along each link, and its derivative: r.n, r.e, dr/dt.n, dr/dt.e."""
-        cos, sin = torch.cos(self.phi), torch.sin(self.phi)
+        cos, sin = self._heading
         rx, ry, ax, ay = self.through_water
         return ry * cos - rx * sin, rx * cos + ry * sin, ay * cos - ax * sin, ax * cos + ay * sin
 
@@ -145,31 +163,31 @@ class Flow:
         """Normal velocity of the inboard joint of each link."""
         if self.arm.sliding:
             return self.motion.qd + self._met[0]
-        return torch.einsum("nij,nj->ni", self.along, self.A) + self._met[0]
+        return self._of_joints[0] + self._met[0]
 
     @cached_property
     def u_x(self) -> Tensor:  # (n, links) m/s
         """Axial velocity of each link."""
-        return torch.einsum("nij,nj->ni", self.across, self.A) + self._met[1]
+        return self._of_joints[1] + self._met[1]
 
     @cached_property
-    def _turning(self) -> Tensor:  # (n, links i, links j) rad^2/s^2
-        """phid_j (phid_i - phid_j)."""
-        return self.A[:, None, :] * (self.A[:, :, None] - self.A[:, None, :])
+    def _of_joints(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:  # (n, links) m/s, m/s, m/s^2, m/s^2
+        """What the joints inboard add to B, u_x, N and du_x: their own motion about joint 1."""
+        turning = self.A[:, None, :] * (self.A[:, :, None] - self.A[:, None, :])  # phid_j (phid_i - phid_j), (n, links i, links j)
+        (B, u_x), (N, du_x) = ([torch.einsum("nij,nj->ni", lever, x) for lever in (self.along, self.across)] for x in (self.A, self.M))
+        return B, u_x, N - (self.across * turning).sum(-1), du_x + (self.along * turning).sum(-1)
 
     @cached_property
     def N(self) -> Tensor:  # (n, links) m/s^2
         """Normal acceleration (link frame) of the inboard joint of each link."""
         if self.arm.sliding:
             return self.motion.qdd + self._met[2]
-        return (torch.einsum("nij,nj->ni", self.along, self.M) - (self.across * self._turning).sum(-1)
-                + self._met[2] - self.A * self._met[1])
+        return self._of_joints[2] + self._met[2] - self.A * self._met[1]
 
     @cached_property
     def du_x(self) -> Tensor:  # (n, links) m/s^2
         """Axial acceleration (link frame) of each link."""
-        return (torch.einsum("nij,nj->ni", self.across, self.M) + (self.along * self._turning).sum(-1)
-                + self._met[3] + self.A * self._met[0])
+        return self._of_joints[3] + self._met[3] + self.A * self._met[0]
 
     @cached_property
     def outboard(self) -> Tensor:  # (joints j, links i)
@@ -210,7 +228,7 @@ class Flow:
     @cached_property
     def _frame(self) -> tuple[Tensor, Tensor]:  # two of (n, links, 2)
         """Unit vectors along and across each link, e_i and n_i, in world axes."""
-        cos, sin = torch.cos(self.phi), torch.sin(self.phi)
+        cos, sin = self._heading
         return torch.stack([cos, sin], dim=-1), torch.stack([-sin, cos], dim=-1)
 
     @property
@@ -229,3 +247,7 @@ class Flow:
         """Return the force (n, 2) N in world axes that the hub supplies against normal and axial loads (n, links) N."""
         e, n = self._frame
         return (normal[..., None] * n + axial[..., None] * e).sum(dim=1)
+
+
+_OF_THE_ARM = ("L", "D", "phi", "A", "M", "_inboard", "along", "across", "_of_joints", "outboard", "lever_normal", "lever_axial",
+               "_heading", "arm_memo")  # what water does not change

@@ -46,7 +46,7 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
     `predicted`: without a look at the measured torque.
     """
     segment, arm = stretch.segment, model.arm
-    flow = Flow(arm, Motion.of(segment))
+    flow = stretch.memo.of(("flow", id(arm)), lambda: Flow(arm, Motion.of(segment))).again()  # its memo goes with this call
     measured = None if predicted else segment.tau
     factor = gear_factor(tensor(measured if measured is not None else 0 * segment.q), flow.motion.qd, arm)[..., None]
     place = None if stretch.place is None else tensor(stretch.place)
@@ -54,7 +54,7 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
     def view_of(working: StripTheory) -> SensorView:
         """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
         _, view = stretch.memo.of((id(working), predicted), lambda: (working, SensorView(  # kept, so that no other has its id
-            Flow(arm, flow.motion), lambda f: sensor_torque(working.loads.torque(f), f.motion.qd, arm), place,
+            flow.again(), lambda f: sensor_torque(working.loads.torque(f), f.motion.qd, arm), place,
             None if measured is None else tensor(measured))))
         return view
 

@@ -45,6 +45,10 @@ class RigidBody(LinearTerm):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (m, h, J), (n, joints, 3 links), with the rows of the hub where the flow has them."""
+        return flow.arm_memo.of(RigidBody, lambda: self._columns(flow))
+
+    @staticmethod
+    def _columns(flow: Flow) -> Tensor:
         links, phi, rate, acc = flow.arm.n_links, flow.phi, flow.A, flow.M
         e = torch.stack([torch.cos(phi), torch.sin(phi)], dim=-1)  # (n, links, 2)
         n = torch.stack([-e[..., 1], e[..., 0]], dim=-1)

@@ -11,7 +11,10 @@ from rigs import LINKS, arm, assert_close, run
 
 from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.motion import Motion, Water, tensor
+from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.motion import Base, Motion, Water, tensor
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.3), (0.2, 0.0), (-0.1, 0.25)])
@@ -145,3 +148,24 @@ def test_water_that_moves_link_by_link_adds_to_water_that_moves_alike():
     alike = Water(stream[:, None, :].expand(60, 2, 2), 0 * each)
     assert_close(Flow(a, motion, alike).N, Flow(a, motion, Water(stream, 0 * stream)).N)
     assert_close(Flow(a, motion, alike).B, Flow(a, motion, Water(stream, 0 * stream)).B)
+
+
+KINEMATICS = ("phi", "A", "M", "B", "N", "u_x", "du_x", "lever_normal", "lever_axial", "middle")
+
+
+@pytest.mark.parametrize("hub", [False, True])
+def test_a_flow_that_takes_over_what_is_known_of_another_is_the_flow_made_anew(hub):
+    a, motion = arm(3), run(3)
+    motion = replace(motion, base=Base(*(0.1 * torch.sin(k * motion.t) for k in range(1, 6))))
+    v, dv = torch.stack([torch.sin(motion.t), torch.cos(motion.t)], 1), torch.stack([torch.cos(motion.t), -torch.sin(motion.t)], 1)
+    flow, terms = Flow(a, motion, hub=hub), (RigidBody.of_arm(a), NormalDrag((1.0, 0.8, 1.2)), AddedMass((1.0, 0.5, 0.7)))
+    before = [term.torque(flow) for term in terms]
+    for known, anew in ((flow.in_water(v, dv), Flow(a, motion, Water(v, dv), hub)), (flow.again(), Flow(a, motion, hub=hub))):
+        for name in KINEMATICS:
+            assert_close(getattr(known, name), getattr(anew, name))
+        for term in terms:
+            assert_close(term.torque(known), term.torque(anew))
+    wet = [term.torque(flow.in_water(v, dv)) for term in terms]
+    assert [torch.equal(one, other) for one, other in zip(before, wet, strict=True)] == [True, False, False]
+    memo = flow.memo
+    assert flow.again().memo is not memo
