@@ -6,7 +6,6 @@ import pytest
 from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm
 
-from nnhydro.cli.main import run
 from nnhydro.fitting.network.train import train
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -21,18 +20,6 @@ def place(tmp_path_factory):
     save_model(StripTheory(a, GIVEN, {}, "constant", planted(a)), root / "constant")
     save_model(train(campaign(a, planted(a), 3, seconds=1.5, rate=50.0), TINY), root / "hybrid")
     return root
-
-
-@pytest.fixture
-def said(capsys):
-    """Run a command; returns exit code, standard output and standard error."""
-
-    def call(*arguments):
-        capsys.readouterr()
-        code = run([str(a) for a in arguments])
-        return code, *capsys.readouterr()
-
-    return call
 
 
 @pytest.mark.parametrize("name", ["constant", pytest.param("hybrid", marks=pytest.mark.slow)])

@@ -35,18 +35,6 @@ def model(place):
     return place / "model"
 
 
-@pytest.fixture
-def said(capsys):
-    """Run a command; returns exit code, standard output and standard error."""
-
-    def call(*arguments):
-        capsys.readouterr()
-        code = run([str(a) for a in arguments])
-        return code, *capsys.readouterr()
-
-    return call
-
-
 def strict(text):
     """The one JSON document in `text`, without NaN."""
     def refuse(constant):
