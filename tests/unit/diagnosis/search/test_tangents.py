@@ -1,5 +1,7 @@
 """Nonlinear values are known as well as a least-squares fit of all values knows them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from oscillations import by_scipy, columns, moved, with_oscillation
@@ -9,13 +11,24 @@ from nnhydro.diagnosis.search.tangents import limits_of, step_of, tangents_of
 from nnhydro.diagnosis.search.values import values_of
 
 
-def test_columns_are_the_derivatives_of_the_torque():
-    one = with_oscillation((1.05, 0.6), (1.05, 0.6), beta=(0.8, 0.4), noise=0.01)
-    found, of = one.score((0,)), one.whitened.design
-    tangents = tangents_of(one, found)
+@pytest.mark.parametrize("per_recording", [False, True])
+def test_columns_are_the_derivatives_of_the_torque(per_recording):
+    beta = np.outer(np.arange(1, 9), [0.8, -0.4]) if per_recording else np.array([0.8, -0.4])
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6), beta=beta, noise=0.01, per_recording=per_recording)
+    of = one.whitened.design
+    each = np.broadcast_to(beta, (8, 2))[of.problem.group_of]
+    tangents = tangents_of(one, one.score((0,)))
     for i, step in enumerate(((1e-4, 0.0), (0.0, 1e-4))):
-        more, less = (columns(of, 1.05 + way * step[0], 0.6 + way * step[1]) @ [0.8, 0.4] for way in (1, -1))
+        more, less = (np.einsum("njk,nk->nj", columns(of, 1.05 + way * step[0], 0.6 + way * step[1]), each) for way in (1, -1))
         assert tangents.D[..., i] == pytest.approx((more - less) / 2e-4, abs=0.02 * np.abs(tangents.D[..., i]).max())
+
+
+def test_what_the_data_do_not_tell_may_lie_anywhere_between_its_limits():
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6))
+    tangents = tangents_of(one, one.score((0,)))
+    step = step_of(one, one.score((0,)), replace(tangents, D=0 * tangents.D))
+    assert step.deviation == pytest.approx(np.array([4.0, 3.5]) / np.sqrt(12)), "of what is even between them"
+    assert np.all(step.phi == 0)
 
 
 def test_a_value_lies_between_its_bounds_and_the_neighbours_of_all_that_was_tried():
@@ -23,7 +36,6 @@ def test_a_value_lies_between_its_bounds_and_the_neighbours_of_all_that_was_trie
 
 
 def test_no_step_leads_beyond_what_was_tried():
-    one = with_oscillation((1.05, 0.0), (1.05, 0.05), noise=0.5, seed=3)
     for seed in range(4):
         one = with_oscillation((1.05, 0.0), (1.05, 0.05), noise=0.5, seed=seed)
         step = step_of(one, one.score((0,)), tangents_of(one, one.score((0,))))
