@@ -7,10 +7,11 @@ import pytest
 from diagnosed import diagnosed
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oscillations import by_scipy, with_oscillation
 from rigs import arm
 
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses, refine_grid
-from nnhydro.diagnosis.search.refinement import at_peak
+from nnhydro.diagnosis.search.refinement import at_peak, refine
 
 WAKE = next(h for h in enumerate_hypotheses(arm(1), (3.0,)) if h.key[0] == "wake_development")
 (NAME,) = WAKE.spans
@@ -43,6 +44,15 @@ def test_beyond_the_neighbours_nothing_is_guessed():
     assert made is None or getattr(made.effect, NAME)[0] <= end
     alone = replace(WAKE, spans={NAME: (getattr(WAKE.effect, NAME)[0],) * 2})
     assert at_peak(alone, 0.0, []) is None
+
+
+def test_refinement_ends_where_all_values_fit_best_together():
+    one = with_oscillation((1.05, 0.6), (1.0, 0.4))
+    grown = refine(one, one.score((0,)), None, rounds=0)
+    (k,) = grown.best.chosen
+    best, deviation = by_scipy(one, (1.05, 0.6))
+    effect = grown.search.view.library.hypotheses[k].effect
+    assert np.all(np.abs([effect.frequency[0], effect.damping[0]] - best) < 0.4 * deviation)
 
 
 @pytest.mark.slow
