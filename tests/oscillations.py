@@ -62,6 +62,7 @@ def with_oscillation(truth, start, beta=(0.8, 0.4), noise=0.3, seed=0, per_recor
     each = np.broadcast_to(np.asarray(beta, float), (8, 2))[of.problem.group_of]
     of.y = of.y + np.einsum("njk,nk->nj", columns(of, *truth), each)
     of.columns = lambda laws, model: np.concatenate([columns(of, o.effect.frequency[0], o.effect.damping[0]) for o in laws], axis=2)
+    of.problem.stretches = ()
     of.baseline = SimpleNamespace(at=lambda z: None, within=lambda z: z)
     grid = [start, *((f, c) for f in (0.2, 4.0) for c in (0.0, 3.0))]  # what else is tried says how far a value may lie
     laws = tuple(oscillation(*shape, per_recording=per_recording) for shape in grid)
