@@ -23,7 +23,7 @@ from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 
-GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "network.json").read_text())
+GOLDEN = json.loads((Path(__file__).parents[3] / "golden" / "network.json").read_text())
 DEFAULTS = TrainingConfig()
 EXACT = {"rtol": 1e-12, "atol": 1e-12}
 

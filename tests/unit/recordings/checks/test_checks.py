@@ -15,7 +15,7 @@ from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.survey import survey
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 SHARED = ROOT.parent / "shared" / "data"
 
 

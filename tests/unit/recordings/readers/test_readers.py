@@ -50,7 +50,7 @@ def test_csv_habits_of_loggers_are_understood(tmp_path: Path, change):
 
 def test_a_parquet_file_that_declares_a_column_which_it_does_not_hold_is_called_damaged(tmp_path: Path):
     damaged = tmp_path / "run.parquet"
-    damaged.write_bytes((Path(__file__).parents[2] / "fuzz" / "corpus" / "parquet" / "8d2714954d7c").read_bytes())
+    damaged.write_bytes((Path(__file__).parents[3] / "fuzz" / "corpus" / "parquet" / "8d2714954d7c").read_bytes())
     with pytest.raises(RecordingError, match=r"declares the column u0_m_s but does not hold it"):
         read_recording(damaged, the_arm())
 
