@@ -90,7 +90,7 @@ class _Task:
         """Return the task of `rows`."""
         left = rows.target[None] if rows.linear is None else rows.target - rows.scale * rows.linear.transpose(0, 1)
         r = (left / rows.scale).pow(2).mean(dim=1, keepdim=True).sqrt() + 1e-9
-        return _Task(rows, left, r, rows.target.pow(2).mean(dim=0).sqrt() + 1e-9)
+        return _Task(rows, left.contiguous(), r, rows.target.pow(2).mean(dim=0).sqrt() + 1e-9)
 
     def of_member(self, member: int) -> "_Task":
         """Return the task of one member alone."""
@@ -99,8 +99,9 @@ class _Task:
 
     def errors(self, ensemble: Ensemble, index: Tensor) -> Tensor:
         """Squared scaled error (E, m) of the rows `index` (E, m) of each member."""
-        left = self.left.expand(len(index), -1, -1)[torch.arange(len(index))[:, None], index]
-        x, scale = (of.index_select(0, index.ravel()).reshape(*index.shape, -1) for of in (self.rows.x, self.rows.scale))
+        own = index + torch.arange(len(index))[:, None] * (len(self.rows.x) if len(self.left) > 1 else 0)  # among the rows of all members
+        x, scale, left = (of.index_select(0, which.ravel()).reshape(*index.shape, -1) for of, which in
+                          ((self.rows.x, index), (self.rows.scale, index), (self.left.flatten(0, 1), own)))
         y = self.r * odd_output(ensemble, x, self.rows.parity)
         return (((scale * y - left) / self.s) ** 2).sum(dim=2)
 

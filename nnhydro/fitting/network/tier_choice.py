@@ -113,4 +113,5 @@ class JudgedRows:
         for j, (place, columns) in enumerate(self.own):
             if bool(each[:, place].any()):
                 torques[:, j] += each[:, place] @ columns
-        return torch.stack([self.loss(members.transpose(1, 2)) for members in torques.reshape(*theta.shape[:2], *self.shape)])
+        each_set = torques.transpose(1, 2).contiguous().reshape(*theta.shape[:2], -1, self.shape[0])
+        return torch.stack([self.loss(members) for members in each_set])

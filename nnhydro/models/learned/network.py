@@ -109,24 +109,19 @@ def soft_bound(y: Tensor, bound: float) -> Tensor:
     return within + h * torch.tanh((y - within) / h)
 
 
-def _by_parity(x: Tensor, parity: Tensor, dim: int) -> tuple[Tensor, ...]:
-    """The odd and the even ones along `dim`: views where all odd ones come first."""
-    odd = int((parity < 0).sum())
-    if not bool((parity[:odd] < 0).all()):
-        x = x.index_select(dim, parity.argsort(stable=True))
-    return torch.split(x, [odd, len(parity) - odd], dim)
-
-
 def odd_output(ensemble: Ensemble, x: Tensor, parity: Tensor) -> Tensor:
     """Return y (E, n, outputs), exactly odd under the mirror that multiplies the inputs x ([E,] n, inputs) by `parity`.
 
     The first layer takes odd and even inputs apart, since the mirror turns the sign of what the odd ones give; the last one takes the
     difference of both sides, of which its offsets are no part.
     """
-    stacks, n = len(ensemble.weights[0]), x.shape[-2]
-    odd, even = (part.expand(stacks, -1, -1) if x.dim() == 2 else part if stacks == len(x) else part.repeat_interleave(stacks // len(x), 0)
-                 for part in _by_parity(x, parity, -1))
-    of_odd, of_even = _by_parity(ensemble.weights[0], parity, 1)
+    first, n = ensemble.weights[0], x.shape[-2]
+    x = x.expand(len(first), -1, -1) if x.dim() == 2 else x if len(first) == len(x) else x.repeat_interleave(len(first) // len(x), dim=0)
+    signs, order = parity.sort(stable=True)
+    if not torch.equal(signs, parity):
+        x, first = x.index_select(2, order), first.index_select(1, order)
+    sizes = [int((parity < 0).sum()), int((parity >= 0).sum())]
+    (odd, even), (of_odd, of_even) = torch.split(x, sizes, dim=2), torch.split(first, sizes, dim=1)
     turned, kept = torch.bmm(odd, of_odd), torch.baddbmm(ensemble.offsets[0], even, of_even)
     h = _tanh(torch.cat([kept + turned, kept - turned], dim=1))
     for weight, offset in zip(ensemble.weights[1:-1], ensemble.offsets[1:-1], strict=True):

@@ -22,4 +22,4 @@ def shrink(mean: Tensor, variance: Tensor, scale: Tensor) -> Tensor:
 
 def jackknife(members: Tensor, left_out: float) -> Tensor:
     """Return v (n, joints) of corrections (E, n, joints) N m; 0 for a single member or where nothing was left out."""
-    return (1 - left_out) / left_out * members.var(dim=0, correction=0) if left_out else 0 * members[0]
+    return (1 - left_out) / left_out * (members - members.mean(dim=0)).square().mean(dim=0) if left_out else 0 * members[0]
