@@ -10,7 +10,8 @@ from campaigns import TINY, angles_only, campaign, columns_of, planted, recordin
 from rigs import arm
 
 import nnhydro
-from nnhydro.report.sheet import Column, Sheet, percent
+from nnhydro.report.sheet import Column, Sheet
+from nnhydro.wording import percent
 
 
 class Balanced(HTMLParser):
