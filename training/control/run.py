@@ -1,4 +1,4 @@
-"""What a better model buys in tracking: `python training/control/run.py [strips] [concealed] [tank] [ns_tank] [hour]`.
+"""What a better model buys in tracking: `python training/control/run.py [strips] [concealed] [tank] [ns_tank] [ns_tank_fast] [hour]`.
 
 Writes results.json, table.md and tracking.png (pictures.py).
 """
@@ -7,108 +7,36 @@ import json
 import resource
 import sys
 import time
-import tomllib
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import torch
 import yaml
 from pictures import draw
+from truths import CONFIG, compiled, concealed, strips, tank
 
-import nnhydro
-from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
-from nnhydro.blind_tests.truth.tank import joint_torque
-from nnhydro.blind_tests.truth.world import TrueRun
 from nnhydro.deployment.native import NativeArm
-from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.effect import Effect
 from nnhydro.errors import ModelError
-from nnhydro.fitting.config import TrainingConfig
-from nnhydro.fitting.identify import identify
-from nnhydro.fitting.network.train import train
+from nnhydro.models.domain import DOMAIN, Domain
+from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
-from nnhydro.recordings.campaign import Campaign, open_campaign
+from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.runtime.files import write_json, write_text
-from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.controller import Controller, model_inside
 from nnhydro.simulation.motions.motion_kind import Setting, motion_of
 from nnhydro.simulation.native_loop import NativeInside, track
 from nnhydro.simulation.recipe.recipe import parse_recipe
+from nnhydro.simulation.run import grid
 
 HERE = Path(__file__).parent
-CONFIG = tomllib.loads((HERE / "config.toml").read_text())
 ROWS = [("pd", None), ("pid", None), *(("computed_torque", m) for m in ("dry", "constant", "state", "diagnosed", "hybrid", "exact")),
         ("sliding_mode", "dry"), ("sliding_mode", "hybrid"),
         *(("computed_torque", f"{m}, water 20 % too weak") for m in ("constant", "state", "diagnosed", "hybrid")),
         ("sliding_mode", "hybrid, water 20 % too weak")]
-
-
-def fitted(campaign):
-    """Return the models for a controller, by name."""
-    choices = TrainingConfig(**CONFIG["training"], seed=CONFIG["seed"])
-    return {"constant": identify(campaign, "constant"), "state": identify(campaign, "state"),
-            "diagnosed": nnhydro.diagnose(campaign, seed=CONFIG["seed"]).corrected.torque_model, "hybrid": train(campaign, choices)}
-
-
-def strips(choice):
-    """Return truth and models for the arm of library terms: simulated, recorded, identified."""
-    document = yaml.safe_load(Path(choice["recipe"]).read_text()) | {"terms": choice["terms"]}
-    recipe = parse_recipe(document, "strips", Path("."))
-    with TemporaryDirectory() as folder:
-        write_campaign(recipe, Path(folder) / "tank")
-        models = fitted(open_campaign(Path(folder) / "tank"))
-    truth = StripTheory(recipe.arm, Preparation(None), {}, "truth", recipe.loads)
-    return compiled(truth), truth, models
-
-
-def tank(choice):
-    """Return a learned twin of a recorded tank, and models that saw every other recording of it."""
-    campaign = open_campaign(Path(choice["campaign"]))
-    twin = train(campaign, TrainingConfig(baseline="state", **CONFIG["training"], seed=CONFIG["seed"] + 1))
-    return compiled(twin), twin, fitted(Campaign.of(campaign.arm, list(campaign.recordings())[::2]))
-
-
-class ConcealedArm:
-    """The arm of a concealed world as it really is, without memory: what the control loop asks of a compiled arm."""
-
-    def __init__(self, world):
-        self.arm, self.causes = world.arm, world.causes
-
-    def begin(self):
-        """Nothing is remembered."""
-
-    def torque(self, *motion, **others):
-        """What happened is noted by arms with a memory; this one has none, and the loop asks for nothing else."""
-
-    def torques(self, q, qd, qdd, u0, du0):
-        """Return the joint torques (k, joints) N m at the accelerations `qdd` (k, joints)."""
-        still = np.zeros(len(qdd))
-        motion = (np.broadcast_to(x, qdd.shape) for x in (q, qd))
-        run = TrueRun("loop", np.arange(len(qdd)) * 1e-3, *motion, qdd, still + u0, still + du0)
-        return joint_torque(run, self.arm, self.causes)
-
-    def acceleration(self, q, qd, tau, u0=0.0, du0=0.0, dt=0.0, start=None):
-        """Return the accelerations (joints,) rad/s^2 under `tau` (joints,) N m."""
-        n = len(q)
-        found = self.torques(q, qd, np.vstack([np.zeros(n), np.eye(n)]), u0, du0)
-        return np.linalg.solve((found[1:] - found[0]).T, tau - found[0])
-
-
-def concealed(choice):
-    """Return an arm with a cause that no model is told of, by other equations and other code, and models fitted to its recordings."""
-    drawn = draw_campaign(CONFIG["seed"], choice["index"], Wish(choice["effect"], links=2, size="small"))
-    with TemporaryDirectory() as folder:
-        write_text(Path(folder) / "arm.yaml", yaml.safe_dump(drawn.arm, sort_keys=False))
-        for name, columns in drawn.files.items():
-            if name.startswith("recordings/"):
-                rows = np.column_stack(list(columns.values()))
-                write_text(Path(folder) / name, "\n".join([",".join(columns), *(",".join(f"{x:.9g}" for x in row) for row in rows)]) + "\n")
-        models = fitted(open_campaign(Path(folder)))
-    return ConcealedArm(next(iter(drawn.unseen.values()))), None, models
 
 
 def weakened(model):
@@ -121,24 +49,31 @@ def weakened(model):
     return replace(model, loads=Loads(terms))
 
 
-def compiled(model):
-    """Return `model` as machine code."""
-    dynamics = Dynamics(model)
-    return NativeArm(dynamics.model, dynamics.affine)
+def references(choice, arm):
+    """Return the motions of each seed as (name, reference)."""
+    kinds = [motion_of(chosen, "config") for chosen in choice.get("motions", CONFIG["motions"])]
+    return [[(kind.name, kind.reference(Setting(arm, np.random.default_rng(seed + number), Path("."))))
+             for number, kind in enumerate(kinds)] for seed in CONFIG["motion_seeds"]]
 
 
-def measured(truth, arm, kind, inside, rate_hz):
+def outside(model, tracked):
+    """Return the share of the instants asked for that lie outside what the learned `model` was trained on."""
+    domain, found = Domain.parse(model.fit[DOMAIN]), []
+    for _, reference in (pair for pairs in tracked for pair in pairs):
+        t = grid(reference, 100.0)
+        found.append(domain.outside(Motion(tensor(t), *(tensor(x) for x in reference.at(t))), model.arm) > 0)
+    return float(np.concatenate(found).mean())
+
+
+def measured(truth, law, tracked, rate_hz):
     """Return the tracking error in mrad (rms of all seeds, of each, peak) and the rms torque in N m; every controller sees the same."""
     by_seed, torques, known, hold = [], [], {}, round(rate_hz / CONFIG["control_rate_hz"])
-    for seed in CONFIG["motion_seeds"]:
+    for pairs in tracked:
         errors = []
-        for number, chosen in enumerate(CONFIG["motions"]):
-            motion = motion_of(chosen, "config")
-            reference = motion.reference(Setting(arm, np.random.default_rng(seed + number), Path(".")))
+        for name, reference in pairs:
             drawn = reference.at(np.linspace(0, reference.duration, 100)).q.tobytes()  # a slew has no seed: it is tracked once
             if drawn not in known:
-                law = Controller(kind=kind, **CONFIG["gains"][kind], **CONFIG["sees"]).torque_law(arm, CONFIG["control_rate_hz"])
-                known[drawn] = track(motion.name, reference, truth, replace(law, inside=inside), rate_hz, hold)
+                known[drawn] = track(name, reference, truth, law, rate_hz, hold)
             run = known[drawn]
             errors.append(run.state.q - reference.at(np.minimum(run.t, reference.duration)).q)
             torques.append(run.tau)
@@ -149,23 +84,56 @@ def measured(truth, arm, kind, inside, rate_hz):
             "torque_rms_Nm": np.sqrt((np.concatenate(torques)**2).mean(axis=0)).tolist()}
 
 
-def table(native, exact, models, rate_hz):
+def slopes(arm, q, qd, qdd, dt):
+    """Return d tau / d qd and d tau / d qdd (joints, joints) of a compiled arm, `dt` s after the instant it was asked before."""
+    found = []
+    for rate, acc, reach in ((1.0, 0.0, 1e-3), (0.0, 1.0, 1e-1)):
+        ahead, behind = ([arm.torque(q, qd + sign * rate * reach * unit, qdd + sign * acc * reach * unit, dt=dt, keep=False)
+                          for unit in np.eye(len(q))] for sign in (1, -1))
+        found.append((np.array(ahead) - np.array(behind)).T / (2 * reach))
+    return found
+
+
+def undamped(truth, inside, tracked):
+    """Return the share of the instants at which computed torque leaves a joint without damping: kd M + C_true < C_model, C = d tau / d qd.
+
+    The controller feeds the model's drag at the measured rate back: where that is too strong, it drives the arm.
+    """
+    dt, found, kd = 1 / CONFIG["control_rate_hz"], [], CONFIG["gains"]["computed_torque"]["kd"]
+    for _, reference in (pair for pairs in tracked for pair in pairs):
+        for arm in (truth, inside):
+            arm.begin()
+        for k, (q, qd, qdd) in enumerate(zip(*reference.at(grid(reference, 1 / dt))[:3], strict=True)):
+            if k and k % 10 == 0:
+                (true, _), (model, mass) = (slopes(arm, q, qd, qdd, dt) for arm in (truth, inside))
+                found.append(np.diag(kd * mass + true - model).min() < 0)
+            for arm in (truth, inside):
+                arm.torque(q, qd, qdd, dt=dt if k else 0.0)
+    return float(np.mean(found))
+
+
+def table(native, exact, models, choice):
     """Return the result of every row of ROWS against the arm `native`, whose own model is `exact` (None: nobody has it)."""
-    arm, found = next(iter(models.values())).arm, {}
+    arm, found, rate_hz = next(iter(models.values())).arm, {}, choice.get("sample_rate_hz", CONFIG["sample_rate_hz"])
     known = {"dry": model_inside("dry", arm, None), **({} if exact is None else {"exact": exact}), **models}
     known |= {f"{name}, water 20 % too weak": weakened(models[name]) for name in models}
-    inside = {name: NativeInside(compiled(model)) for name, model in known.items()}
+    inside, tracked = {name: NativeInside(compiled(model)) for name, model in known.items()}, references(choice, arm)
     for kind, name in ROWS:
         if name and name not in inside:
             continue
         row = f"{kind}{f' ({name})' if name else ''}"
+        law = Controller(kind=kind, **CONFIG["gains"][kind], **CONFIG["sees"]).torque_law(arm, CONFIG["control_rate_hz"])
         try:
-            found[row] = result = measured(native, arm, kind, inside.get(name), rate_hz)
+            found[row] = result = measured(native, replace(law, inside=inside.get(name)), tracked, rate_hz)
         except ModelError as error:  # a learned truth that ends here
             found[row] = None
             print(f"{row}: {error}", flush=True)
             continue
-        print(f"{kind:16} {name or '':32} {result['rms_mrad']:8.2f} {result['peak_mrad']:8.2f}", flush=True)
+        left = ""
+        if kind == "computed_torque" and isinstance(native, NativeArm):
+            result["undamped"] = undamped(native, inside[name].arm, tracked)
+            left = f" without damping {result['undamped']:.1%}"
+        print(f"{kind:16} {name or '':32} {result['rms_mrad']:8.2f} {result['peak_mrad']:8.2f}{left}", flush=True)
     return found
 
 
@@ -223,7 +191,10 @@ def main():
             print(name, flush=True)
             choice = CONFIG["truths"][name]
             made = {"strips": strips, "concealed": concealed}.get(name, tank)(choice)
-            results[name] = table(*made, choice.get("sample_rate_hz", CONFIG["sample_rate_hz"]))
+            if isinstance(made[1], LearnedTorque):
+                results.setdefault("outside", {})[name] = share = outside(made[1], references(choice, made[1].arm))
+                print(f"outside what the twin was trained on: {share:.1%} of the instants", flush=True)
+            results[name] = table(*made, choice)
             written(results)
     if "hour" in wanted:
         recipe = parse_recipe(yaml.safe_load(Path(CONFIG["truths"]["strips"]["recipe"]).read_text())
