@@ -25,7 +25,7 @@ def _each_link(x: Tensor) -> Tensor:
 @final
 @dataclass(frozen=True, eq=False)
 class Water:
-    """Water that moves, all along a link alike: a current, or a wave that is long beside a link. World axes X, Y."""
+    """Water that moves, all along a link alike: a current, or the mean along each link of a wave. World axes X, Y."""
 
     velocity: Tensor  # (n, 2) m/s where it is the same for all links, else (n, links, 2)
     acceleration: Tensor  # (n, 2) or (n, links, 2) m/s^2, as the link meets it
