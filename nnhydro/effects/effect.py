@@ -194,6 +194,12 @@ def effect(cls: E) -> E:
     return cls
 
 
+def of_joint(columns: Tensor, joint: int) -> Tensor:
+    """Return the column (n, joints, 1) of `joint` (from 1) of a load term with one parameter a joint, `columns` (n, joints, joints)."""
+    require(joint <= columns.shape[2], f"joint {joint}: this arm has {columns.shape[2]}", ModelError)
+    return columns[..., joint - 1:joint]
+
+
 def at_joint(load: Tensor, joint: int, joints: int) -> Tensor:
     """Return the columns (n, joints, p) of `load` (n, p) that is felt at `joint` (from 1) alone."""
     require(joint <= joints, f"joint {joint}: this arm has {joints}", ModelError)

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
-import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, of_joint, parameter
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.transmission import drive_rates
+from nnhydro.physics.loads.drive_inertia import DriveInertia
 
 
 @effect
@@ -36,11 +35,7 @@ class RotorInertia(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d inertia, (n, joints, 1)."""
-        motion, arm = flow.motion, flow.arm
-        own = at_joint(drive_rates(motion.qdd, arm)[:, self.joint - 1:self.joint], self.joint, arm.n_links)
-        if arm.drive.kind == "direct":
-            return own
-        return torch.stack([own[:, 0] + own[:, 1], own[:, 1] / arm.drive.pulley_ratio], dim=1)  # the belt's map, inverted
+        return of_joint(DriveInertia(self.inertia).columns(flow), self.joint)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

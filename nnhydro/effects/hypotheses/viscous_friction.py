@@ -6,8 +6,9 @@ from typing import final
 
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, of_joint, parameter
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 
 
 @effect
@@ -35,7 +36,7 @@ class ViscousFriction(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d coefficient, (n, joints, 1)."""
-        return at_joint(flow.motion.qd[:, self.joint - 1:self.joint], self.joint, flow.arm.n_links)
+        return of_joint(ViscousTerm(self.coefficient).columns(flow), self.joint)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
