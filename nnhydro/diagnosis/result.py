@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, final
 
+from nnhydro.diagnosis.constants import NULL_QUANTILE
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.decision.proof import Proof
@@ -46,7 +47,7 @@ class DiagnosisResult:
     @property
     def detected(self) -> bool:
         """Whether there is a mismatch beyond noise and recalibration."""
-        return self.p_value <= 0.01
+        return self.p_value <= 1 - NULL_QUANTILE  # as often as a claim by chance
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
