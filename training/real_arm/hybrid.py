@@ -14,7 +14,7 @@ from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import calibrate, versions
 from nnhydro.fitting.network.train import train_units
-from nnhydro.models.baselines import BASELINES, Baseline
+from nnhydro.models.baselines import BASELINES, NamedBaseline
 from nnhydro.models.storage import save_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
@@ -38,7 +38,7 @@ def with_friction(arm: Arm) -> Loads:
                   "viscous_friction": ViscousTerm((0.05,) * n)})
 
 
-FRICTION = Baseline("rigid + friction", "the dry arm with dry and viscous friction", with_friction, calibrated=True)
+FRICTION = NamedBaseline("rigid + friction", "the dry arm with dry and viscous friction", with_friction, calibrated=True)
 
 
 def fitted(chosen: list[Unit], arm: Arm, how: Preparation) -> dict[str, TorqueModel]:
