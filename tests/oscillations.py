@@ -12,6 +12,7 @@ from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.newton import at_best_values
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.effects.quantity import Quantity
 
 BOUNDS = {"frequency": (0.1, 5.0), "damping": (0.0, 5.0)}
 
@@ -28,6 +29,18 @@ class Shape:
     standard: bool = False
     general: bool = False
     signature: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(mistaken_for=(), depends_on=("t",)))
+    linear: tuple[float, ...] = (0.0, 0.0)
+
+    @staticmethod
+    def linear_names():
+        return "cosine", "sine"
+
+    def with_linear(self, values):
+        return replace(self, linear=tuple(map(float, values)))
+
+    def quantities(self):
+        a, b = (Quantity(value, "N m") for value in self.linear)
+        return {"cosine": a, "sine": b, "damping": Quantity(self.damping[0], "1/s")}
 
     @staticmethod
     def parameters():
@@ -40,6 +53,9 @@ def oscillation(frequency, damping, per_recording=False):
 
     @dataclass(frozen=True, eq=False)
     class Oscillation(type(base)):
+        def with_values(self, values):
+            return self.effect.with_linear(values)
+
         def with_nonlinear(self, values, spans):
             return replace(self, effect=replace(self.effect, **values), spans={**self.spans, **spans})
 

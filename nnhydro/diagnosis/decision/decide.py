@@ -8,7 +8,8 @@ A member k of the best set S is claimed if
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
-    4. one of its values differs from 0 by PRECISE standard deviations, and none lies beyond a physical bound
+    4. one of its values differs from 0 by PRECISE standard deviations, also where its nonlinear values are not known either, and none lies
+       beyond a physical bound
     5. it moves the torque by RELEVANT of its rms, or makes FORM of the energy of what remains without it; in a part of the campaign also
        FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
@@ -29,7 +30,7 @@ from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
-from nnhydro.diagnosis.search.values import values_of
+from nnhydro.diagnosis.search.values import says_nothing, values_of
 
 Array = NDArray[np.float64]
 
@@ -136,6 +137,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
         (gain, threshold, f"gains {gain:.1f} nats beside the others ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
+        (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values holds 0"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
         (on_unseen, 0.0, "recordings that the fit has not seen are predicted no better"),
         (listed_probability(search, now, k), 0.5, "by what it leaves unexplained, a cause on no card is more probable"),

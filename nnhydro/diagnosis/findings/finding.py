@@ -21,9 +21,8 @@ from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
-from nnhydro.diagnosis.search.values import Values, values_of
+from nnhydro.diagnosis.search.values import told_intervals, values_of
 from nnhydro.effects.catalogue import catalogue
-from nnhydro.effects.quantity import intervals
 
 Array = NDArray[np.float64]
 
@@ -71,22 +70,6 @@ class NamedEffect:
                 "parameters": self.parameters, "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | acts
 
 
-def _parameters(effect: AnyEffect, values: Values) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[float, float]]]:
-    p = len(values.mean)
-    mean = np.concatenate([values.mean, [getattr(effect, name)[0] for name in values.names]])
-    limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
-
-    def quantities(x: torch.Tensor) -> Any:
-        """Return the effect's quantities at linear values and shape parameters `x`, shapes held within their bounds."""
-        changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
-                                   for name, v in zip(values.names, x[p:], strict=True)}
-        return replace(effect.with_linear(x[:p]), **changes).quantities()
-
-    spans = intervals(quantities, torch.from_numpy(mean.copy()), torch.from_numpy(values.covariance))
-    told = effect.quantities()
-    return {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])} for name, q in told.items() if name in spans}, spans
-
-
 def _rival(search: Search, alternative: Alternative) -> dict[str, Any]:
     effect, joint = search.key(alternative.number)
     return {"effect": effect, "joint": joint or None, "support": float(alternative.weight), "behind": round(alternative.deficit, 2),
@@ -109,7 +92,9 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     offset = float(values.mean[linear]) if h.width > linear else 0.0
     told = [*range(linear), *range(h.width, len(values.covariance))]
     values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(told, told)])
-    parameters, spans = _parameters(effect, values)
+    spans = told_intervals(effect, values)
+    parameters: dict[str, dict[str, Any]] = {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])}
+                                             for name, q in effect.quantities().items() if name in spans}
     confidence, others = alternatives(search, found, k)
     inside = [a for a in others if a.equivalent]
     members = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])

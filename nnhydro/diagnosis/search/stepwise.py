@@ -62,6 +62,7 @@ class Search:
     report: Callable[[str], None] = lambda line: None
     settled: frozenset[Key] = frozenset()  # keys of instruments that were found about their values: their laws about none are out
     best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # those whose values are told (search.best_fit)
+    tangents: dict[tuple[int, ...], Any] = field(default_factory=dict)  # of these (search.tangents)
     _scored: dict[tuple[int, ...], ScoredSet] = field(default_factory=dict)
     _beside: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
 

@@ -71,8 +71,9 @@ def limits_of(search: Search, k: int) -> dict[str, Span]:
     """Return between what the nonlinear values of member `k` can lie: its physical bounds, and the neighbours of all that was tried."""
     hypotheses = search.view.library.hypotheses
     h, found = hypotheses[k], dict[str, Span]()
-    bounds = {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
-    for name in (name for name, (low, high) in h.spans.items() if high > low):
+    names = [name for name, (low, high) in h.spans.items() if high > low]
+    bounds = {f.name: f.metadata["bounds"] for f in h.effect.parameters()} if names else {}
+    for name in names:
         spans = [o.spans[name] for o in hypotheses if o.key == h.key and name in o.spans]
         found[name] = max(min(low for low, _ in spans), bounds[name][0]), min(max(high for _, high in spans), bounds[name][1])
     return found
@@ -125,7 +126,15 @@ def _columns(search: Search, found: ScoredSet, steps: dict[tuple[int, str], floa
 
 
 def tangents_of(search: Search, found: ScoredSet) -> Tangents | None:
-    """Return the derivatives of `found` by the nonlinear values of its members, each over its standard deviation; None without any."""
+    """Return the derivatives of `found` by the nonlinear values of its members, found once a set; None without any."""
+    if found.chosen not in search.tangents:
+        search.tangents[found.chosen] = _over_deviations(search, found)
+    made: Tangents | None = search.tangents[found.chosen]
+    return made
+
+
+def _over_deviations(search: Search, found: ScoredSet) -> Tangents | None:
+    """Return the derivatives of `found`, each over the standard deviation of its value."""
     limits = {(k, name): span for k in found.chosen for name, span in limits_of(search, k).items()}
     if not limits:
         return None

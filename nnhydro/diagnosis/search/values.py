@@ -14,18 +14,22 @@ models' form would move them, the same in every recording and so without scatter
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112; Liang & Zeger (1986), Biometrika 73.
 """
 
-from dataclasses import dataclass
-from typing import final
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, final
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
 from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
 from nnhydro.diagnosis.search.stepwise import LARGE_START, ScoredSet, Search
-from nnhydro.diagnosis.search.tangents import Tangents
+from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
+from nnhydro.effects.quantity import Interval, Quantity, intervals
 from nnhydro.fitting.linear.least_squares import ridge
 
 Array = NDArray[np.float64]
@@ -113,6 +117,32 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
     bounded = bool(np.any(((mean > high) & (high != 0)) | ((mean < low) & (low != 0))))
     units = np.concatenate([scale, unit])
     return Values(np.clip(mean, low, high) * scale, covariance * units[:, None] * units, bounded, names)
+
+
+def told_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]:
+    """Return the 95 % interval of every quantity of `effect`, whose linear `values` (p,) are, by the delta rule."""
+    p = len(effect.linear_names())
+    at = [*range(p), *range(len(values.covariance) - len(values.names), len(values.covariance))]  # without a constant of its own
+    mean = np.concatenate([values.mean[:p], [getattr(effect, name)[0] for name in values.names]])
+    limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
+
+    def quantities(x: torch.Tensor) -> Mapping[str, Quantity]:
+        """Return the effect's quantities at linear values and shape parameters `x`, shapes held within their bounds."""
+        changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
+                                   for name, v in zip(values.names, x[p:], strict=True)}
+        return replace(effect.with_linear(x[:p]), **changes).quantities()
+
+    return intervals(quantities, torch.from_numpy(mean), torch.from_numpy(values.covariance[np.ix_(at, at)]))
+
+
+def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
+    """Return whether member `k` has nonlinear values and the interval of each of its quantities holds 0."""
+    tangents, h = tangents_of(search, found), search.view.library.hypotheses[k]
+    if tangents is None or not len(tangents.at(k)):
+        return False
+    values = values_of(search, found, k, tangents)
+    spans = told_intervals(h.with_values(torch.from_numpy(values.mean.copy())), values)
+    return all(low <= 0 <= high for low, high in spans.values())
 
 
 def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from oscillations import with_oscillation
 from problems import design, law, search, unknown
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS, RHO
@@ -11,7 +12,7 @@ from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import _pool, _variance_between, values_of
+from nnhydro.diagnosis.search.values import _pool, _variance_between, says_nothing, values_of
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
@@ -206,3 +207,14 @@ def test_a_fit_that_explains_nearly_all_does_not_hang_on_the_form_of_the_rest():
 def test_the_best_fit_of_a_set_is_found_once():
     one = with_values(0.5, 3)
     assert best_fit(one, one.score((0,))) is best_fit(one, one.score((0,)))
+
+
+@pytest.mark.parametrize(("beta", "nothing"), [((0.8, 0.4), False), ((0.0, 0.0), True)])
+def test_a_law_says_nothing_where_the_interval_of_each_of_its_values_holds_0_with_all_that_it_hangs_on(beta, nothing):
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6), beta=beta, seed=2)
+    assert says_nothing(one, one.score((0,)), 0) == nothing
+
+
+def test_a_law_without_nonlinear_values_is_asked_for_its_linear_values_alone():
+    one = with_values(0.0, seed=3)
+    assert not says_nothing(one, one.score((0,)), 0)
