@@ -21,7 +21,7 @@ from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
-from nnhydro.diagnosis.search.values import told_intervals, values_of
+from nnhydro.diagnosis.search.values import quantity_intervals, values_of
 from nnhydro.effects.catalogue import catalogue
 
 Array = NDArray[np.float64]
@@ -92,7 +92,7 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     offset = float(values.mean[linear]) if h.width > linear else 0.0
     told = [*range(linear), *range(h.width, len(values.covariance))]
     values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(told, told)])
-    spans = told_intervals(effect, values)
+    spans = quantity_intervals(effect, values)
     parameters: dict[str, dict[str, Any]] = {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])}
                                              for name, q in effect.quantities().items() if name in spans}
     confidence, others = alternatives(search, found, k)

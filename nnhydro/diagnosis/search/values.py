@@ -119,7 +119,7 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
     return Values(np.clip(mean, low, high) * scale, covariance * units[:, None] * units, bounded, names)
 
 
-def told_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]:
+def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]:
     """Return the 95 % interval of every quantity of `effect`, whose linear `values` (p,) are, by the delta rule."""
     p = len(effect.linear_names())
     at = [*range(p), *range(len(values.covariance) - len(values.names), len(values.covariance))]  # without a constant of its own
@@ -141,7 +141,7 @@ def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
     if tangents is None or not len(tangents.at(k)):
         return False
     values = values_of(search, found, k, tangents)
-    spans = told_intervals(h.with_values(torch.from_numpy(values.mean.copy())), values)
+    spans = quantity_intervals(h.with_values(torch.from_numpy(values.mean.copy())), values)
     return all(low <= 0 <= high for low, high in spans.values())
 
 
