@@ -8,7 +8,7 @@ A member k of the best set S is claimed if
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
-    4. one of its values differs from 0 by PRECISE standard deviations, also where its nonlinear values are not known either, and none lies
+    4. one of its values differs from 0 by PRECISE standard deviations, the interval of one that would be told excludes 0, and none lies
        beyond a physical bound
     5. it moves the torque by RELEVANT of its rms, or makes FORM of the energy of what remains without it; in a part of the campaign also
        FORM of the largest claim: its form may show there

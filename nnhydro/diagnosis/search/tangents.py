@@ -54,12 +54,12 @@ class Tangents:
 @final
 @dataclass(frozen=True, eq=False)
 class NewtonStep:
-    """A step of all values of a set: `phi` (m,) in the units of the nonlinear ones, their deviations, and all coefficients after it."""
+    """A step of all values of a set to where they fit best together."""
 
     tangents: Tangents
-    phi: Array
-    deviation: Array
-    mean: Array
+    phi: Array  # (m,) change of the nonlinear values, in their units
+    deviation: Array  # (m,) what they are known to over the noise that is left, in their units
+    mean: Array  # (P + k + m,) all scaled coefficients after the step
 
     @property
     def settled(self) -> bool:
