@@ -105,7 +105,7 @@ def _explore(design: Design, without: Sequence[str],
         search = Search(WeightedLibrary(whitened, library), sizes, progress)
         best = search.score(best.chosen)
     best = search.climb(best)
-    progress("finer values")
+    progress("refined nonlinear parameters")
     finer = refine(search, best, model)
     search = finer.search
     parts = in_parts(search, search.climb(finer.best), model)
@@ -152,7 +152,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     findings = sorted(findings_of(search, claimed), key=lambda f: -found.decided.shares.get(f.number, 0.0))
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
-    progress("other bands")
+    progress("repetition in other frequency bands")
     bands = _other_bands(campaign, names, baseline, found) if findings else ()
     progress("next experiment")
     following, why = _plan_next(found, campaign, seed, limits)

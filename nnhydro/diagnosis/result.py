@@ -68,14 +68,14 @@ class DiagnosisResult:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""
         if not self.remainder.detected:
             return ""
-        return (f" Noise alone would leave {percent(self.noise_floor)}: something systematic remains that no known effect explains."
+        return (f" Noise alone would leave {percent(self.noise_floor)}: a systematic residual remains that no known effect explains."
                 f"{self._depends('It')}")
 
     def _depends(self, subject: str) -> str:
         """On what the unknown depends, or in which recordings it lies; empty where neither is known."""
         on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
         if on:
-            return f" {subject} depends on {'; '.join(on)}."
+            return f" {subject} depends on {' and on '.join(on)}."
         few = list(self.remainder.recordings) or [name for place in self.location[:1] for name in place.recordings]
         few = [] if self.remainder.lines else few
         there = f"{', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}"
@@ -89,8 +89,8 @@ class DiagnosisResult:
     def _findings_text(self) -> str:
         following = "" if self.following is None else f" {self.following.statement()}"
         bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
-        with_them = "With it" if len(self.findings) == 1 else "With them"
-        noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot tell what else is missing."
+        with_them = "With this effect in the model" if len(self.findings) == 1 else "With these effects in the model"
+        noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot show what else is missing."
                  if self.noise_floor > TOO_NOISY and not self.remainder.detected else "")
         gained = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {percent(self.proof.before)} to "
                   f"{percent(self.proof.after)}.{bands}{self._remains()}{noisy}{following}")
@@ -99,9 +99,10 @@ class DiagnosisResult:
     def _no_finding_text(self) -> str:
         if self.detected:
             hum = "".join(f" There is {line.sentence()}." for line in self.remainder.lines)
-            return ("Recordings and model differ beyond noise and recalibration, but no known effect explains it well enough to be named."
-                    f"{hum}{self._depends('What remains')}")
+            return ("Recordings and model differ beyond noise and recalibration, but no known effect explains the difference well enough "
+                    "to be named."
+                    f"{hum}{self._depends('The difference')}")
         if self.noise_floor > TOO_NOISY:
-            return (f"These recordings cannot tell: noise alone is {100 * self.noise_floor:.0f} % of the torque. No effect "
-                    "exceeds it. Record stronger motions, or repeat these.")
+            return (f"These recordings are too noisy for a diagnosis: noise alone is {100 * self.noise_floor:.0f} % of the torque, and no "
+                    "effect exceeds it. Record stronger motions, or repeat these.")
         return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."

@@ -189,7 +189,7 @@ def absurdities(loads: Loads, solution: Solution, blocks: Sequence[Statistics], 
             value = float(solution.theta[start])
             start += 1
             if not low <= value <= high and name in ("normal_drag", "added_mass"):
-                found.append(f"{label} = {value:.3g}: {said}; diameters, lengths, units and signs right? Something else may hide in it: "
+                found.append(f"{label} = {value:.3g}: {said}; check diameters, lengths, units and signs. An omitted effect may distort it: "
                              "see nnhydro check, then nnhydro diagnose")
     summed = total(blocks)
     size = np.sqrt(summed.s / np.maximum(summed.n, 1))

@@ -54,12 +54,12 @@ class Proposal:
         """Return the proposal in one sentence."""
         first, *others = (effect + (f" at joint {joint}" if joint else "") for effect, joint in self.task.keys)
         often = "once" if self.recordings == 1 else f"{self.recordings} times"
-        motion = f"the proposed {self.motion.document['kind']} ({self.motion.t[-1]:.1f} s)"
+        motion = f"the proposed {self.motion.document['kind']} motion ({self.motion.t[-1]:.1f} s)"
         if self.chance < POOR_CHANCE:
             within = "the limits of this rig" if self.stated else "what this rig has shown"
-            return (f"Within {within} no motion is likely to tell {first} from {', '.join(others)}: {motion}, recorded "
-                    f"{often}, settles the matter with a chance of {100 * self.chance:.0f} %.")
-        return (f"To tell {first} from {', '.join(others)}, record {motion} {often}: it settles the matter with a chance of "
+            return (f"Within {within} no motion is likely to distinguish {first} from {', '.join(others)}: {motion}, recorded "
+                    f"{often}, decides with a probability of {100 * self.chance:.0f} %.")
+        return (f"To distinguish {first} from {', '.join(others)}, record {motion} {often}: it decides with a probability of "
                 f"{100 * self.chance:.0f} % (a motion drawn at random: {100 * self.usual:.0f} %).")
 
     def write(self, path: Path) -> None:

@@ -60,7 +60,7 @@ class NamedEffect:
         if not names:
             return ""
         listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
-        return f" These recordings cannot tell it from {listed}."
+        return f" These recordings cannot distinguish this effect from {listed}."
 
     def document(self, before: float, after: float) -> dict[str, Any]:
         """Return the finding for diagnosis.json."""
@@ -104,7 +104,7 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
         low, high = min(lines.values()), max(lines.values())
         parameters["frequency"] |= {"ci95": [low, high], "by_recording": lines, "note": "mean and range of the recordings' own"}
     statement = effect.statement(spans, {"frequency": f"{low:.3g} to {high:.3g} Hz, another in each recording," } if lines else {})
-    statement = statement if h.activity is None else f"{statement} It acts {h.activity.sentence()} only."
+    statement = statement if h.activity is None else f"{statement} It acts only {h.activity.sentence()}."
     own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
     parameters = {name: parameter | {"unit": own(parameter["unit"])} for name, parameter in parameters.items()}
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * LEAST_GAIN][:5]

@@ -86,7 +86,7 @@ def _band(parts: Sequence[Residual], joint: int) -> list[float]:
 
 
 def _sentence(name: str, grows: bool, region: list[float], recordings: list[str]) -> str:
-    where = f"{'depends on' if grows else 'is largest at'} {name}, most at {region[0]:.3g} to {region[1]:.3g}"
+    where = f"{'depends on' if grows else 'varies in size with'} {name}, largest from {region[0]:.3g} to {region[1]:.3g}"
     return where + (f", in {', '.join(recordings[:4])}" if recordings else ", in every recording")
 
 

@@ -48,7 +48,8 @@ class Line:
 
     def sentence(self) -> str:
         """Return it in words."""
-        return f"a hum of {self.amplitude:.2g} N m at {self.frequency_hz:.2f} Hz in the torque of joint {self.joint}, whatever the motion"
+        return (f"a hum of {self.amplitude:.2g} N m at {self.frequency_hz:.2f} Hz in the torque of joint {self.joint}: a spectral line in "
+                "all recordings")
 
 
 def _trend(records: Sequence[tuple[Array, float]], highest: float) -> Callable[[Array], Array]:

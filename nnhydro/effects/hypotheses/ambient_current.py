@@ -52,4 +52,4 @@ class AmbientCurrent(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The water flows with {said['speed']} in the direction {said['direction']} from +X: a steady current."
+        return f"A steady current of {said['speed']} flows in the direction {said['direction']} from +X."

@@ -41,4 +41,4 @@ class AxialDragEffect(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Skin friction drags along the links with C_Dx = {said['C_Dx']} (reference area L D)."
+        return f"Axial drag acts along the links: C_Dx = {said['C_Dx']} (reference area L D)."

@@ -93,6 +93,6 @@ class Backlash(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        give = f", whose flanks give way within {said['settling']}" if any(self.settling) else ""
-        return (f"The drive of joint {self.joint} has a gap of {said['gap']}{give}: backlash. A torque that changes sign carries the "
-                f"link across with {said['impulse']}.")
+        give = f" The flanks yield within {said['settling']}." if any(self.settling) else ""
+        return (f"The drive of joint {self.joint} has a backlash of {said['gap']}. When the torque changes sign, the link crosses the gap "
+                f"after an impulse of {said['impulse']}.{give}")

@@ -53,5 +53,5 @@ class CoulombFriction(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        bent = f" It reaches this level {said['bending']} after a reversal." if any(self.bending) else ""
-        return f"Joint {self.joint} rubs with {said['level']} at any speed, against the way it turns: dry friction.{bent}"
+        bent = f" The friction reaches this level {said['bending']} after a reversal (presliding)." if any(self.bending) else ""
+        return f"Joint {self.joint} has dry (Coulomb) friction of {said['level']}, the same at any speed.{bent}"

@@ -60,5 +60,5 @@ class FlowMemory(LoadEffect):
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         parts = [text for name, text in said.items() if name not in ("response", "travel")]
-        return (f"Drag lags behind the motion by about {said['response']} and {said['travel']} diameters of travel. "
-                f"The part of each link's C_D that lags: {', '.join(parts)}.")
+        return (f"Drag lags the motion by {said['response']} and {said['travel']} diameters of travel (flow memory). "
+                f"The lagging part of C_D, link by link: {', '.join(parts)}.")

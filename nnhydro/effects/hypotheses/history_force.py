@@ -39,4 +39,4 @@ class HistoryForceEffect(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The boundary layer remembers past accelerations: Basset's force with C_H = {said['C_H']} (1: laminar)."
+        return f"The Basset history force acts on the links, with C_H = {said['C_H']} (1 for a laminar boundary layer)."

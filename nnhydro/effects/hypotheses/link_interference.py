@@ -81,6 +81,5 @@ class LinkInterference(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The wake of its neighbour changes C_D of link {self.joint} by {said['shadow']}, and by {said['shelter']} when "
-                f"folded back. With the neighbour ahead C_D changes by a further {said['side']}, with it behind by as much with the other "
-                "sign.")
+        return (f"In the wake of its neighbour, C_D of link {self.joint} changes by {said['shadow']}. When the arm is folded, it changes "
+                f"by {said['shelter']}, plus {said['side']} with the neighbour ahead, or minus this value with it behind.")

@@ -53,5 +53,5 @@ class LoadFriction(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        more = f" and {said['level']} without load" if self.level else ""
-        return f"Joint {self.joint} rubs with {said['coefficient']} times the torque that it carries{more}: friction under load."
+        more = f", plus {said['level']} without load" if self.level else ""
+        return f"Joint {self.joint} has load-dependent friction: {said['coefficient']} times the torque that it carries{more}."

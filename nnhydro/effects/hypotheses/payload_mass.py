@@ -43,4 +43,5 @@ class PayloadMass(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The tip carries {said['mass']} more than arm.yaml states, centred {said['beyond']} beyond the end of the link."
+        return (f"The tip carries a payload of {said['mass']} that arm.yaml does not state. Its centre lies {said['beyond']} beyond the "
+                "end of the link.")

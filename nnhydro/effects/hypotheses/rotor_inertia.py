@@ -39,4 +39,4 @@ class RotorInertia(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Rotor and gear of joint {self.joint} add an inertia of {said['inertia']} at the joint."
+        return f"The rotor and gear of joint {self.joint} add an inertia of {said['inertia']} at the joint."

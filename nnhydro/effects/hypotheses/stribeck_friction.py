@@ -67,6 +67,6 @@ class StribeckFriction(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        bent = f" after {said['bending']} of turning" if any(self.bending) else ""
-        return (f"Joint {self.joint} breaks away at {said['breakaway']}{bent} and slides at {said['sliding']} once it is faster than about "
-                f"{said['speed']}: Stribeck friction.")
+        bent = f" after {said['bending']} of rotation" if any(self.bending) else ""
+        return (f"Joint {self.joint} has Stribeck friction. It breaks away at {said['breakaway']}{bent}, and slides at {said['sliding']} "
+                f"above about {said['speed']}.")

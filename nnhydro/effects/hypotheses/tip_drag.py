@@ -73,5 +73,5 @@ class TipDrag(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        grows = f" and, in proportion to its speed, {said['linear']}" if "linear" in said else ""
-        return f"Something at the tip drags through the water with C_D times area of {said['drag_area']}{grows}."
+        grows = f", plus a linear part of {said['linear']}" if "linear" in said else ""
+        return f"A body at the tip adds drag: C_D times area is {said['drag_area']}{grows}."

@@ -43,4 +43,5 @@ class TorqueCrosstalk(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} also reads {', '.join(said.values())} times the other joint's torque: crosstalk."
+        return (f"The torque sensor of joint {self.joint} has crosstalk: it also reads {', '.join(said.values())} times the torque of the "
+                "other joint.")

@@ -61,5 +61,5 @@ class TorqueDrift(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The zero of the torque sensor of joint {self.joint} moves by {said['change']} from the first to the last recording "
-                f"(swing {said['swing']}): drift.")
+        return (f"The torque sensor of joint {self.joint} drifts: its zero moves by {said['change']} from the first to the last recording "
+                f"(largest difference in between: {said['swing']}).")

@@ -42,4 +42,4 @@ class TorqueGain(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} has a scale error of {said['error']}: it reads (1 + error) times the torque."
+        return f"The torque sensor of joint {self.joint} has a scale error of {said['error']}: it reads (1 + scale error) times the torque."

@@ -52,4 +52,4 @@ class TorqueRipple(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque of joint {self.joint} ripples by {said['amplitude']}, {said['periods']} times a turn: gear teeth or magnets."
+        return f"Joint {self.joint} has a torque ripple of {said['amplitude']}, {said['periods']} times a turn: gear teeth or magnets."

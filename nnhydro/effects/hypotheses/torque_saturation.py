@@ -52,4 +52,5 @@ class TorqueSaturation(InstrumentEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} clips at {said['level']}; it loses {said['share']} of what exceeds this level."
+        return (f"The torque sensor of joint {self.joint} saturates at {said['level']}: it loses {said['share']} times the torque above "
+                "this level.")

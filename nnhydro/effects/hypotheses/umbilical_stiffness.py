@@ -92,9 +92,10 @@ class UmbilicalStiffness(LoadEffect):
             return ""
         stiffer = [self._law().deriv()(rest[1] + side) > rest[0] for side in (-1.0, 1.0)]
         if len(set(stiffer)) > 1:
-            return " It is stiffer on one side of this angle than on the other."
-        return f" It becomes {'stiffer' if stiffer[0] else 'softer'} away from this angle."
+            return " Its stiffness is larger on one side of this angle than on the other."
+        return f" Its stiffness {'grows' if stiffer[0] else 'falls'} away from this angle."
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} is pulled back towards {said['rest_angle']} by {said['stiffness']}: a hose or cable.{self._grows()}"
+        return (f"A hose or cable pulls joint {self.joint} towards {said['rest_angle']} with a stiffness of {said['stiffness']}."
+                f"{self._grows()}")

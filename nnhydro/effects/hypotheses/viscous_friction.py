@@ -40,4 +40,4 @@ class ViscousFriction(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} drags in proportion to its speed, by {said['coefficient']}: viscous friction."
+        return f"Joint {self.joint} has viscous friction of {said['coefficient']}, in proportion to its speed."

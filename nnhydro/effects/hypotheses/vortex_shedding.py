@@ -85,4 +85,4 @@ class VortexShedding(LoadEffect):
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         return (f"Vortex shedding shakes the links along their motion: C_D oscillates by {said['amplitude']}, "
-                f"Strouhal number {said['strouhal']}.")
+                f"at a Strouhal number of {said['strouhal']}.")

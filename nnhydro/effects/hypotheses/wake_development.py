@@ -67,5 +67,5 @@ class WakeDevelopment(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The wake develops over about {said['reach']} diameters of travel. After a quarter of that way C_D differs by "
-                f"{said['C_D_early']} and C_M by {said['C_M_early']} from the developed values.")
+        return (f"The wake develops over {said['reach']} diameters of travel. After a quarter of this travel, C_D differs from its "
+                f"developed value by {said['C_D_early']}, and C_M by {said['C_M_early']}.")

@@ -96,10 +96,10 @@ class WakeReentry(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The arm meets its own wake: water that runs on after a stop pushes with a C_D of {said['push']}. The link feels "
-                f"{said['slowing']} of the wake's lead (times C_D) while it slows down, and {said['meeting']} after a reversal. "
-                f"The wake fades over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
+        return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {said['push']}. The link feels the "
+                f"wake's excess speed with a factor of {said['slowing']} while it slows down and {said['meeting']} after a reversal, C_D "
+                f"included. The wake decays over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
 
     def _twice(self, said: Mapping[str, str]) -> str:
         """How much later the water is met that the wake itself drags along, in words."""
-        return f", and what is met follows it with {said['second']} of its lag" if any(self.second) else ""
+        return f"; the water around it follows with {said['second']} times this lag" if any(self.second) else ""

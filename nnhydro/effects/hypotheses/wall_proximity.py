@@ -55,5 +55,5 @@ class WallProximity(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"Towards {said['direction']} (from +X) C_D rises by {said['drag']} and C_M by {said['inertia']} at full reach: "
-                "a wall is near.")
+        return (f"A wall is near, in the direction {said['direction']} from +X. At full reach towards it, C_D rises by {said['drag']} and "
+                f"C_M by {said['inertia']}.")

@@ -102,6 +102,6 @@ def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], laws: Se
     if maps:
         paths += map_figure(maps, out / "residual_map")
     drawn = [(finding.statement, law) for finding, law in zip(result.findings, laws, strict=True) if law is not None]
-    left = [(f"Joint {law.joint}: something without a name is left", law) for law in unnamed]
+    left = [(f"Joint {law.joint}: residual that no finding explains", law) for law in unnamed]
     paths += law_figure(drawn, out / "laws") if drawn else []
     return paths + (law_figure(left, out / "unexplained", UNNAMED) if left else [])

@@ -31,7 +31,7 @@ def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
     rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= LEAST_WEIGHT]
     own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
-    chart = intervals(f"Numbers of {f['effect']} with 95 % intervals", numbers) if numbers else None
+    chart = intervals(f"Parameters of {f['effect']} with 95 % intervals", numbers) if numbers else None
     alternatives = bars(f"Weight of {f['effect']} and of its alternatives", [(f["effect"], own), *rows]) if rows else None
     return f, None if law is None else law_chart(law), chart, alternatives, alternatives_sheet(f)
 
@@ -40,13 +40,13 @@ def _rest(document: Document) -> str:
     """What is left, in words."""
     left = document["unexplained"]
     if not left["detected"]:
-        return "What remains shows no further structure that these recordings could tell from noise."
+        return "These recordings cannot distinguish the residual from noise."
     on = ", ".join(str(x) for x in left.get("depends_on") or [])
-    return "Something systematic remains that no effect of the catalogue explains" + (f"; it depends on {on}." if on else ".")
+    return "A systematic residual remains that no effect of the catalogue explains" + (f"; it depends on {on}." if on else ".")
 
 
 def _next(experiment: Any) -> str:
-    return "" if experiment is None else f"{experiment['statement']} The motion lies in {experiment['file']}, ready to run."
+    return "" if experiment is None else f"{experiment['statement']} The file {experiment['file']} holds this motion, ready to run."
 
 
 def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None] = (),

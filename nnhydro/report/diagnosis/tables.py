@@ -17,10 +17,10 @@ def place(joint: int | None) -> str:
 def findings_sheet(document: Document) -> Sheet:
     """Return one row a finding."""
     found = document["findings"]
-    return Sheet("What is left out", (
+    return Sheet("Missing physics", (
         Column("effect", [f["effect"] for f in found], words=True), Column("joint", [f["joint"] for f in found], "{}"),
         Column("family", [f["family"] for f in found], words=True),
-        Column("cannot be told from", [", ".join(f["class"][1:]) or None for f in found], key="alternatives", words=True),
+        Column("alternatives", [", ".join(f["class"][1:]) or None for f in found], words=True),
         Column("confidence", [f["confidence"] for f in found], "{:.2f}"),
         Column("error without", [f["heldout"]["error_before"] for f in found], percent, "error_without"),
         Column("with", [f["heldout"]["error_after"] for f in found], percent, "error_with")))
@@ -29,9 +29,9 @@ def findings_sheet(document: Document) -> Sheet:
 def parameters_sheet(document: Document) -> Sheet:
     """Return one row a number of a finding."""
     rows = [(f["effect"], f["joint"], name, p) for f in document["findings"] for name, p in f["parameters"].items()]
-    return Sheet("Its numbers", (
+    return Sheet("Parameters of the missing physics", (
         Column("effect", [effect for effect, _, _, _ in rows], words=True), Column("joint", [joint for _, joint, _, _ in rows]),
-        Column("number", [name for _, _, name, _ in rows], words=True), Column("value", [p["value"] for *_, p in rows], "{:.4g}"),
+        Column("parameter", [name for _, _, name, _ in rows], words=True), Column("value", [p["value"] for *_, p in rows], "{:.4g}"),
         Column("95 % interval", [tuple(p["ci95"]) for *_, p in rows], interval, "ci95"),
         Column("unit", [p["unit"] for *_, p in rows], words=True)))
 
@@ -53,9 +53,9 @@ def nearest_sheet(document: Document) -> Sheet | None:
     near = document["unexplained"].get("nearest", [])
     if not near:
         return None
-    return Sheet("The nearest cards, and what keeps them out", (
-        Column("card", [x["effect"] for x in near], words=True), Column("joint", [place(x["joint"]) for x in near]),
-        Column("gain in score", [x["gain"] for x in near], "{:.1f}", "gain"), Column("why it is not said", [x["why"] for x in near],
+    return Sheet("Effects that came nearest, and why they are not claimed", (
+        Column("effect", [x["effect"] for x in near], words=True), Column("joint", [place(x["joint"]) for x in near]),
+        Column("gain in score", [x["gain"] for x in near], "{:.1f}", "gain"), Column("why it is not claimed", [x["why"] for x in near],
                                                                                     key="why", words=True)))
 
 
@@ -63,7 +63,7 @@ def location_sheet(document: Document) -> Sheet:
     """Return where the residual of the baseline lies, a row a joint."""
     where = document["location"]
     return Sheet("Where the baseline and the recordings differ", (
-        Column("joint", [x["joint"] for x in where]), Column("share of the excess", [x["share"] for x in where], "{:.0%}", "share"),
+        Column("joint", [x["joint"] for x in where]), Column("share of the residual", [x["share"] for x in where], "{:.0%}", "share"),
         Column("what it depends on", [x["where"] for x in where], key="where", words=True),
         Column("band [Hz]", [tuple(x["band_hz"]) for x in where], lambda b: f"{b[0]:.2g} to {b[1]:.2g}", "band_hz")))
 
@@ -72,7 +72,7 @@ def errors_sheet(document: Document) -> Sheet:
     """Return the error on recordings held out of the fit: baseline, corrected model, noise."""
     rows = [("recalibrated baseline", document["mismatch"]["error"])]
     if document["findings"]:
-        rows.append(("with what was left out", document["findings"][0]["heldout"]["error_after"]))
+        rows.append(("corrected model", document["findings"][0]["heldout"]["error_after"]))
     if document["mismatch"]["noise_floor"] is not None:
         rows.append(("noise alone", document["mismatch"]["noise_floor"]))
     return Sheet("Error on recordings held out of the fit", (Column("model", [name for name, _ in rows], words=True),
@@ -86,6 +86,6 @@ def recalibrated_sheet(document: Document) -> Sheet | None:
         return None
     links = max(len(values) for values in found.values())
     headings = {"cd": "C_D [-]", "cm": "C_M [-]"}
-    return Sheet("Recalibrated, not missing: coefficients of the baseline", (
+    return Sheet("Recalibrated coefficients of the baseline (no missing physics)", (
         Column("link", list(range(1, links + 1))),
         *(Column(headings.get(name, name), [*values, *[None] * (links - len(values))], "{:.3f}", name) for name, values in found.items())))

@@ -56,7 +56,7 @@ def model_sentence(model: TorqueModel) -> str:
     say = model.arm.text
     if isinstance(model, StripTheory) and "rms_residual_Nm" in model.fit:
         left = ", ".join(f"{x:.3g}" for x in model.fit["rms_residual_Nm"])
-        return f"{text}; leaves {left} {say('N m')} (rms, joint by joint) on the {model.fit['recordings']} recordings it was fitted to."
+        return f"{text}; rms residual by joint {left} {say('N m')}, on the {model.fit['recordings']} recordings of the fit."
     if "best_epoch" in model.fit:
         best = ", ".join(f"{epoch:g}" for epoch in model.fit["best_epoch"])
         return f"{text}; trained for {model.fit['epochs']} epochs, best at {best} (one a member)."

@@ -232,7 +232,7 @@ def test_the_verdict_says_what_else_the_cause_may_be():
     told = diagnosed("shaft, 12 speeds", "rigid")
     (finding,) = told.findings
     assert len(finding.members) > 1
-    assert "These recordings cannot tell it from" in told.verdict()
+    assert "These recordings cannot distinguish this effect from" in told.verdict()
 
 
 @pytest.mark.slow

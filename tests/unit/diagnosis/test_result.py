@@ -56,15 +56,17 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
     assert told["findings"] == [{"given": (0.11, 0.05)}, {"given": (0.2, 0.05)}]
     assert told["indistinguishable"] == [["a", "b"]]
     assert told["next_experiment"] == {"given": ("next_experiment.csv",)}
-    assert made.verdict() == ("A. Or B. C. With them, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. Record more.")
+    assert made.verdict() == ("A. Or B. C. With these effects in the model, the error on recordings held out of the fit falls from "
+                              "20.0 % to 5.0 %. Record more.")
     alone = diagnosis(found=(one,), remains=True)
-    assert alone.verdict() == ("A. Or B. With it, the error on recordings held out of the fit falls from 20.0 % to 5.0 %. "
-                               "Noise alone would leave 3.0 %: something systematic remains that no known effect explains.")
+    assert alone.verdict() == ("A. Or B. With this effect in the model, the error on recordings held out of the fit falls from 20.0 % to "
+                               "5.0 %. "
+                               "Noise alone would leave 3.0 %: a systematic residual remains that no known effect explains.")
 
 
 def test_a_verdict_without_findings_says_whether_there_is_a_mismatch_and_what_hums():
     assert diagnosis(0.5).verdict().startswith("No missing physics was detected")
-    assert "no known effect explains it" in diagnosis(0.001).verdict()
+    assert "no known effect explains the difference" in diagnosis(0.001).verdict()
     assert diagnosis(0.001, hums=["a hum of 1 N m"]).verdict().endswith(" There is a hum of 1 N m.")
 
 
@@ -76,13 +78,13 @@ def test_every_candidate_that_came_near_is_told_with_its_statistic_its_threshold
 
 def test_above_a_floor_of_a_third_of_the_torque_nothing_is_said_to_be_complete():
     assert diagnosis(1.0, floor=0.32).verdict().startswith("No missing physics")
-    assert diagnosis(1.0, floor=0.34).verdict().startswith("These recordings cannot tell: noise alone is 34 % of the torque")
+    assert diagnosis(1.0, floor=0.34).verdict().startswith("These recordings are too noisy for a diagnosis: noise alone is 34 % of")
 
 
 def test_what_remains_is_told_with_what_it_depends_on_where_it_is_worth_telling():
     parts = (Dependence(1, 0.2, ("q1_rad", "dq1_rad_s")), Dependence(2, 0.005, ("q2_rad",)))
     told = diagnosis(0.001, remains=True, learned=parts)
-    assert told.verdict().endswith("What remains depends on q1_rad, dq1_rad_s at joint 1.")
+    assert told.verdict().endswith("The difference depends on q1_rad, dq1_rad_s at joint 1.")
     assert told.document()["unexplained"]["depends_on"] == ["dq1_rad_s", "q1_rad"]
     assert diagnosis(0.5, learned=parts).document()["unexplained"]["depends_on"] == []
 

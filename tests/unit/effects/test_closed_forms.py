@@ -28,7 +28,7 @@ def test_a_spring_pulls_to_its_rest_angle():
     assert_close(tau, tensor([[0.0, 0.25], [0.0, 0.0]]))
     assert spring.quantities() == {"stiffness": Quantity(0.5, "N m/rad"), "rest_angle": Quantity(0.2, "rad")}
     said = spring.statement({"stiffness": (0.44, 0.56)})
-    assert said == "Joint 2 is pulled back towards 0.2 rad by 0.50 +- 0.06 N m/rad: a hose or cable."
+    assert said == "A hose or cable pulls joint 2 towards 0.2 rad with a stiffness of 0.50 +- 0.06 N m/rad."
 
 
 def bent(k, p, k2, k3):
@@ -43,9 +43,9 @@ def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_t
     np.testing.assert_allclose(hose.torque(Flow(arm(1), steady(q[:, None])))[:, 0], k * (d + hardening * d**3), atol=1e-12)
     format_quantity = hose.quantities()
     assert (format_quantity["stiffness"].value, format_quantity["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
-    assert "becomes stiffer away" in hose.statement()
-    assert "becomes softer away" in bent(1.0, 0.0, 0.0, -0.1).statement()
-    assert "stiffer on one side of this angle than on the other" in bent(1.0, 0.0, 0.5, 0.1).statement()
+    assert "stiffness grows away" in hose.statement()
+    assert "stiffness falls away" in bent(1.0, 0.0, 0.0, -0.1).statement()
+    assert "larger on one side of this angle than on the other" in bent(1.0, 0.0, 0.5, 0.1).statement()
 
 
 @pytest.mark.parametrize(("zeros", "rest"), [((-0.4, 1.0, 2.0), -0.4), ((0.3, 2j, -2j), 0.3)])
@@ -134,8 +134,8 @@ def test_drag_at_the_tip_that_hardly_grows_faster_than_the_speed_is_no_bodys(are
 
 
 def test_drag_at_the_tip_is_told_with_its_linear_part_where_it_has_one_and_old_models_have_none():
-    assert dragged(0.004).statement() == "Something at the tip drags through the water with C_D times area of 0.004 m^2."
-    assert "and, in proportion to its speed, 0.5 N s/m" in dragged(0.004, (0.5,)).statement()
+    assert dragged(0.004).statement() == "A body at the tip adds drag: C_D times area is 0.004 m^2."
+    assert "plus a linear part of 0.5 N s/m" in dragged(0.004, (0.5,)).statement()
     assert term_of({"kind": "effect:tip_drag", "parameters": {"drag_area": [0.004]}, "options": {"joint": 0}}) == dragged(0.004)
 
 

@@ -140,7 +140,7 @@ def test_a_knock_does_not_carry_the_link_back_across_the_gap_that_it_comes_from(
 
 def test_a_gap_is_told_with_its_flanks_where_they_give_and_old_models_are_rigid():
     give = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), settling=(0.2,))
-    assert "whose flanks give way within 0.2 s" in give.statement()
+    assert "flanks yield within 0.2 s" in give.statement()
     old = made("backlash", arm(2), 1, gap=(0.01,), impulse=(0.1,), settling=())
     assert "flanks" not in old.statement()
 

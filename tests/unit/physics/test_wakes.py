@@ -101,7 +101,7 @@ def test_the_water_that_is_met_passes_its_second_lag_on_and_old_models_have_none
     old = term_of({"kind": "effect:wake_reentry", "parameters": parameters, "options": {"joint": 0}})
     assert old == made("wake_reentry", flow.arm, length=(8.0,), fading=(0.0,), second=())
     assert torch.equal(old.columns(flow)[:, 0], at_once)
-    assert "follows it with 0.5 of its lag" in made("wake_reentry", flow.arm, second=(0.5,)).statement()
+    assert "follows with 0.5 times this lag" in made("wake_reentry", flow.arm, second=(0.5,)).statement()
     assert "follows" not in old.statement()
 
 

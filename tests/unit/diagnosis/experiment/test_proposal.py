@@ -10,9 +10,9 @@ from nnhydro.diagnosis.experiment.proposal import Proposal
 
 
 @pytest.mark.parametrize(("chance_of_it", "words"), [
-    (0.93, "record the proposed slew (4.0 s) 3 times: it settles the matter with a chance of 93 % (a motion drawn at random: 60 %)."),
-    (0.04, "no motion is likely to tell coulomb_friction at joint 2 from stribeck_friction"),
-    (0.494, "recorded 3 times, settles the matter with a chance of 49 %.")])
+    (0.93, "record the proposed slew motion (4.0 s) 3 times: it decides with a probability of 93 % (a motion drawn at random: 60 %)."),
+    (0.04, "no motion is likely to distinguish coulomb_friction at joint 2 from stribeck_friction"),
+    (0.494, "recorded 3 times, decides with a probability of 49 %.")])
 def test_a_proposal_that_would_hardly_settle_anything_says_so(chance_of_it, words):
     task = DiscriminationProblem((3, 7), (), (0.0, 1.0), (("coulomb_friction", 2), ("stribeck_friction", 2)))
     motion = SimpleNamespace(document={"kind": "slew"}, t=np.linspace(0, 4, 9))

@@ -26,7 +26,7 @@ def test_several_names_are_a_family_and_are_listed():
     told = finding(("coulomb_friction", "stribeck_friction", "viscous_friction"))
     assert told.level == "family"
     names = [catalogue()[name].name for name in ("stribeck_friction", "viscous_friction")]
-    assert told.equivalents() == f" These recordings cannot tell it from {names[0]} or {names[1]}."
+    assert told.equivalents() == f" These recordings cannot distinguish this effect from {names[0]} or {names[1]}."
     assert told.document(0.1, 0.02)["heldout"] == {"error_before": 0.1, "error_after": 0.02}
 
 

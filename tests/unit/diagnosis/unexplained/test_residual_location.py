@@ -53,7 +53,7 @@ def test_a_residual_that_depends_on_a_state_is_placed_at_its_largest():
     assert name == "q1_rad"
     assert low == pytest.approx(0.4, abs=0.1)
     assert high == pytest.approx(1.0, abs=0.01)
-    assert place.where.startswith("depends on q1_rad, most at 0.")
+    assert place.where.startswith("depends on q1_rad, largest from 0.")
     assert place.where.endswith("in every recording")
     assert place.recordings == []
     assert place.share == 1.0
@@ -64,7 +64,7 @@ def test_a_residual_whose_size_alone_depends_on_a_state_is_largest_there():
     (place,) = locate(residuals(lambda k, s: np.where(np.abs(s["dq1_rad_s"]) < 0.4, rng.choice([-1.0, 1.0], 400), 0.0)), np.array([0.1]))
     ((name, (low, high)),) = place.conditions.items()
     assert name == "dq1_rad_s"
-    assert "is largest at dq1_rad_s" in place.where
+    assert "varies in size with dq1_rad_s" in place.where
     assert (low, high) == pytest.approx((-0.4, 0.4), abs=0.1)
 
 
