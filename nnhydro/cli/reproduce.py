@@ -56,7 +56,7 @@ def reproduce(
 ) -> None:
     """Reproduce McLain & Rock (1998), or study Rivera's method.
 
-    mclain: figures and tables beside the published numbers. rivera: the identifier by neural networks (1995) as a study. Lists
+    mclain: figures and tables beside the published numbers. rivera: a study of the identification by neural networks (1995). Lists
     what the texts leave undetermined.
     """
     from nnhydro.errors import require
