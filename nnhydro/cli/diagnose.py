@@ -106,8 +106,8 @@ def diagnose(
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = CUTOFF,
     seed: int = typer.Option(0, "--seed", help="Random seed of subsets of recordings and of null draws."),
-    rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate the confidence by simulation: inject each finding and its "
-                                 "alternatives N times into these motions, and repeat the diagnosis."),
+    rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate the confidence by simulation: inject each finding and "
+                                 "its alternatives N times into these motions, and repeat the diagnosis."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
                                        "tau_Nm, seconds), for the motion to record next; by default the ranges of the recordings."),
     column_map: Path | None = MAP,

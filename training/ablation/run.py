@@ -1,4 +1,4 @@
-"""What of the network's inputs earns its place on rivera_tank: `python training/ablation/run.py`. Writes results.json and README.md.
+"""Which inputs of the network reduce its error on rivera_tank: `python training/ablation/run.py`. Writes results.json and README.md.
 
 Each feature set is tried alone, without any law of the strips, and left out of all; each set of the law's variables is left out, and the
 law as a whole. The error is that of leave-recordings-out.
@@ -16,13 +16,13 @@ from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 START = TrainingConfig()
-PAGE = """# What of the network's inputs earns its place
+PAGE = """# Which inputs of the network reduce its error
 
 **Measured with nnhydro {version}; figures of another version may differ.**
 
 `python training/ablation/run.py` ({minutes} minutes): error of the network on held-out recordings of {campaign}, {folds} folds.
-With everything it is {all:.2f} %, without the law of the strips {lawless:.2f} %. With the law, but no feature except the constants of the
-arm, it is {featureless:.2f} %. A set earns its place where the error rises without it.
+With all inputs the error is {all:.2f} %, without the law of the strips {lawless:.2f} %. With the law, but no feature except the
+constants of the arm, it is {featureless:.2f} %. A feature set is useful if the error rises without it.
 
 | feature set | alone, without the law | all but it | rises by |
 | --- | --- | --- | --- |

@@ -18,13 +18,14 @@ HERE = Path(__file__).parent
 BASES, LEARNED = ("constant", "state"), ("network", "hybrid")
 SHARES_AN_EQUATION = {"rivera_tank": "none exactly: the planted memory is of first order, those of features/wake.py are not"}
 HEAD = ["# Learned models on independent tanks", "",
-        "`python training/independent_tanks/run.py`; every choice stands in `config.toml`, every number in `results.json`.",
-        "error = sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit. Which feature",
-        "shares an equation with the data: none, except as said below.",
-        "`worst`: largest error on a recording over that of `constant` there; `> 1.1`: on how many it is more than 1.1 times that.",
-        "`95 %`: share of held-out rows within the model's 95 % intervals.",
-        "`bar`: the error that was asked for: on recordings half of `state`'s or a third of `constant`'s, whichever is less; on kinds of",
-        "motion 0.8 of the best baseline's; of cfd_cylinder and rivera_tank as config.toml says. And no recording above 1.1.", ""]
+        "`python training/independent_tanks/run.py` prints these tables; `config.toml` holds all choices, `results.json` all numbers.",
+        "No feature uses an equation of the data, except as said below.", "",
+        "- `error`: sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit.",
+        "- `bar`: the error aimed at. On recordings it is half of that of `state`, or a third of that of `constant`, whichever is less.",
+        "  On kinds of motion it is 0.8 of that of the better baseline. For cfd_cylinder and rivera_tank, config.toml states it.",
+        "- `worst`: largest error on a recording, relative to that of `constant`; the aim is at most 1.1.",
+        "- `> 1.1`: number of recordings on which the error is more than 1.1 times that of `constant`.",
+        "- `95 %`: share of held-out rows within the model's 95 % intervals.", ""]
 
 
 def version() -> str:

@@ -6,11 +6,11 @@ import io
 FIRST = "leave-recordings-out"
 HEAD = """# Every model under every protocol
 
-`python training/rivera_tank/run.py` (choices in config.toml, every number in results.json). Error: McLain & Rock's
-sum |measured - model| / sum |measured| on recordings held out of the fit, in %. datasets/rivera_tank, synthetic. leave-arm-out: three
-simulated arms of slenderness 0.7, 1 and 1.4 (arms.yaml). Figures of earlier versions stand in earlier.csv alone: version 0.1 remembered
-the wake by the very equation that this tank plants, so that its learned models were no evidence; memory is learned since. What they leave
-of recordings now: `python training/independent_tanks/run.py rivera_tank`.
+`python training/rivera_tank/run.py` prints the tables; config.toml holds all choices, results.json all numbers. Error: McLain & Rock's
+sum |measured - model| / sum |measured| on recordings held out of the fit, in %, on datasets/rivera_tank (synthetic). leave-arm-out has
+three simulated arms of slenderness 0.7, 1 and 1.4 (arms.yaml). earlier.csv has the figures of earlier versions. Version 0.1 used the very
+equation of the wake that this tank contains, so that its learned models were no evidence; the memory is learned since.
+`python training/independent_tanks/run.py rivera_tank` gives the errors of the present version.
 """
 MEASURED = """
 Measured with nnhydro {version} in {minutes} minutes; noise floor {floor:.2f} %.
