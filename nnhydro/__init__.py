@@ -12,7 +12,6 @@ if TYPE_CHECKING:  # what type checkers and editors see; at run time a name is i
     from nnhydro.api.check import Check as Check
     from nnhydro.api.check import check as check
     from nnhydro.api.diagnosis import Diagnosis as Diagnosis
-    from nnhydro.api.diagnosis import Finding as Finding
     from nnhydro.api.diagnosis import diagnose as diagnose
     from nnhydro.api.effects import Catalogue as Catalogue
     from nnhydro.api.effects import catalogue as catalogue
@@ -21,6 +20,7 @@ if TYPE_CHECKING:  # what type checkers and editors see; at run time a name is i
     from nnhydro.api.model import load_model as load_model
     from nnhydro.api.model import train as train
     from nnhydro.api.prediction import Prediction as Prediction
+    from nnhydro.diagnosis.findings.finding import Finding as Finding
     from nnhydro.dynamics.dynamics import Dynamics as Dynamics
     from nnhydro.errors import NnhydroError as NnhydroError
     from nnhydro.fitting.config import TrainingConfig as TrainingConfig
@@ -50,7 +50,7 @@ _PUBLIC = {
     "Prediction": "nnhydro.api.prediction",
     "Benchmark": "nnhydro.api.benchmark",
     "Diagnosis": "nnhydro.api.diagnosis",
-    "Finding": "nnhydro.api.diagnosis",
+    "Finding": "nnhydro.diagnosis.findings.finding",
     "Catalogue": "nnhydro.api.effects",
     "Dynamics": "nnhydro.dynamics.dynamics",
     "NnhydroError": "nnhydro.errors",

@@ -241,4 +241,4 @@ def diagnosed(name, baseline=None, **keys):
 
 def named(diagnosis):
     """Effects and joints that were found."""
-    return {(f.effect.id, f.effect.joint) for f in diagnosis.findings}
+    return {(f.effect, f.law.joint) for f in diagnosis.findings}

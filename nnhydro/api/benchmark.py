@@ -5,15 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
-from nnhydro.api.result_view import ResultView
 from nnhydro.evaluation import benchmark as evaluation
 from nnhydro.evaluation.protocols.protocol import DEFAULT
 from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.benchmark.page import write_benchmark
 from nnhydro.report.benchmark.tables import benchmark_sheets, models_sheet, recordings_sheet
-from nnhydro.report.sheet import Sheet
+from nnhydro.result_view import ResultView
 from nnhydro.runtime.workers import HERE, Workers
+from nnhydro.sheet import Sheet
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,56 +6,16 @@ from pathlib import Path
 from typing import Any, final
 
 from nnhydro.api.model import Model
-from nnhydro.api.result_view import ResultView
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
+from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.findings.sheets import parameters_sheet
 from nnhydro.diagnosis.options import DiagnosisOptions
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis.page import write_diagnosis
-from nnhydro.report.diagnosis.tables import alternatives_sheet, errors_sheet, findings_sheet, location_sheet, parameters_sheet
-from nnhydro.report.sheet import Sheet
-
-
-@final
-@dataclass(frozen=True)
-class Parameter:
-    """A number of a finding in its unit, with its 95 % interval."""
-
-    value: float
-    unit: str
-    ci95: tuple[float, float]
-
-
-@final
-@dataclass(frozen=True, eq=False, repr=False)
-class Finding(ResultView):
-    """One effect that the baseline leaves out; its data frame has a row a number."""
-
-    effect: str
-    family: str | None  # None where the alternatives span families
-    alternatives: tuple[str, ...]  # effects that these recordings cannot tell from it
-    joint: int | None  # from 1; None: the whole arm
-    confidence: float
-    statement: str
-    parameters: dict[str, Parameter]
-    error_without: float
-    error_with: float
-    document: dict[str, Any]
-
-    @staticmethod
-    def of(document: dict[str, Any]) -> "Finding":
-        """Return the finding that diagnosis.json holds."""
-        numbers = {name: Parameter(p["value"], p["unit"], tuple(p["ci95"])) for name, p in document["parameters"].items()}
-        return Finding(document["effect"], document["family"], tuple(document["class"][1:]), document["joint"], document["confidence"],
-                       document["statement"], numbers, document["heldout"]["error_before"], document["heldout"]["error_after"], document)
-
-    def verdict(self) -> str:
-        """Return the finding as a sentence with numbers."""
-        return self.statement
-
-    def sheets(self) -> tuple[Sheet, ...]:
-        """Return the numbers with their intervals, and the alternatives."""
-        return parameters_sheet({"findings": [self.document]}), alternatives_sheet(self.document)
+from nnhydro.report.diagnosis.tables import errors_sheet, findings_sheet, location_sheet
+from nnhydro.result_view import ResultView
+from nnhydro.sheet import Sheet
 
 
 @final
@@ -74,7 +34,7 @@ class Diagnosis(ResultView):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """The effects that were left out, the strongest first."""
-        return tuple(Finding.of(f) for f in self.document()["findings"])
+        return tuple(self.result.findings)
 
     @property
     def corrected(self) -> Model:
@@ -93,7 +53,7 @@ class Diagnosis(ResultView):
     def sheets(self) -> tuple[Sheet, ...]:
         """Return findings, their numbers, the errors, and where the residual lies."""
         document = self.document()
-        return findings_sheet(document), parameters_sheet(document), errors_sheet(document), location_sheet(document)
+        return findings_sheet(document), parameters_sheet(document["findings"]), errors_sheet(document), location_sheet(document)
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, final
 
 from nnhydro.api.campaign import read_frame
 from nnhydro.api.prediction import Prediction
-from nnhydro.api.result_view import ResultView
 from nnhydro.deployment.compiled.torque import CompiledModel, compile_model
 from nnhydro.deployment.formats.curves import curves_csv
 from nnhydro.deployment.formats.mujoco import mujoco_xml
@@ -23,8 +22,9 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
-from nnhydro.report.sheet import Sheet
+from nnhydro.result_view import ResultView
 from nnhydro.runtime.files import write_own
+from nnhydro.sheet import Sheet
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.api.result_view import ResultView
 from nnhydro.conventions import TIME, column, joint_text
 from nnhydro.models import prediction
 from nnhydro.models.prediction import write_prediction
-from nnhydro.report.sheet import Column, Sheet
+from nnhydro.result_view import ResultView
+from nnhydro.sheet import Column, Sheet
 
 if TYPE_CHECKING:
     import pandas as pd

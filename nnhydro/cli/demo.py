@@ -26,7 +26,8 @@ def demo(
     hidden in a second campaign.
     """
     from nnhydro.cli.terminal.benchmark import print_benchmark
-    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
+    from nnhydro.diagnosis.findings.sheets import parameters_sheet
+    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet
 
     result, paths = _compare(out, seed)
     if not json:
@@ -37,7 +38,7 @@ def demo(
         emit({**result.document(), "verdict": result.verdict(), "diagnosis": {**diagnosis, "verdict": found.verdict()},
               "score": score, "written": [str(path) for path in (*paths, *written)]})
         return
-    for sheet in (findings_sheet(diagnosis), parameters_sheet(diagnosis), location_sheet(diagnosis)):
+    for sheet in (findings_sheet(diagnosis), parameters_sheet(diagnosis["findings"]), location_sheet(diagnosis)):
         if len(sheet):
             show(sheet)
     conclude(found.verdict(), written)

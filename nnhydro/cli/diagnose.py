@@ -123,11 +123,12 @@ def diagnose(
     """
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
+    from nnhydro.diagnosis.findings.sheets import parameters_sheet
     from nnhydro.diagnosis.options import DiagnosisOptions
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
     from nnhydro.report.diagnosis.page import RESULT, SHOWN, write_diagnosis
-    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet, parameters_sheet
+    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers
 
@@ -156,7 +157,7 @@ def diagnose(
     if json:
         emit(document)
         return
-    for sheet in (findings_sheet(document), parameters_sheet(document), location_sheet(document)):
+    for sheet in (findings_sheet(document), parameters_sheet(document["findings"]), location_sheet(document)):
         if len(sheet):
             show(sheet)
     then = next_steps(result, out, campaign, column_map)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.findings.finding import NamedEffect
+from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
@@ -19,13 +19,13 @@ from nnhydro.physics.load_term import LoadTerm
 Array = NDArray[np.float64]
 
 
-def _term(effect: LoadEffect, finding: NamedEffect) -> LoadTerm:
+def _term(effect: LoadEffect, finding: Finding) -> LoadTerm:
     """The effect as a term, which acts in a sector only where that was found."""
     sector = None if finding.activity is None else finding.activity.sector
     return effect if sector is None else InSector(sector.joint, sector.low, sector.high, effect)
 
 
-def _instrument(effect: InstrumentEffect, finding: NamedEffect) -> InstrumentEffect:
+def _instrument(effect: InstrumentEffect, finding: Finding) -> InstrumentEffect:
     sector = None if finding.activity is None else finding.activity.sector
     return effect if sector is None else ReadInSector(sector.low, sector.high, effect, joint=sector.joint)
 
@@ -38,11 +38,11 @@ def _term_name(effect: LoadEffect, loads: Loads) -> str:
     return name
 
 
-def _for_prediction(finding: NamedEffect) -> AnyEffect:
-    return finding.effect.for_prediction(finding.offset) if isinstance(finding.effect, InstrumentEffect) else finding.effect
+def _for_prediction(finding: Finding) -> AnyEffect:
+    return finding.law.for_prediction(finding.offset) if isinstance(finding.law, InstrumentEffect) else finding.law
 
 
-def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: Sequence[NamedEffect]) -> TorqueModel:
+def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: Sequence[Finding]) -> TorqueModel:
     """Return the baseline, recalibrated to `z_after` (r,) beside the findings, with every finding in it.
 
     What has a phase of its own in every recording is no part of it: nobody knows the phase of the next one. Nor is what has ended.
@@ -51,7 +51,7 @@ def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: 
     after = baseline.at(z_after)
     loads, instruments = after.loads, []
     for finding in found:
-        if finding.effect.per_recording or not finding.persists:
+        if finding.law.per_recording or not finding.persists:
             continue
         effect = _for_prediction(finding)
         if isinstance(effect, LoadEffect):

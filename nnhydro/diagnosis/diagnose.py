@@ -6,7 +6,7 @@ prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> 
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -149,7 +149,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     progress("held-out errors")
     decided, proof = withdraw_useless(search, decide(search, best, seed), model, seed)
     found, claimed = SearchedCampaign(design, noise, search, decided, model, search.score(())), decided.claimed
-    findings = sorted(findings_of(search, claimed), key=lambda f: -found.decided.shares.get(f.number, 0.0))
+    findings = [replace(f, error_without=proof.without.get((f.effect, f.law.joint), proof.before), error_with=proof.after)
+                for f in sorted(findings_of(search, claimed), key=lambda f: -found.decided.shares.get(f.number, 0.0))]
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
     progress("repetition in other frequency bands")

@@ -8,7 +8,7 @@ from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.decision.proof import Proof
 from nnhydro.diagnosis.experiment.proposal import Proposal
-from nnhydro.diagnosis.findings.finding import NamedEffect
+from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.models.torque_model import TorqueModel
@@ -33,7 +33,7 @@ class DiagnosisResult:
     noise_floor: float
     proof: Proof
     location: list[Location]
-    findings: list[NamedEffect]
+    findings: list[Finding]
     remainder: Remainder
     decisions: tuple[Decision, ...]
     checks: dict[str, Any]
@@ -51,15 +51,14 @@ class DiagnosisResult:
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
-        found = [f.document(self.proof.without.get((f.effect.id, f.effect.joint), self.proof.before), self.proof.after)
-                 for f in self.findings]
         rehearsal = {} if self.rehearsal is None else {"rehearsal": self.rehearsal}
         return {"schema": SCHEMA, "baseline": self.baseline_name, "seconds": round(self.seconds, 2),
                 "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
                              "noise_floor": self.noise_floor, "scale": self.proof.scale},
                 "decisions": [decision.document() for decision in self.decisions],
                 "other_bands": [band.document() for band in self.other_bands],
-                "location": [place.document() for place in self.location] if self.detected else [], "findings": found,
+                "location": [place.document() for place in self.location] if self.detected else [],
+                "findings": [f.document() for f in self.findings],
                 "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
                 "unexplained": self.remainder.document(self.baseline.arm.text), "proof": self.checks, "recalibrated": self.recalibrated,
                 "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions} | rehearsal

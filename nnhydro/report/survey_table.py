@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Any
 
 from nnhydro.recordings.survey import Survey
-from nnhydro.report.sheet import Column, Sheet
+from nnhydro.sheet import Column, Sheet
 
 
 def plural(count: int, word: str) -> str:

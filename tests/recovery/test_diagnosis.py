@@ -69,7 +69,7 @@ def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_
     simulated = open_campaign(tmp_path / "campaign")
     for given in ("column", str(tmp_path / "model")):
         result = diagnose(simulated, given)
-        assert [f.effect.id for f in result.findings] == ["umbilical_stiffness"]
+        assert [f.effect for f in result.findings] == ["umbilical_stiffness"]
         assert result.proof.after < 0.7 * result.proof.before
         save_model(result.corrected, tmp_path / "corrected")
         again = load_model(tmp_path / "corrected")
@@ -88,5 +88,5 @@ def test_what_the_unknown_held_is_gone_with_the_finding():
 def test_beside_curves_over_the_travel_the_cylinder_of_a_flow_solver_still_differs_and_nothing_but_its_wake_or_drag_may_be_named():
     found = diagnose(open_campaign(SUITE.parent / "cfd_cylinder"), "state")
     assert found.detected  # the wake that is met again after stops and reversals is no law of the travel
-    assert {f.effect.family for f in found.findings} <= {"wake", "drag_law"}  # at such Reynolds numbers viscous drag is part of it
+    assert {f.law.family for f in found.findings} <= {"wake", "drag_law"}  # at such Reynolds numbers viscous drag is part of it
     assert found.findings or found.remainder.detected

@@ -35,7 +35,7 @@ def told(tmp_path, monkeypatch):
         without = tuple(name for name, effect in catalogue().items() if effect.family == family) if out else ()
         found = diagnose(nnhydro.load(tmp_path), without=without)
         assert found.detected
-        return hidden["effect"], [f.effect.id for f in found.findings]
+        return hidden["effect"], [f.effect for f in found.findings]
 
     return names
 

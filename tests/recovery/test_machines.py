@@ -153,10 +153,10 @@ def machine(request, tmp_path):
 @pytest.mark.slow
 def test_what_loads_a_machine_is_named_with_its_size_and_nothing_else(machine):
     folder, hidden = machine
-    found = {f.effect.id: next(iter(f.parameters.values())) for f in diagnose(nnhydro.load(folder)).findings}
+    found = {f.effect: next(iter(f.parameters.values())) for f in diagnose(nnhydro.load(folder)).findings}
     assert set(found) == set(hidden)
     for name, value in hidden.items():
-        low, high = found[name]["ci95"]
+        low, high = found[name].ci95
         assert low <= value <= high, name
         known = name != "wave_orbital"  # of a wave that a held link meets only the part across it is known
         assert high - low < 0.3 * abs(value) or not known, name

@@ -33,7 +33,7 @@ def diagnosed(name):
 
 
 def alike(finding):
-    return {finding.effect.id, *finding.members}
+    return {finding.effect, *finding.members}
 
 
 @pytest.mark.parametrize("name", RIGS)
@@ -41,13 +41,13 @@ def test_what_is_known_of_a_real_rig_is_named_and_nothing_else(name):
     answer, _ = known(name)
     findings = list(diagnosed(name).findings)
     for effects, joint, span in answer["must"]:
-        right = [f for f in findings if alike(f) & set(effects) and f.effect.joint in (joint, 0)]
-        assert right, f"{effects} at joint {joint} is not named, but {[(f.effect.id, f.effect.joint) for f in findings]}"
+        right = [f for f in findings if alike(f) & set(effects) and f.law.joint in (joint, 0)]
+        assert right, f"{effects} at joint {joint} is not named, but {[(f.effect, f.joint) for f in findings]}"
         if span is not None and right[0].effect.id in effects:
-            low, high = next(iter(right[0].parameters.values()))["ci95"]
+            low, high = next(iter(right[0].parameters.values())).ci95
             assert max(low, span[0]) <= min(high, span[1]), f"{effects}: {low} to {high}, known {span}"  # both are intervals
         findings = [f for f in findings if f not in right]
-    assert all(alike(f) & set(answer["may"]) for f in findings), [(f.effect.id, f.effect.joint, f.statement) for f in findings]
+    assert all(alike(f) & set(answer["may"]) for f in findings), [(f.effect, f.joint, f.statement) for f in findings]
 
 
 @pytest.mark.parametrize("name", RIGS)

@@ -119,12 +119,12 @@ def coverage(config: dict) -> None:
             design = inject(found.design, found.noise, found.model, z, [(row.hypothesis, values)], config["seed"] + 100 * number + draw)
             named = search_design(design, draw, others)
             claimed = named.decided.claimed
-            told = {(f.effect.id, f.effect.joint): f for f in findings_of(named.search, claimed)}
+            told = {(f.effect, f.law.joint): f for f in findings_of(named.search, claimed)}
             finding = told.get(row.hypothesis.key)
             missed += finding is None
             truth = row.hypothesis.with_values(torch.from_numpy(values)).quantities()
             for name, quantity in truth.items() if finding is not None else ():
-                low, high = finding.parameters[name]["ci95"]
+                low, high = finding.parameters[name].ci95
                 inside.setdefault(f"{row.hypothesis.key[0]}.{name}", []).append(bool(low <= quantity.value <= high))
         mine = {k: v for k, v in inside.items() if k.startswith(row.hypothesis.key[0] + ".")}
         print(f"{row.hypothesis.key[0]:>22} joint {row.hypothesis.key[1]}  "

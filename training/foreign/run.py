@@ -78,7 +78,7 @@ def family_out(root: Path, answers: dict[str, Any], names: list[str], out: Path)
         without = families_out(answers[name])
         if without:
             found = diagnose(nnhydro.load(root / name), without=without)
-            rows.append({"case": name, "named": [[f.effect.id, f.confidence] for f in found.findings], "detected": found.detected})
+            rows.append({"case": name, "named": [[f.effect, f.confidence] for f in found.findings], "detected": found.detected})
             print(f"{name} {'+'.join(h['effect'] for h in answers[name]['hidden']):40s} {rows[-1]['named'] or 'nothing'}", flush=True)
     told = {"a wrong name": share([bool(r["named"]) for r in rows]), "an alarm": share([r["detected"] for r in rows])}
     print(json.dumps(told, indent=1))

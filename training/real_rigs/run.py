@@ -109,7 +109,7 @@ def family_out(cards: dict[str, Any], root: Path, out: Path) -> None:
         except NnhydroError as cause:
             rows.append({"rig": name, "without": sorted(families), "refused": str(cause)})
         else:
-            named = [[f.effect.id, round(f.confidence, 2)] for f in found.findings]
+            named = [[f.effect, round(f.confidence, 2)] for f in found.findings]
             rows.append({"rig": name, "without": sorted(families), "named": named, "detected": found.detected,
                          "wrong": [effect for effect, _ in named if effect not in card["may"]]})
         print(f"| {name} | {', '.join(sorted(families))} | {rows[-1].get('named', 'refused')} | {rows[-1].get('wrong', '')} |", flush=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nnhydro.report.sheet import Sheet
+from nnhydro.sheet import Sheet
 
 if TYPE_CHECKING:
     from nnhydro.recordings.campaign import Campaign

@@ -18,7 +18,7 @@ import numpy as np
 from nnhydro.diagnosis.calibration.injection import predict_whitened, with_torque
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, alternatives
-from nnhydro.diagnosis.findings.finding import NamedEffect
+from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
@@ -84,15 +84,15 @@ def label(key: Key) -> str:
     return f"{key[0]} joint {key[1]}" if key[1] else key[0]
 
 
-def _of(finding: NamedEffect, counts: dict[str, int]) -> int:
+def _of(finding: Finding, counts: dict[str, int]) -> int:
     """How often a draw named a member of the finding's class."""
-    joints = {label((name, joint)) for name in finding.members for joint in (finding.effect.joint, 0)}
+    joints = {label((name, joint)) for name in finding.members for joint in (finding.law.joint, 0)}
     return sum(n for name, n in counts.items() if name in joints)
 
 
-def limit_confidence(finding: NamedEffect, rehearsal: dict[str, Any]) -> NamedEffect:
+def limit_confidence(finding: Finding, rehearsal: dict[str, Any]) -> Finding:
     """Return the finding with the confidence that the rehearsal leaves it."""
-    mine = label((finding.effect.id, finding.effect.joint))
+    mine = label((finding.effect, finding.law.joint))
     hits = sum(_of(finding, scenario["named"]) for scenario in rehearsal["worlds"] if scenario["instead_of"] is None)
     misnamed = max((_of(finding, scenario["named"]) for scenario in rehearsal["worlds"]
                     if scenario["instead_of"] == mine and scenario["planted"][-1].partition(" ")[0] not in finding.members), default=0)

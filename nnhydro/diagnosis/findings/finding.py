@@ -1,4 +1,4 @@
-"""A finding: one effect that was left out, its values with intervals, the effects that cannot be told from it, and its sentence.
+"""A finding: one effect that the baseline omits, its parameters with intervals, its alternatives, and its sentence.
 
 Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
 Intervals hold the posterior's spread, the scatter of the recordings (search.values), and how nonlinear values are known beside the linear
@@ -7,7 +7,7 @@ ones (search.tangents).
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, final
 
 import numpy as np
@@ -17,32 +17,77 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.baseline_spread import spread_by_baseline
 from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
+from nnhydro.diagnosis.findings.sheets import alternatives_sheet, parameters_sheet
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
 from nnhydro.diagnosis.search.values import quantity_intervals, values_of
 from nnhydro.effects.catalogue import catalogue
+from nnhydro.result_view import ResultView
+from nnhydro.sheet import Sheet
 
 Array = NDArray[np.float64]
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class NamedEffect:
-    """One effect that was left out, with all that diagnosis.json tells about it."""
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a finding in its unit, with its 95 % interval."""
 
-    effect: AnyEffect
-    family: str | None
-    members: tuple[str, ...]  # effects that cannot be told apart, the finding's own first
+    value: float
+    unit: str
+    ci95: tuple[float, float]
+    by_recording: dict[str, float] | None = None  # where each recording has a value of its own: `value` is their mean, `ci95` their range
+
+    def document(self) -> dict[str, Any]:
+        """Return the parameter for diagnosis.json."""
+        own = {} if self.by_recording is None else {"by_recording": self.by_recording, "note": "mean and range of the recordings' own"}
+        return {"value": self.value, "unit": self.unit, "ci95": list(self.ci95)} | own
+
+
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Finding(ResultView):
+    """One effect that the baseline omits; its data frame has a row a parameter."""
+
+    law: AnyEffect
+    family: str | None  # None where the alternatives span families
+    members: tuple[str, ...]  # equivalence set: effects that these recordings cannot distinguish, the finding's own first
     confidence: float
     statement: str
-    parameters: dict[str, dict[str, Any]]
+    parameters: dict[str, Parameter]
     rivals: list[dict[str, Any]]
     covariance: Array  # (p, p) of the effect's linear values
     number: int  # of its hypothesis in the library
     activity: ActivityWindow | None = None
     offset: float = 0.0  # N m, the constant of an effect that has one of its own
+    error_without: float = field(default=np.nan, kw_only=True)  # on recordings held out of the fit
+    error_with: float = field(default=np.nan, kw_only=True)
+
+    @property
+    def effect(self) -> str:
+        """The id of the effect in the catalogue."""
+        return self.law.id
+
+    @property
+    def joint(self) -> int | None:
+        """The joint (or link) from 1; None: the whole arm."""
+        return self.law.joint or None
+
+    @property
+    def alternatives(self) -> tuple[str, ...]:
+        """The effects that these recordings cannot distinguish from it."""
+        return self.members[1:]
+
+    def verdict(self) -> str:
+        """Return the finding as a sentence with numbers."""
+        return self.statement
+
+    def sheets(self) -> tuple[Sheet, ...]:
+        """Return the parameters with their intervals, and the alternatives."""
+        document = self.document()
+        return parameters_sheet([document]), alternatives_sheet(document)
 
     @property
     def persists(self) -> bool:
@@ -56,18 +101,19 @@ class NamedEffect:
 
     def equivalents(self) -> str:
         """Return the other effects that may be the cause, as a sentence; empty where there are none."""
-        names = [catalogue()[id_].name for id_ in self.members[1:]]
+        names = [catalogue()[id_].name for id_ in self.alternatives]
         if not names:
             return ""
         listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
         return f" These recordings cannot distinguish this effect from {listed}."
 
-    def document(self, before: float, after: float) -> dict[str, Any]:
+    def document(self) -> dict[str, Any]:
         """Return the finding for diagnosis.json."""
         acts = {} if self.activity is None else {"acts": self.activity.document()}
-        return {"effect": self.effect.id, "family": self.family, "class": list(self.members), "level": self.level,
-                "joint": self.effect.joint or None, "confidence": self.confidence, "statement": self.statement,
-                "parameters": self.parameters, "heldout": {"error_before": before, "error_after": after}, "rivals": self.rivals} | acts
+        return {"effect": self.effect, "family": self.family, "class": list(self.members), "level": self.level,
+                "joint": self.joint, "confidence": self.confidence, "statement": self.statement,
+                "parameters": {name: parameter.document() for name, parameter in self.parameters.items()},
+                "heldout": {"error_before": self.error_without, "error_after": self.error_with}, "rivals": self.rivals} | acts
 
 
 def _rival(search: Search, alternative: Alternative) -> dict[str, Any]:
@@ -76,13 +122,13 @@ def _rival(search: Search, alternative: Alternative) -> dict[str, Any]:
             "likeness": round(alternative.cosine, 3)}
 
 
-def findings_of(search: Search, found: ScoredSet) -> list[NamedEffect]:
+def findings_of(search: Search, found: ScoredSet) -> list[Finding]:
     """Return the finding of every member of the claimed set `found`, in its order."""
     tangents = tangents_of(search, found)
     return [_finding(search, found, k, tangents) for k in found.chosen]
 
 
-def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None) -> NamedEffect:
+def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None) -> Finding:
     """Return the finding of member `k`; nonlinear values change the torque of the set along `tangents`."""
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k, tangents)
@@ -93,8 +139,8 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     told = [*range(linear), *range(h.width, len(values.covariance))]
     values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(told, told)])
     spans = quantity_intervals(effect, values)
-    parameters: dict[str, dict[str, Any]] = {name: {"value": q.value, "unit": q.unit, "ci95": list(spans[name])}
-                                             for name, q in effect.quantities().items() if name in spans}
+    own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
+    parameters = {name: Parameter(q.value, own(q.unit), spans[name]) for name, q in effect.quantities().items() if name in spans}
     confidence, others = alternatives(search, found, k)
     inside = [a for a in others if a.equivalent]
     members = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
@@ -102,11 +148,9 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     lines = {search.view.library.design.problem.names[g]: f for g, f in h.lines.items()}
     if lines:
         low, high = min(lines.values()), max(lines.values())
-        parameters["frequency"] |= {"ci95": [low, high], "by_recording": lines, "note": "mean and range of the recordings' own"}
+        parameters["frequency"] = replace(parameters["frequency"], ci95=(low, high), by_recording=lines)
     statement = effect.statement(spans, {"frequency": f"{low:.3g} to {high:.3g} Hz, another in each recording," } if lines else {})
     statement = statement if h.activity is None else f"{statement} It acts only {h.activity.sentence()}."
-    own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
-    parameters = {name: parameter | {"unit": own(parameter["unit"])} for name, parameter in parameters.items()}
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * LEAST_GAIN][:5]
-    return NamedEffect(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
+    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
                        rivals, values.covariance[:linear, :linear], k, h.activity, offset)

@@ -5,7 +5,7 @@ from typing import Any
 
 from nnhydro.evaluation.benchmark import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
-from nnhydro.report.sheet import Column, Sheet, percent_interval
+from nnhydro.sheet import Column, Sheet, percent_interval
 from nnhydro.wording import percent
 
 PERFECT = "(a perfect model)"

@@ -18,7 +18,7 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.conventions import Z95
-from nnhydro.diagnosis.findings.finding import NamedEffect
+from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
 from nnhydro.evaluation.benchmark import model_torque
@@ -108,7 +108,7 @@ def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[T
     return "rows in the order of the recordings", np.arange(sum(int(t.segment.keep.sum()) for t in traces), dtype=float)
 
 
-def _active_rows(finding: NamedEffect, traces: Sequence[Trace]) -> NDArray[np.bool_]:
+def _active_rows(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
     """Which compared rows lie wholly in the part of the campaign in which the finding acts."""
     window, parts = finding.activity, []
     for trace in traces:
@@ -117,12 +117,12 @@ def _active_rows(finding: NamedEffect, traces: Sequence[Trace]) -> NDArray[np.bo
     return np.concatenate(parts)
 
 
-def law_of(finding: NamedEffect, corrected: TorqueModel, traces: Sequence[Trace], name: str) -> DrawnLaw | None:
+def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], name: str) -> DrawnLaw | None:
     """Return the law of `finding` on the compared rows of `traces`, whose model `name` is `corrected`.
 
     None where it is no law of the state: a phase of its own in every recording, or a drift with the time of day.
     """
-    model, effect = _physics(corrected), finding.effect
+    model, effect = _physics(corrected), finding.law
     if model is None or effect.per_recording or not traces:
         return None
 

@@ -7,20 +7,21 @@ from typing import Any
 
 from markupsafe import Markup
 
+from nnhydro.diagnosis.findings.sheets import alternatives_sheet, place
 from nnhydro.diagnosis.result import NEXT, DiagnosisResult
 from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
-from nnhydro.report.diagnosis.tables import alternatives_sheet, errors_sheet, location_sheet, nearest_sheet, place, recalibrated_sheet
+from nnhydro.report.diagnosis.tables import errors_sheet, location_sheet, nearest_sheet, recalibrated_sheet
 from nnhydro.report.diagnosis.unexplained_law import unknown_laws
-from nnhydro.report.sheet import Sheet
 from nnhydro.report.widgets.charts import bars, intervals, law_chart
 from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
 from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, diagnosis_traces
 from nnhydro.runtime.files import json_text, whole_folder
+from nnhydro.sheet import Sheet
 
 Document = dict[str, Any]
 LEAST_WEIGHT = 0.005  # weight of an alternative that is drawn; the table has all

@@ -8,7 +8,7 @@ from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.parametrised import ParametricTerm
-from nnhydro.report.sheet import Column, Sheet, interval
+from nnhydro.sheet import Column, Sheet, interval
 
 
 def _values(model: StripTheory) -> dict[str, dict[str, Any]]:

@@ -10,7 +10,7 @@ from campaigns import TINY, angles_only, campaign, columns_of, planted, recordin
 from rigs import arm
 
 import nnhydro
-from nnhydro.report.sheet import Column, Sheet
+from nnhydro.sheet import Column, Sheet
 from nnhydro.wording import percent
 
 

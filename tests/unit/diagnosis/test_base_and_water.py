@@ -91,11 +91,11 @@ def slide():
 def test_a_finding_on_a_linear_axis_is_told_in_newtons(slide):
     _, found = slide
     (finding,) = found.findings
-    assert finding.effect.id == "coulomb_friction"
+    assert finding.effect == "coulomb_friction"
     assert " N" in finding.statement
     assert "N m" not in finding.statement + found.verdict()
     assert "rad" not in finding.statement
-    assert {parameter["unit"] for parameter in finding.parameters.values()} == {"N"}
+    assert {parameter.unit for parameter in finding.parameters.values()} == {"N"}
 
 
 @pytest.mark.slow

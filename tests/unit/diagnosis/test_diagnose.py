@@ -22,9 +22,16 @@ def finite(x):
 
 def value(name, effect, parameter):
     """(value, low, high) of a parameter of a finding."""
-    (finding,) = [f for f in diagnosed(name).findings if f.effect.id == effect]
+    (finding,) = [f for f in diagnosed(name).findings if f.effect == effect]
     told = finding.parameters[parameter]
-    return told["value"], *told["ci95"]
+    return told.value, *told.ci95
+
+
+def test_each_of_two_findings_has_the_error_without_itself_and_both_that_of_the_corrected_model():
+    told = diagnosed("two frictions")
+    without = {f.effect: f.error_without for f in told.findings}
+    assert without == {effect: told.proof.without[effect, 1] for effect in ("coulomb_friction", "viscous_friction")}
+    assert {f.error_with for f in told.findings} == {told.proof.after}
 
 
 @pytest.mark.parametrize("name", [
@@ -126,7 +133,7 @@ def test_an_unlisted_law_is_detected_told_by_what_it_depends_on_and_not_named():
     assert named(told) == set()
     assert told.detected
     assert set(told.document()["unexplained"]["depends_on"]) & {"q1_rad", "dq1_rad_s"}
-    assert "no known effect explains it" in told.verdict()
+    assert "no known effect explains the difference" in told.verdict()
 
 
 @pytest.mark.slow
@@ -255,7 +262,7 @@ def test_a_finding_whose_every_interval_holds_nothing_at_all_is_none():
     findings = diagnosed("drift").findings
     assert findings
     for finding in findings:
-        assert any(low > 0 or high < 0 for low, high in (p["ci95"] for p in finding.parameters.values()))
+        assert any(low > 0 or high < 0 for low, high in (p.ci95 for p in finding.parameters.values()))
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from campaigns import GIVEN, campaign, planted, steady_table
 from rigs import arm
 
 import nnhydro
-from nnhydro.diagnosis.findings.finding import NamedEffect
+from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.effects.effect import LoadEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -137,7 +137,7 @@ def rubbing(level=0.3, std=0.01):
     true = replace(without, loads=without.loads.plus("coulomb_friction_2", effect))
     c = campaign(a, true.loads, count=3)
     rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
-    return c, without, true, NamedEffect(effect=effect, statement="Joint 2 rubs.", number=0, covariance=np.array([[std**2]]), **rest)
+    return c, without, true, Finding(law=effect, statement="Joint 2 rubs.", number=0, covariance=np.array([[std**2]]), **rest)
 
 
 def test_the_law_of_a_finding_is_its_torque_with_the_interval_of_its_value():
@@ -152,9 +152,9 @@ def test_the_law_of_a_finding_is_its_torque_with_the_interval_of_its_value():
 
 def test_what_the_law_leaves_is_seen_beside_it():
     c, without, _, finding = rubbing()
-    weak = finding.effect.with_linear(torch.tensor([0.2], dtype=torch.float64))
+    weak = finding.law.with_linear(torch.tensor([0.2], dtype=torch.float64))
     model = replace(without, loads=without.loads.plus("coulomb_friction_2", weak))
-    law = law_of(replace(finding, effect=weak), model, diagnosis_traces(c, without, model), "corrected")
+    law = law_of(replace(finding, law=weak), model, diagnosis_traces(c, without, model), "corrected")
     fast = np.abs(law.x) > 0.5
     np.testing.assert_allclose(np.abs(law.law[fast]), 0.2, atol=0.001)
     np.testing.assert_allclose(np.abs(law.rest[fast]), 0.3, atol=0.001)
@@ -172,7 +172,7 @@ def test_every_effect_has_a_law_but_one_with_a_phase_or_a_time_of_its_own(id_):
         model = replace(base, instruments=(effect,))
     p = len(effect.linear_values())
     rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
-    finding = NamedEffect(effect=effect, statement="", number=0, covariance=1e-6 * np.eye(p), **rest)
+    finding = Finding(law=effect, statement="", number=0, covariance=1e-6 * np.eye(p), **rest)
     law = law_of(finding, model, diagnosis_traces(campaign(a, base.loads, count=2, seconds=2.0), base, model), "corrected")
     assert (law is None) == (effect.per_recording or effect.signature.depends_on == ("clock",))
     if law is not None:

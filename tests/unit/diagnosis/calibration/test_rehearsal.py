@@ -24,8 +24,9 @@ WITHOUT = [name for name in catalogue() if name not in FEW]
 
 @dataclass(frozen=True)
 class Said:
-    effect: SimpleNamespace
+    law: SimpleNamespace
     members: tuple[str, ...]
+    effect: str = "coulomb_friction"
     confidence: float = 0.99
 
 
@@ -92,7 +93,7 @@ def test_what_a_fit_foretells_leaves_noise_of_unit_size(found):
 def test_friction_drawn_again_is_named_again_and_its_rivals_are_not_taken_for_it(found):
     claimed = found.decided.claimed
     (finding,) = findings_of(found.search, claimed)
-    assert (finding.effect.id, finding.effect.joint) == ("coulomb_friction", 1)
+    assert (finding.effect, finding.joint) == ("coulomb_friction", 1)
     said = rehearse(found.search, claimed, 3, 0)
     assert said["draws"] == 3
     assert said["worlds"][0] == {"planted": ["coulomb_friction joint 1"], "instead_of": None, "named": {"coulomb_friction joint 1": 3}}

@@ -44,7 +44,7 @@ def test_a_band_that_cannot_be_judged_costs_nothing_but_itself(monkeypatch):
     monkeypatch.setattr(whole, "claims_at", broken)
     of = campaign("steady, offset")
     told = whole.diagnose(of)
-    assert [f.effect.id for f in told.findings] == ["torque_bias"]
+    assert [f.effect for f in told.findings] == ["torque_bias"]
     assert told.other_bands == ()
 
 

@@ -1,11 +1,13 @@
 """What a finding tells: its values with intervals, nonlinear ones too, and what cannot be told from it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosed import campaign
 
 from nnhydro.diagnosis.diagnose import search_design
-from nnhydro.diagnosis.findings.finding import NamedEffect, findings_of
+from nnhydro.diagnosis.findings.finding import Finding, findings_of
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.effects.catalogue import catalogue
@@ -14,7 +16,7 @@ from nnhydro.effects.catalogue import catalogue
 def finding(members):
     """A finding of dry friction that cannot be told from the other `members`."""
     effect = catalogue()["coulomb_friction"](joint=1, level=(0.1,))
-    return NamedEffect(effect, "friction", members, 0.9, "Joint 1 rubs.", {}, [], np.eye(1), 0)
+    return Finding(effect, "friction", members, 0.9, "Joint 1 rubs.", {}, [], np.eye(1), 0)
 
 
 def test_one_name_is_a_leaf_and_says_nothing_of_others():
@@ -27,16 +29,16 @@ def test_several_names_are_a_family_and_are_listed():
     assert told.level == "family"
     names = [catalogue()[name].name for name in ("stribeck_friction", "viscous_friction")]
     assert told.equivalents() == f" These recordings cannot distinguish this effect from {names[0]} or {names[1]}."
-    assert told.document(0.1, 0.02)["heldout"] == {"error_before": 0.1, "error_after": 0.02}
+    assert replace(told, error_without=0.1, error_with=0.02).document()["heldout"] == {"error_before": 0.1, "error_after": 0.02}
 
 
 @pytest.mark.slow
 def test_every_value_of_a_finding_stands_within_its_interval_nonlinear_ones_too():
     found = search_design(design_on(problem_of(campaign("held in a wave")), None), 0)
-    wave = next(f for f in findings_of(found.search, found.decided.claimed) if f.effect.id == "wave_orbital")
+    wave = next(f for f in findings_of(found.search, found.decided.claimed) if f.effect == "wave_orbital")
     for name in ("frequency", "direction", "amplitude"):
-        low, high = wave.parameters[name]["ci95"]
-        assert low < wave.parameters[name]["value"] < high
-    low, high = wave.parameters["frequency"]["ci95"]
+        low, high = wave.parameters[name].ci95
+        assert low < wave.parameters[name].value < high
+    low, high = wave.parameters["frequency"].ci95
     assert low < 0.965 < high
     assert high - low < 0.002, "six recordings of 20 s"

@@ -64,9 +64,9 @@ def test_the_law_of_lines_of_their_own_pays_for_every_line_it_could_have_had():
 def test_waves_that_differ_are_told_with_the_frequency_of_each_recording():
     (finding,) = diagnosed("held in other waves").findings
     told = finding.parameters["frequency"]
-    assert finding.effect.id == "wave_orbital"
+    assert finding.effect == "wave_orbital"
     assert "0.53 to 1.22 Hz, another in each recording," in finding.statement
-    assert told["by_recording"] == pytest.approx({f"held{k}": f for k, f in enumerate(OTHER_WAVES)}, abs=5e-4)
+    assert told.by_recording == pytest.approx({f"held{k}": f for k, f in enumerate(OTHER_WAVES)}, abs=5e-4)
     assert diagnosed("held in other waves").proof.after < 0.1
 
 

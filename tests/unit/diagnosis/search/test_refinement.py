@@ -59,7 +59,7 @@ def test_refinement_ends_where_all_values_fit_best_together():
 def test_a_wave_on_a_held_arm_is_as_large_as_its_drag_and_frequency_say():
     told = diagnosed("held in a wave")
     (finding,) = told.findings
-    amplitude, frequency = (finding.parameters[name]["value"] for name in ("amplitude", "frequency"))
+    amplitude, frequency = (finding.parameters[name].value for name in ("amplitude", "frequency"))
     assert frequency == pytest.approx(0.965, abs=5e-4), "a twentieth of the resolution of 20 s"
     assert amplitude * (1 + told.recalibrated["cm"][0]) == pytest.approx(0.12 * 2, rel=0.03), "what a wave at rest shows is this product"
     assert told.proof.after < 0.022, "its drag is in the model: without the part that is not linear 2.9 % remain"

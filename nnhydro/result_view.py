@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from html import escape
 from typing import TYPE_CHECKING
 
-from nnhydro.report.sheet import Sheet
+from nnhydro.sheet import Sheet
 
 if TYPE_CHECKING:
     import pandas as pd
