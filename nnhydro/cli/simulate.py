@@ -15,7 +15,7 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     """Make a tow-tank campaign on paper.
 
     A recipe holds arm, motions, terms of the truth, controller, sensors and seed. Terms of the truth are the load terms of the models
-    (rigid_body, normal_drag, added_mass, friction, ...). In place of arm and terms, truth names the folder of a
+    (rigid_body, normal_drag, added_mass, coulomb_friction, ...). In place of arm and terms, truth names the folder of a
     model. Motions are tow, slew, rotation, fourier, file and steady (a grid of steady runs).
     """
     from nnhydro.simulation.campaign_writer import write_campaign

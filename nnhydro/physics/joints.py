@@ -31,13 +31,13 @@ def smooth_sign(rate: Tensor, width: float) -> Tensor:
     return torch.tanh(rate / width)
 
 
-def bent_sign(motion: Motion, joint: int, bending: float) -> Tensor:
-    """Return z (n,) of the contact of `joint` (from 1) that bends over `bending` rad, unbent at first; the sharp sign where that is 0."""
+def bent_sign(motion: Motion, joint: int, bending: float, width: float = DRY_WIDTH) -> Tensor:
+    """Return z (n,) of the contact of `joint` (from 1) that bends over `bending` rad, unbent at first; 0: tanh over `width` rad/s."""
     qd = motion.qd[:, joint - 1]
     if bending > 0 and motion.carried is not None:
         return _carried_sign(motion.carried, qd, f"contact/{joint}/{bending}", bending)
     if bending <= 0 or motion.steady or len(qd) < 2:
-        return smooth_sign(qd, DRY_WIDTH)
+        return smooth_sign(qd, width)
     between = (qd + torch.cat([qd[:1], qd[:-1]])) / 2  # mean rate since the sample before: z is that at the sample
     travel = torch.diff(motion.t, prepend=motion.t[:1]) * between.abs()
     return relax(torch.sign(between), travel / bending, torch.zeros(1, dtype=torch.float64))

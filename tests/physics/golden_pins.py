@@ -15,7 +15,7 @@ from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
 from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.bearing_friction import bearing_torque, petroff_torque
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
-from nnhydro.physics.loads.load_friction import load_torque
+from nnhydro.physics.loads.loaded_bearing import load_torque
 from nnhydro.physics.loads.normal_drag import NormalDrag, signed_square_integrals
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.seal_friction import seal_torque

@@ -1,21 +1,25 @@
 """Friction at the joints opposes their relative rotation and has the sizes of the document."""
 
+from dataclasses import replace
 from math import atanh, pi
 
+import numpy as np
 import pytest
 import torch
 from rigs import arm, assert_close
 
+from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.joints import DRY_WIDTH
 from nnhydro.physics.loads.bearing_friction import BearingFriction, bearing_torque
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
-from nnhydro.physics.loads.load_friction import LoadFrictionTerm, load_torque
+from nnhydro.physics.loads.loaded_bearing import LoadedBearing, load_torque
 from nnhydro.physics.loads.seal_friction import SealFriction, seal_torque
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion, tensor
 
-FRICTION = (BearingFriction, CoulombTerm, LoadFrictionTerm, SealFriction, ViscousTerm)
+FRICTION = (BearingFriction, CoulombTerm, LoadedBearing, SealFriction, ViscousTerm)
 
 
 def friction_torque(term, qd, **motion):
@@ -40,6 +44,19 @@ def test_coulomb_friction_is_constant_once_the_joint_turns():
     assert_close(friction_torque(term, [0.5]), tensor([[0.3]]))
     assert_close(friction_torque(term, [-3.0]), tensor([[-0.3]]))
     assert_close(friction_torque(term, [0.02 * atanh(0.5)]), tensor([[0.15]]))
+
+
+@pytest.mark.parametrize("bending", [(), (0.02,)])
+def test_the_hypothesis_of_coulomb_friction_is_the_load_term_at_its_joint(bending):
+    t = np.linspace(0.0, 4.0, 200)
+    states = Motion.at(0.3 * np.sin([3 * t, 2 * t]).T, [[0.9, 0.6]] * np.cos([3 * t, 2 * t]).T, 0.0)
+    flow = Flow(arm(2), replace(states, t=tensor(t), steady=False))
+    found = catalogue()["coulomb_friction"](joint=2, level=(0.3,), bending=bending)
+    term = CoulombTerm((0.0, 0.3), DRY_WIDTH, sum(bending))
+    assert torch.equal(found.torque(flow), term.torque(flow))
+    assert torch.equal(term.torque(flow)[:, 0], torch.zeros(200, dtype=torch.float64))
+    assert term.torque(flow)[:, 1].abs().max() > 0.29
+    assert (term.torque(flow)[0, 1] == 0.0) == bool(bending), "a contact is unbent at first"
 
 
 def test_viscous_friction_is_proportional_to_the_rate():
@@ -69,12 +86,12 @@ def test_a_bearings_slope_at_rest_is_finite():
 
 def test_the_terms_give_the_magnitudes_of_the_plain_formulas():
     assert_close(friction_torque(SealFriction((0.5,)), [1.0]), tensor([[seal_torque(0.5, 80.0, 0.01, 2)]]))
-    assert_close(friction_torque(LoadFrictionTerm((3e-4,)), [1.0]), tensor([[load_torque(3e-4, 0.4, 50.0, 2500.0, 0.03)]]))
+    assert_close(friction_torque(LoadedBearing((3e-4,)), [1.0]), tensor([[load_torque(3e-4, 0.4, 50.0, 2500.0, 0.03)]]))
     assert 0.02 < seal_torque(0.5, 80.0, 0.01, 2) < 0.08
 
 
 @pytest.mark.parametrize(("law", "option", "value"), [
-    (CoulombTerm, "v0_rad_s", 0.0), (BearingFriction, "viscosity_m2_s", -1e-6), (LoadFrictionTerm, "capacity_N", float("nan")),
+    (CoulombTerm, "v0_rad_s", 0.0), (BearingFriction, "viscosity_m2_s", -1e-6), (LoadedBearing, "capacity_N", float("nan")),
     (SealFriction, "lips", "two")])
 def test_an_option_that_makes_no_sense_is_refused_by_name(law, option, value):
     with pytest.raises(ModelError, match=f"{option} = .* must be a number above 0"):

@@ -43,7 +43,7 @@ def test_what_is_known_of_a_real_rig_is_named_and_nothing_else(name):
     for effects, joint, span in answer["must"]:
         right = [f for f in findings if alike(f) & set(effects) and f.law.joint in (joint, 0)]
         assert right, f"{effects} at joint {joint} is not named, but {[(f.effect, f.joint) for f in findings]}"
-        if span is not None and right[0].effect.id in effects:
+        if span is not None and right[0].effect in effects:
             low, high = next(iter(right[0].parameters.values())).ci95
             assert max(low, span[0]) <= min(high, span[1]), f"{effects}: {low} to {high}, known {span}"  # both are intervals
         findings = [f for f in findings if f not in right]

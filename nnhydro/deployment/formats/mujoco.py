@@ -20,6 +20,7 @@ from typing import Any, final
 from nnhydro.errors import ModelError, require
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.rigid_body import RigidBody
 
 
@@ -59,8 +60,9 @@ def _per_joint(key: str, symbol: str) -> Callable[[_Parts, Any], None]:
 
 def _friction(parts: _Parts, term: Any) -> None:
     _per_joint("frictionloss", "level")(parts, term)
-    if any(term.bending):
-        parts.lacks.append(f"dry friction at joint {term.joint}: MuJoCo's frictionloss does not bend before it slips")
+    if term.bending_rad if isinstance(term, CoulombTerm) else any(term.bending):
+        where = "" if isinstance(term, CoulombTerm) else f" at joint {term.joint}"
+        parts.lacks.append(f"dry friction{where}: MuJoCo's frictionloss does not bend before it slips")
 
 
 def _spring(parts: _Parts, term: Any) -> None:
@@ -82,7 +84,7 @@ def _drag(parts: _Parts, term: Any) -> None:
 HELD: dict[str, tuple[str, Callable[[_Parts, Any], None]]] = {
     "viscous_friction": ("joint damping", _per_joint("damping", "b")),
     "effect:viscous_friction": ("joint damping", _per_joint("damping", "coefficient")),
-    "coulomb_friction": ("joint frictionloss", _per_joint("frictionloss", "level")),
+    "coulomb_friction": ("joint frictionloss", _friction),
     "effect:coulomb_friction": ("joint frictionloss", _friction),
     "effect:rotor_inertia": ("joint armature", _per_joint("armature", "inertia")),
     "effect:umbilical_stiffness": ("joint stiffness and springref", _spring),

@@ -9,7 +9,8 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import MOST_BENDING, bent_sign, require_bending
+from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, require_bending
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 
 
 @effect
@@ -43,7 +44,7 @@ class CoulombFriction(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, 1)."""
-        z = bent_sign(flow.motion, self.joint, sum(self.bending))
+        z = CoulombTerm(self.level, DRY_WIDTH, sum(self.bending)).sign(flow.motion, self.joint)
         return at_joint(z[:, None], self.joint, flow.arm.n_links)
 
     def quantities(self) -> dict[str, Quantity]:

@@ -10,6 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, smooth_sign
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 
 
 @effect
@@ -42,9 +43,9 @@ class LoadFriction(InstrumentEffect):
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return |tau_j| sgn(qd_j) and sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
-        rate = seen.motion.qd[:, self.joint - 1]
-        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * smooth_sign(rate, SIGN_WIDTH)
-        shapes = torch.stack([load, *[smooth_sign(rate, DRY_WIDTH)] * len(self.level)], dim=1)
+        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * smooth_sign(seen.motion.qd[:, self.joint - 1], SIGN_WIDTH)
+        unloaded = [CoulombTerm(self.level, DRY_WIDTH).sign(seen.motion, self.joint)] if self.level else []
+        shapes = torch.stack([load, *unloaded], dim=1)
         return seen.as_read(at_joint(shapes, self.joint, seen.arm.n_links))
 
     def apply(self, seen: SensorView) -> Tensor:

@@ -32,7 +32,7 @@ Z = np.zeros(BASE.prior.F.shape[1])
 def finding(effect, activity=None, offset=0.0):
     """A finding that knows what a corrected model asks of it."""
     persists = activity is None or activity.persists
-    return SimpleNamespace(effect=effect, activity=activity, persists=persists, statement="said", offset=offset)
+    return SimpleNamespace(law=effect, effect=effect.id, activity=activity, persists=persists, statement="said", offset=offset)
 
 
 def rubs(joint=2, level=0.3):

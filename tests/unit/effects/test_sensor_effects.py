@@ -157,7 +157,7 @@ def test_a_clipping_that_seems_deeper_than_all_beyond_its_level_predicts_a_readi
 
 
 def test_a_corrected_model_holds_of_a_clipping_no_more_than_the_level():
-    assert _for_prediction(SimpleNamespace(effect=made("torque_saturation", arm(1), 1, share=(1.4,)), offset=0.0)).share == (1.0,)
+    assert _for_prediction(SimpleNamespace(law=made("torque_saturation", arm(1), 1, share=(1.4,)), offset=0.0)).share == (1.0,)
 
 
 def test_the_levels_of_clipping_are_shares_of_the_largest_torque():

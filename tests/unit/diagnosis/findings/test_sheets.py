@@ -3,7 +3,8 @@
 from nnhydro.diagnosis.findings.sheets import alternatives_sheet, parameters_sheet
 
 FINDING = {"effect": "coulomb_friction", "joint": 2, "parameters": {"level": {"value": 0.3, "unit": "N m", "ci95": [0.2, 0.4]}},
-           "rivals": [{"effect": "tip_drag", "joint": None, "support": 0.0001}, {"effect": "stribeck_friction", "joint": 2, "support": 0.2}]}
+           "rivals": [{"effect": "tip_drag", "joint": None, "support": 0.0001},
+                      {"effect": "stribeck_friction", "joint": 2, "support": 0.2}]}
 
 
 def test_every_parameter_has_a_row_with_its_interval_and_unit():

@@ -7,6 +7,7 @@
     C_0     static capacity [N];  d  pitch diameter [m]
 
 W is a constant of the rig here; f_1 takes up what differs from joint to joint. At the loads of a tank arm the torque is about 1e-4 N m.
+(The effect load_friction is another law: friction that grows with the torque that a joint carries.)
 Source: Rivera (1995), eq. 3-2-2 (print lost, restored from its symbols: Coulomb's law with the catalogue's load factor).
 """
 
@@ -27,10 +28,10 @@ def load_torque(f_1: float, c: float, W: float, C_0: float, d: float) -> float:
 
 @final
 @dataclass(frozen=True)
-class LoadFrictionTerm(LinearTerm):
+class LoadedBearing(LinearTerm):
     """Friction of bearings under a constant load, alike at all joints but for their factor f_1."""
 
-    kind: ClassVar[str] = "load_friction"
+    kind: ClassVar[str] = "loaded_bearing"
     f_1: Values = parameter("1", 3e-4, (0.0, 1.0), "load factor of the catalogue; takes up all bearings of the joint", per="joint")
     c: float = 0.4
     load_N: float = 50.0
