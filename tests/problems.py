@@ -45,10 +45,11 @@ class Law:
         return self.sense(values)
 
 
-def law(name, width=1, joint=0, family=None, standard=False, **keys):
+def law(name, width=1, joint=0, family=None, standard=False, predictable_share=1.0, **keys):
     """The law `name`, of a family of its own."""
     signature = SimpleNamespace(mistaken_for=(), depends_on=("qd",))
-    card = SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, general=False, signature=signature)
+    card = SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, general=False, signature=signature,
+                           predictable_share=predictable_share)
     return Law(card, width, **keys)
 
 
@@ -65,7 +66,7 @@ def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):
     flat = Y.reshape(n * joints, p)
     excess = y - (flat @ np.linalg.lstsq(flat, y.ravel())[0]).reshape(y.shape)
     return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], time=float(n), excess=excess,
-                           input_variance=np.zeros_like(y))
+                           input_variance=np.zeros_like(y), baseline=SimpleNamespace(is_physics=True))
 
 
 def unknown(of, seed=1, m=3):

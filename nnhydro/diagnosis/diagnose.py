@@ -125,11 +125,6 @@ def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> Sea
     return SearchedCampaign(design, noise, search, decide(search, best, seed), model, search.score(()))
 
 
-def _recalibration(model: StripTheory) -> dict[str, list[float]]:
-    pairs = (("cd", "normal_drag", "C_D"), ("cm", "added_mass", "C_M"))
-    return {key: list(getattr(model.loads.terms[term], symbol)) for key, term, symbol in pairs if term in model.loads.terms}
-
-
 @one_thread()
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
              without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
@@ -170,7 +165,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     return DiagnosisResult(before, corrected, base.name, time.perf_counter() - start,
                            _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
                            _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following,
-                           _recalibration(base.at(z_before)), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+                           base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
 def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:

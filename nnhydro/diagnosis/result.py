@@ -17,6 +17,7 @@ from nnhydro.wording import percent
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
 SHOWN = 4  # names of recordings in a sentence
+RECALIBRATED = 1.1  # times the error with masses and coefficients fitted: from there on the verdict tells what their fit changes
 TOO_NOISY = 1 / 3  # of the torque: above such a noise floor nothing is said to be complete
 
 
@@ -51,10 +52,11 @@ class DiagnosisResult:
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
+        given = {} if self.proof.as_given is None else {"error_as_given": self.proof.as_given}
         rehearsal = {} if self.rehearsal is None else {"rehearsal": self.rehearsal}
         return {"schema": SCHEMA, "baseline": self.baseline_name, "seconds": round(self.seconds, 2),
                 "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
-                             "noise_floor": self.noise_floor, "scale": self.proof.scale},
+                             "noise_floor": self.noise_floor, "scale": self.proof.scale, **given},
                 "decisions": [decision.document() for decision in self.decisions],
                 "other_bands": [band.document() for band in self.other_bands],
                 "location": [place.document() for place in self.location] if self.detected else [],
@@ -83,7 +85,17 @@ class DiagnosisResult:
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
-        return self.baseline.arm.text(self._findings_text() if self.findings else self._no_finding_text())
+        return self.baseline.arm.text((self._findings_text() if self.findings else self._no_finding_text()) + self._simulation())
+
+    def _simulation(self) -> str:
+        """What recalibration beside the user's own simulation does, as a sentence; empty for physics of ours, or where it does nothing."""
+        given = self.proof.as_given
+        if given is None or given < RECALIBRATED * self.proof.before:
+            return ""
+        changes = [f"{symbol} changes by {', '.join(f'{x:+.2f}' for x in self.recalibrated[key])}"
+                   for key, symbol in (("cd", "C_D"), ("cm", "C_M")) if key in self.recalibrated]
+        return (f" The simulation as it is errs by {percent(given)}; masses and coefficients fitted beside it leave "
+                f"{percent(self.proof.before)}{': ' if changes else ''}{', '.join(changes)}.")
 
     def _findings_text(self) -> str:
         following = "" if self.following is None else f" {self.following.statement()}"

@@ -2,7 +2,8 @@
 
 A member k of the best set S is claimed if
     1. it gains more than LEAST_GAIN, than chance does in this campaign, and than FORM^2 of what the largest claim gains: that much may be
-       the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, FORM^2 max_l gain_l)
+       the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, max_l max(FORM, 1 - p_l)^2 gain_l)
+       where p_l is the share of l's torque that can be predicted at all (its card: what rings, clips or crosses a gap),
        and FORM of what a larger one gains for which its card may be taken, unless it is a standard term that every joint has: what another
        form leaves looks like it first
     2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
@@ -104,14 +105,18 @@ def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
 
 
 def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> list[float]:
-    """What each member must gain not to be another's form: FORM^2 of the other's gain, FORM where cards take one for the other."""
+    """What each member must gain not to be another's form: FORM^2 of the other's gain, FORM where cards take one for the other.
+
+    Of a law that can be predicted in part only, the form is the rest.
+    """
     gains = [search.gain(rest, now) for rest in rests]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
     bars = []
     for i, effect in enumerate(effects):
         alike = [gains[j] for j, other in enumerate(effects) if j != i and gains[j] > gains[i] and not effect.standard
                  and (other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for)]
-        bars.append(max(FORM**2 * max(gains), FORM * max(alike, default=0.0)))
+        missed = [max(FORM, 1 - other.predictable_share) ** 2 * gains[j] for j, other in enumerate(effects) if j != i]
+        bars.append(max(*missed, FORM**2 * gains[i], FORM * max(alike, default=0.0)))
     return bars
 
 

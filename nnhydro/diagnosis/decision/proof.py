@@ -41,6 +41,7 @@ class Proof:
     scale: str = "measured torque"
     held_out: str = "recordings"  # what was held out: stretches where recordings are few, rows of steady tables
     folds: list[tuple[float, float]] = field(default_factory=list)
+    as_given: float | None = None  # error of a simulation beside which nothing is recalibrated; physics of ours has none
 
 
 def states(segment: Segment) -> dict[str, Array]:
@@ -121,8 +122,9 @@ def prove(search: Search, found: ScoredSet, model: StripTheory, seed: int) -> Pr
         part = before if not rest.chosen else _in_time(
             design, design.y - _predict(search, rest, _predictable_columns(search, rest, model), fold))
         without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
+    given = None if design.baseline.is_physics else float(sum(np.abs(x).sum() for x in _in_time(design, design.y))) / max(divisor, 1e-300)
     return Proof(error["before"], error["after"], without, _residuals(design, before), _residuals(design, after),
-                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, _held_out(search, found))
+                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, _held_out(search, found), as_given=given)
 
 
 def _held_out(search: Search, found: ScoredSet) -> str:

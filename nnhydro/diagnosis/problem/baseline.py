@@ -98,6 +98,14 @@ class Baseline:
         """Return the physics with the parameters of `z` (r,)."""
         return replace(self.physics, loads=with_parameters(self.physics.loads, self.prior.mean + self.prior.F @ z))
 
+    def recalibration(self, z: Array) -> dict[str, list[float]]:
+        """Return the coefficients of the water at `z` (r,), a value a link; beside a simulation, whose own are not known, their change."""
+        made, start = self.at(z).loads.terms, self.at(np.zeros(len(z))).loads.terms
+        pairs = (("cd", "normal_drag", "C_D"), ("cm", "added_mass", "C_M"))
+        return {key: [value - (0.0 if self.is_physics else before) for value, before in
+                      zip(getattr(made[term], symbol), getattr(start[term], symbol), strict=True)]
+                for key, term, symbol in pairs if term in made}
+
     def as_model(self, z: Array) -> TorqueModel:
         """Return the calibrated baseline as a model to be saved."""
         record = {"kind": "calibrated baseline of a diagnosis", "versions": versions()}

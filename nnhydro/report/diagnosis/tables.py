@@ -43,7 +43,9 @@ def location_sheet(document: Document) -> Sheet:
 
 def errors_sheet(document: Document) -> Sheet:
     """Return the error on recordings held out of the fit: baseline, corrected model, noise."""
-    rows = [("recalibrated baseline", document["mismatch"]["error"])]
+    given = document["mismatch"].get("error_as_given")
+    rows = [] if given is None else [("simulation as it is", given)]
+    rows.append(("recalibrated baseline", document["mismatch"]["error"]))
     if document["findings"]:
         rows.append(("corrected model", document["findings"][0]["heldout"]["error_after"]))
     if document["mismatch"]["noise_floor"] is not None:
@@ -53,12 +55,14 @@ def errors_sheet(document: Document) -> Sheet:
 
 
 def recalibrated_sheet(document: Document) -> Sheet | None:
-    """Return the baseline's recalibrated coefficients, a row a link; None where it has none."""
+    """Return the baseline's recalibrated coefficients, beside a simulation their changes, a row a link; None where it has none."""
     found = {name: values for name, values in (document.get("recalibrated") or {}).items() if values}
     if not found:
         return None
     links = max(len(values) for values in found.values())
     headings = {"cd": "C_D [-]", "cm": "C_M [-]"}
-    return Sheet("Recalibrated coefficients of the baseline (no missing physics)", (
+    own = document["mismatch"].get("error_as_given") is None
+    whose = "coefficients of the baseline" if own else "changes of the simulation's coefficients"
+    return Sheet(f"Recalibrated {whose} (no missing physics)", (
         Column("link", list(range(1, links + 1))),
         *(Column(headings.get(name, name), [*values, *[None] * (links - len(values))], "{:.3f}", name) for name, values in found.items())))

@@ -15,10 +15,11 @@ from nnhydro.diagnosis.unexplained.unexplained import Dependence, Remainder
 from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 
 
-def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0.03, learned=()):
+def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0.03, learned=(), as_given=None):
     lines = tuple(SimpleNamespace(sentence=lambda hum=hum: hum) for hum in hums)
     rest = Remainder(remains, 0.05, 0.5, p, tuple(learned), lines)
-    proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque", held_out="recordings")
+    proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque", held_out="recordings",
+                            as_given=as_given)
     place = Location(1, 1.0, "spread", {}, [0.0, 1.0], [])
     decisions = (Decision("backlash", 2, 3.14159, 4.6, False, "gains 3.1 nats beside the others (4.6 needed)"),)
     return DiagnosisResult(SimpleNamespace(arm=arm(1)), None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions,
@@ -34,6 +35,16 @@ def test_a_mismatch_is_detected_at_one_in_a_hundred_and_only_then_placed(p, dete
     assert told["next_experiment"] is None
     assert "rehearsal" not in told
     assert told["indistinguishable"] == []
+
+
+def test_a_simulation_that_recalibration_mends_is_told_with_its_own_error_and_with_what_changes():
+    """A simulation without added mass is no healthy one because C_M can be fitted beside it."""
+    told = diagnosis(0.5, as_given=0.31)
+    assert ("The simulation as it is errs by 31.0 %; masses and coefficients fitted beside it leave 20.0 %: C_D changes by +1.00."
+            in told.verdict())
+    assert told.document()["mismatch"]["error_as_given"] == 0.31
+    assert "simulation" not in diagnosis(0.5, as_given=0.2).verdict(), "there is nothing to tell where little changes"
+    assert "error_as_given" not in diagnosis(0.5).document()["mismatch"]
 
 
 class Told(SimpleNamespace):

@@ -100,6 +100,16 @@ def test_what_a_law_may_be_taken_for_must_gain_a_tenth_of_it_unless_every_joint_
     assert bars(standard=True) == pytest.approx(FORM**2)
 
 
+@pytest.mark.parametrize(("predictable", "share"), [(1.0, FORM**2), (0.8, 0.2**2), (0.5, 0.5**2)])
+def test_beside_a_law_of_which_a_part_alone_can_be_predicted_a_claim_must_gain_more_than_the_rest_could(predictable, share):
+    one = with_planted([1.0, 0.3], laws=(law("law_0", predictable_share=predictable), *LAWS[1:]))
+    both = one.score((0, 1))
+    rests = [one.score((1,)), one.score((0,))]
+    large, small = _form_bars(one, both, rests)
+    assert small == pytest.approx(share * one.gain(rests[0], both))
+    assert large == pytest.approx(FORM**2 * one.gain(rests[0], both)), "its own form is no bar to it"
+
+
 @pytest.mark.parametrize(("gains", "predicted"), [
     ([100.0, -3.0, 5.0, -4.0], True),  # the unknown foresees the others as well
     ([100.0, -30.0, 5.0, -4.0], False),

@@ -65,6 +65,14 @@ def test_where_nothing_is_driven_errors_are_shares_of_the_largest_part_of_the_mo
     assert found.scale == scale
 
 
+def test_a_simulation_has_an_error_of_its_own_before_anything_is_fitted_beside_it(one):
+    of = one.view.library.design
+    assert prove(one, one.score(()), None, 0).as_given is None, "physics of ours is always recalibrated"
+    of.baseline.is_physics = False
+    found = prove(one, one.score(()), None, 0)
+    assert found.as_given == pytest.approx(np.abs(of.y).sum() / np.abs(of.tau).sum())
+
+
 def test_the_proof_says_what_was_held_out(one):
     of = one.view.library.design
     assert prove(one, one.score((1,)), None, 0).held_out == "stretches of recordings", "its phase is known from its own recording alone"

@@ -47,6 +47,14 @@ def test_what_is_to_be_explained_is_the_torque_less_the_baseline_whatever_that_i
     assert np.sqrt((left**2).mean()) < 0.05 * np.sqrt((SEGMENT.tau**2).mean()), "the truth leaves noise"
 
 
+def test_beside_a_simulation_recalibration_is_told_as_a_change_since_its_own_coefficients_are_not_known():
+    z = 0.1 * np.random.default_rng(0).standard_normal(BASE.prior.F.shape[1])
+    own, beside = BASE.recalibration(z), replace(BASE, column=True).recalibration(z)
+    start = BASE.at(np.zeros(len(z))).loads.terms
+    assert own["cd"] == pytest.approx(np.add(beside["cd"], start["normal_drag"].C_D))
+    assert own["cm"] == pytest.approx(np.add(beside["cm"], start["added_mass"].C_M))
+
+
 def test_parameters_move_from_their_mean_by_what_they_are_known_to():
     z = np.zeros(BASE.prior.F.shape[1])
     moved = BASE.at(z + np.eye(len(z))[0]).loads
