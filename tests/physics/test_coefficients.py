@@ -14,7 +14,7 @@ from nnhydro.physics.coefficients.law import StripState, factors, law_kinds, law
 from nnhydro.physics.coefficients.parallel_distance import proximity
 from nnhydro.physics.coefficients.table import interpolate, interpolate_log
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.loads.travel_drag import StateDrag
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.travel.state_model import state_loads
 

@@ -8,8 +8,8 @@ from nnhydro.physics.coefficients import aspect_ratio, keulegan_carpenter, reyno
 from nnhydro.physics.coefficients.law import law_of
 from nnhydro.physics.coefficients.parallel_distance import proximity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.loads.state_added_mass import StateAddedMass
-from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.loads.travel_added_mass import StateAddedMass
+from nnhydro.physics.loads.travel_drag import StateDrag
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.travel.state_model import bspline_loads, state_loads
 

@@ -12,11 +12,9 @@ from nnhydro.physics.coefficients.travel_spline import KNOTS, basis, cardinal_ma
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_kinds
 from nnhydro.physics.loads.added_mass import AddedMass
-from nnhydro.physics.loads.bspline_added_mass import BsplineAddedMass
-from nnhydro.physics.loads.bspline_drag import BsplineDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.loads.state_added_mass import StateAddedMass
-from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.loads.travel_added_mass import BsplineAddedMass, StateAddedMass
+from nnhydro.physics.loads.travel_drag import BsplineDrag, StateDrag
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.travel.state_model import bspline_loads, state_loads
 

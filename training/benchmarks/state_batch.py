@@ -18,8 +18,8 @@ from nnhydro.deployment.compiled.torque import compile_model
 from nnhydro.models.baselines import baseline
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.coefficients.travel_spline import cardinal_matrix
-from nnhydro.physics.loads.state_added_mass import StateAddedMass
-from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.loads.travel_added_mass import StateAddedMass
+from nnhydro.physics.loads.travel_drag import StateDrag
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.runtime.files import write_json

@@ -21,10 +21,8 @@ from nnhydro.errors import require
 from nnhydro.fitting.linear.variable_projection import Reduced, solve
 from nnhydro.physics.coefficients.travel_bspline import bends
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.bspline_added_mass import BsplineAddedMass
-from nnhydro.physics.loads.bspline_drag import BsplineDrag
-from nnhydro.physics.loads.state_added_mass import StateAddedMass
-from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.loads.travel_added_mass import BsplineAddedMass, StateAddedMass
+from nnhydro.physics.loads.travel_drag import BsplineDrag, StateDrag
 
 Array = NDArray[np.float64]
 WEIGHTS: Final = np.geomspace(1e-8, 1e2, 41)

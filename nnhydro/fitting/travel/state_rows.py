@@ -17,9 +17,8 @@ from torch import Tensor
 from nnhydro.physics.coefficients.travel_spline import KNOTS, cardinal_matrix
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.state_added_mass import StateAddedMass
-from nnhydro.physics.loads.state_at_rest import StateAtRest
-from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.loads.travel_added_mass import StateAddedMass, StateAtRest
+from nnhydro.physics.loads.travel_drag import StateDrag
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.state_model import with_tau_s
 

@@ -14,12 +14,9 @@ from torch import Tensor
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm
-from nnhydro.physics.loads.bspline_added_mass import BsplineAddedMass
-from nnhydro.physics.loads.bspline_drag import BsplineDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.loads.state_added_mass import StateAddedMass
-from nnhydro.physics.loads.state_at_rest import StateAtRest
-from nnhydro.physics.loads.state_drag import StateDrag
+from nnhydro.physics.loads.travel_added_mass import BsplineAddedMass, StateAddedMass, StateAtRest
+from nnhydro.physics.loads.travel_drag import BsplineDrag, StateDrag
 from nnhydro.physics.travel.term import TravelTerm
 from nnhydro.recordings.arm import Arm
 
