@@ -1,5 +1,6 @@
-"""A sheet: a titled table with raw values and the way each column is written, for the terminal, for a page and as a data frame."""
+"""Results for people: a sheet is a titled table for the terminal, a page or a data frame; a result shows its verdict and its sheets."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -101,3 +102,33 @@ class Sheet:
                        + "</tr>" for row in self.rows())
         caption = f"<caption>{escape(self.title)}</caption>" if self.title else ""
         return f'<div class="wide"><table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+STYLE = ".nnhydro table{border-collapse:collapse}.nnhydro td,.nnhydro th{padding:.1em .7em;text-align:right}" \
+        ".nnhydro caption{text-align:left;font-weight:bold;padding:.4em .7em}.nnhydro .words{text-align:left}"
+
+
+class ResultView(ABC):
+    """A result that shows itself. `sheets()` are its tables, the first is its data frame; `verdict()` is one sentence."""
+
+    @abstractmethod
+    def verdict(self) -> str:
+        """Return the result in one sentence."""
+
+    @abstractmethod
+    def sheets(self) -> tuple[Sheet, ...]:
+        """Return the tables, the most telling first."""
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Return the first table as a data frame of raw numbers: SI units, shares as fractions of 1."""
+        return self.sheets()[0].frame()
+
+    def __repr__(self) -> str:
+        tables = [sheet.text() for sheet in self.sheets() if len(sheet)]
+        return "\n\n".join([f"{type(self).__name__}: {self.verdict()}", *tables])
+
+    def _repr_html_(self) -> str:
+        """Return the result for notebooks."""
+        tables = "".join(sheet.html() for sheet in self.sheets() if len(sheet))
+        said = f"<p><b>{escape(type(self).__name__)}</b>: {escape(self.verdict())}</p>"
+        return f"<div class='nnhydro'><style>{STYLE}</style>{said}{tables}</div>"

@@ -111,7 +111,7 @@ def test_libraries_stay_in_their_part_of_the_tree():
         if library(module) == "torch":
             assert level(module_of(path)) >= level("nnhydro.physics"), f"{where}: torch begins at physics"
         if library(module) == "pandas":
-            frames = place[:2] == ("recordings", "readers") or place[0] in ("sheet.py", "result_view.py", "report", "api")
+            frames = place[:2] == ("recordings", "readers") or place[0] in ("sheet.py", "report", "api")
             assert frames, f"{where}: pandas belongs to readers, sheets and report"
         if library(module) == "matplotlib":
             assert place[0] == "report", f"{where}: matplotlib belongs to report"

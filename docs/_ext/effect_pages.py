@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from nnhydro.effects.catalogue import catalogue
+from nnhydro.effects.catalogue import ACTS, card, catalogue
 from nnhydro.effects.effect import Effect
-from nnhydro.report.effects.effect_card import ACTS, card
 from nnhydro.report.effects.effect_figure import draw
 
 PARITY = {"odd": "gives the mirrored torque", "even": "gives the same torque", "mixed": "gives a torque of its own: it has a direction"}

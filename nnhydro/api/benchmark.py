@@ -11,9 +11,8 @@ from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.benchmark.page import write_benchmark
 from nnhydro.report.benchmark.tables import benchmark_sheets, models_sheet, recordings_sheet
-from nnhydro.result_view import ResultView
 from nnhydro.runtime.workers import HERE, Workers
-from nnhydro.sheet import Sheet
+from nnhydro.sheet import ResultView, Sheet
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,9 +8,8 @@ from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.survey import Survey
 from nnhydro.report.survey_table import oddities_sheet, recordings_sheet, tips_sheet, verdict
-from nnhydro.result_view import ResultView
 from nnhydro.runtime.workers import HERE, Workers
-from nnhydro.sheet import Sheet
+from nnhydro.sheet import ResultView, Sheet
 
 
 @final

@@ -14,8 +14,7 @@ from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis.page import write_diagnosis
 from nnhydro.report.diagnosis.tables import errors_sheet, findings_sheet, location_sheet
-from nnhydro.result_view import ResultView
-from nnhydro.sheet import Sheet
+from nnhydro.sheet import ResultView, Sheet
 
 
 @final

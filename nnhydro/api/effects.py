@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
+from nnhydro.effects.catalogue import ACTS, card, load_plugin
 from nnhydro.effects.catalogue import catalogue as known
-from nnhydro.effects.catalogue import load_plugin
 from nnhydro.effects.effect import Effect
-from nnhydro.report.effects.effect_card import ACTS, card
-from nnhydro.result_view import ResultView
-from nnhydro.sheet import Column, Sheet
+from nnhydro.sheet import Column, ResultView, Sheet
 
 
 @final

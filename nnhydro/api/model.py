@@ -22,9 +22,8 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
-from nnhydro.result_view import ResultView
 from nnhydro.runtime.files import write_own
-from nnhydro.sheet import Sheet
+from nnhydro.sheet import ResultView, Sheet
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from nnhydro.conventions import TIME, column, joint_text
 from nnhydro.models import prediction
 from nnhydro.models.prediction import write_prediction
-from nnhydro.result_view import ResultView
-from nnhydro.sheet import Column, Sheet
+from nnhydro.sheet import Column, ResultView, Sheet
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -28,7 +28,7 @@ def benchmark(
 
     Every model is fitted to some recordings and tested on the others; the protocol says which are held out.
     """
-    from nnhydro.cli.terminal.benchmark import print_benchmark
+    from nnhydro.cli.terminal.output import print_benchmark
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.evaluation.benchmark import benchmark as compare
     from nnhydro.evaluation.entries import default_names

@@ -25,7 +25,7 @@ def demo(
     Trains a network and a hybrid, and compares them with the physics on recordings held out of every fit. Then finds the effect that is
     hidden in a second campaign.
     """
-    from nnhydro.cli.terminal.benchmark import print_benchmark
+    from nnhydro.cli.terminal.output import print_benchmark
     from nnhydro.diagnosis.findings.sheets import parameters_sheet
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet
 

@@ -23,8 +23,7 @@ def gains(
     from nnhydro.errors import require
     from nnhydro.models.gains.sweeps import Around, document, sweeps
     from nnhydro.models.storage import load_model
-    from nnhydro.report.models.gain_figure import gain_figure
-    from nnhydro.report.models.gain_table import gain_rows, gain_verdict
+    from nnhydro.report.models.gains import gain_figure, gain_rows, gain_verdict
     from nnhydro.runtime.files import check_folder, json_text, whole_folder
 
     try:

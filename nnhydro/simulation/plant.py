@@ -15,7 +15,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.dynamics.travel_terms import fast_stepper
+from nnhydro.dynamics.joint_model import fast_stepper
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.carried import Memory, StepMemory
 from nnhydro.physics.flow import Flow

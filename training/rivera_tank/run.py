@@ -15,7 +15,7 @@ import yaml
 from table import earlier, page
 
 import nnhydro
-from nnhydro.cli.terminal.benchmark import print_benchmark
+from nnhydro.cli.terminal.output import print_benchmark
 from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.recordings.campaign import open_campaign, open_campaigns
 from nnhydro.runtime.files import write_json, write_text

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from textwrap import fill
 
 from nnhydro.cli.terminal.output import say
+from nnhydro.effects.catalogue import ACTS
 from nnhydro.effects.effect import Effect, InstrumentEffect
-from nnhydro.report.effects.effect_card import ACTS
 
 WIDTH = 100
 WIDE = 200  # of tables when the output is piped

@@ -13,6 +13,7 @@ import typer
 from nnhydro.sheet import Sheet
 
 if TYPE_CHECKING:
+    from nnhydro.evaluation.benchmark import BenchmarkResult
     from nnhydro.recordings.campaign import Campaign
 
 # work that can be shared out: runtime/workers.py, docs/cluster.md
@@ -126,3 +127,12 @@ def emit(document: Any) -> None:
     from nnhydro.runtime.files import json_text
 
     typer.echo(json_text(document), nl=False)
+
+
+def print_benchmark(result: "BenchmarkResult", written: Sequence[Path], following: str) -> None:
+    """Print the tables, the verdict in a sentence, what was `written` and the next command."""
+    from nnhydro.report.benchmark.tables import benchmark_sheets
+
+    for sheet in benchmark_sheets(result):
+        show(sheet)
+    conclude(result.verdict(), written, following)

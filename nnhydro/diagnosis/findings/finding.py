@@ -24,8 +24,7 @@ from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
 from nnhydro.diagnosis.search.values import quantity_intervals, values_of
 from nnhydro.effects.catalogue import catalogue
-from nnhydro.result_view import ResultView
-from nnhydro.sheet import Sheet
+from nnhydro.sheet import ResultView, Sheet
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.dynamics.dynamics import Dynamics
-from nnhydro.dynamics.travel_terms import fast_stepper
+from nnhydro.dynamics.joint_model import fast_stepper
 from nnhydro.errors import ConfigError, ModelError, require
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.carried import Memory, StepMemory

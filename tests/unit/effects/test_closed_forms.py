@@ -40,8 +40,7 @@ def bent(k, p, k2, k3):
 def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_there_as_its_slope():
     k, rest, hardening = 0.8, 0.3, 0.15  # k (d + 0.15 d^3), d = q - rest, multiplied out
     hose = bent(k * (1 + 3 * hardening * rest**2), -k * (rest + hardening * rest**3), -3 * k * hardening * rest, k * hardening)
-    q = np.linspace(-2, 2, 9)
-    d = q - rest
+    d = (q := np.linspace(-2, 2, 9)) - rest
     np.testing.assert_allclose(hose.torque(Flow(arm(1), steady(q[:, None])))[:, 0], k * (d + hardening * d**3), atol=1e-12)
     format_quantity = hose.quantities()
     assert (format_quantity["stiffness"].value, format_quantity["rest_angle"].value) == (pytest.approx(k), pytest.approx(rest))
