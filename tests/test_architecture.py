@@ -20,7 +20,7 @@ ORDER = ("runtime", "recordings", "physics", "effects", "features", "models", "d
          "evaluation", "simulation", "blind_tests", "diagnosis", "report", "api", "cli")
 # inside diagnosis: what decides sees what is modelled, never the other way round
 FLOORS = ("constants", "problem", "model", "noise", "search", "calibration", "decision", "findings", "calibration.rehearsal",
-          "unexplained", "experiment", "corrected_model", "trained_on", "result", "diagnose", "options", "calibration.power")
+          "unexplained", "experiment", "corrected_model", "result", "diagnose", "calibration.power")
 # these import nothing of diagnosis: anybody may cite them
 LEAVES = ("nnhydro.diagnosis.unexplained.residual_location", "nnhydro.diagnosis.experiment.rig_limits")
 DATA = ("demo",)  # folders that hold files, not modules

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any, final
 
 from nnhydro.api.model import Model
+from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.findings.sheets import parameters_sheet
-from nnhydro.diagnosis.options import DiagnosisOptions
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.report.diagnosis.page import write_diagnosis

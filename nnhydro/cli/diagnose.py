@@ -122,9 +122,9 @@ def diagnose(
     Says whether model and recordings differ, and where. Names the missing effect, its size, and the error of the corrected model.
     """
     from nnhydro.cli.terminal.progress import steps_on_screen
+    from nnhydro.diagnosis.diagnose import DiagnosisOptions
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
     from nnhydro.diagnosis.findings.sheets import parameters_sheet
-    from nnhydro.diagnosis.options import DiagnosisOptions
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
     from nnhydro.report.diagnosis.page import RESULT, SHOWN, write_diagnosis

@@ -1,6 +1,9 @@
 """The baseline with every finding as one more term or as a fault of the instruments: what is claimed is in the model, always."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,13 +11,19 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
+from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
 from nnhydro.fitting.identify import versions, with_parameters
+from nnhydro.models.domain import DOMAIN, domain_of
+from nnhydro.models.seen import SEEN, seen_campaign
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.segment import Segment
+from nnhydro.recordings.splitting import Unit
 
 Array = NDArray[np.float64]
 
@@ -67,3 +76,22 @@ def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: 
     plain = StripTheory(before.arm, before.preparation, {}, baseline.name,
                         with_parameters(baseline.physics.loads, baseline.prior.mean))
     return CorrectedSimulation(model.arm, model.preparation, model.fit, baseline.simulated, plain, model)
+
+
+def _units(problem: Problem) -> tuple[Unit, ...]:
+    """Every recording with all its stretches, and every steady table."""
+    parts: dict[int, list[Segment]] = {}
+    for stretch in problem.stretches:
+        parts.setdefault(stretch.group, []).append(stretch.segment)
+    return tuple(Unit(found[0].recording, found[0].recording, found[0].steady, partial(tuple, found)) for found in parts.values())
+
+
+def trained_on(campaign: Campaign, problem: Problem, known: TorqueModel) -> dict[str, Any]:
+    """Return what a model's record says that was made from `problem`: what it has seen, the model `known` included, and its domain."""
+    domain = domain_of(_units(problem), problem.arm)
+    return {SEEN: seen_campaign(campaign, known, names=problem.names), DOMAIN: None if domain is None else domain.document()}
+
+
+def with_record(model: TorqueModel, record: dict[str, Any]) -> TorqueModel:
+    """Return `model` with `record` in what it says of how it came about."""
+    return replace(model, fit={**model.fit, **record})

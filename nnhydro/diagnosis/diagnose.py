@@ -13,11 +13,10 @@ import numpy as np
 
 from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
-from nnhydro.diagnosis.corrected_model import corrected_model
-from nnhydro.diagnosis.decision.decide import Claims, decide
+from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
+from nnhydro.diagnosis.decision.decide import Claims, decide, withdraw_useless
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
 from nnhydro.diagnosis.decision.proof import noise_error
-from nnhydro.diagnosis.decision.withdrawal import withdraw_useless
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import replace_by_simpler, replace_special_laws
@@ -25,8 +24,7 @@ from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
-from nnhydro.diagnosis.noise.calibrated import NOISE_ROUNDS, calibrated_noise
-from nnhydro.diagnosis.noise.spectrum import Noise, reestimate
+from nnhydro.diagnosis.noise.spectrum import NOISE_ROUNDS, Noise, calibrated_noise, reestimate
 from nnhydro.diagnosis.problem.design import Design, design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
@@ -39,7 +37,6 @@ from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
 from nnhydro.diagnosis.search.starts import extra_starts
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
-from nnhydro.diagnosis.trained_on import trained_on, with_record
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
 from nnhydro.errors import NnhydroError
@@ -166,6 +163,23 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
                            _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
                            _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following,
                            base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+
+
+@final
+@dataclass(frozen=True)
+class DiagnosisOptions:
+    """The choices of a diagnosis with their defaults: one object for Python, the command line and batches."""
+
+    baseline: str | None = None  # a physics model by name, a model folder, or "column"; constant, or rigid where dry
+    seed: int = 0  # of subsets of recordings and of null draws
+    cutoff_hz: float | None = None  # from the data
+    without: tuple[str, ...] = ()  # effects that are taken out of the catalogue
+    rehearsals: int = 0  # draws of each finding and of each alternative that calibrate the confidence
+    limits: Limits | None = None  # what the rig can do; the ranges of the recordings
+
+    def diagnose(self, campaign: Campaign, progress: Callable[[str], None] = lambda line: None) -> DiagnosisResult:
+        """Return the diagnosis of `campaign` with these choices; raises as `diagnose`."""
+        return diagnose(campaign, **vars(self), progress=progress)
 
 
 def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:

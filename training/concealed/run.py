@@ -78,7 +78,7 @@ def line(told) -> str:
 def scored(suite: Path, workers, without: str = "") -> dict:
     """Return the score of a suite, its campaigns diagnosed where they are not yet; it ends where one cannot be diagnosed."""
     from nnhydro.blind_tests.reveal import read_suite, reveal
-    from nnhydro.diagnosis.options import DiagnosisOptions
+    from nnhydro.diagnosis.diagnose import DiagnosisOptions
     from nnhydro.report.diagnosis.batch import DiagnosisRequest, diagnose_all
 
     found, out = RUNS / f"{suite.name}_diagnoses{'_without_' + without if without else ''}", left_out(suite, without)

@@ -26,8 +26,7 @@ from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.model.unknown import unknown_of
-from nnhydro.diagnosis.noise.calibrated import FIRST_SIZE, calibrated_noise
-from nnhydro.diagnosis.noise.spectrum import Noise
+from nnhydro.diagnosis.noise.spectrum import FIRST_SIZE, Noise, calibrated_noise
 from nnhydro.diagnosis.problem.design import Design, design_on, relevant_share
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of

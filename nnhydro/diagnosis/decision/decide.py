@@ -18,20 +18,23 @@ Members that fail leave the set, the one that gains least first, and the others 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, PRECISE
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.decision.proof import Proof, prove
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import says_nothing, values_of
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.wording import percent
 
 Array = NDArray[np.float64]
 
@@ -152,3 +155,30 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
         if statistic <= needed:
             return Decision(effect, joint, statistic, needed, False, reason)
     return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, also on recordings that the fit has not seen")
+
+
+def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
+    """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them.
+
+    A claim with which held-out recordings are predicted no better is withdrawn: nobody could act on it. One by one the claim goes without
+    which the error E is lowest, as long as E does not rise without it. Then all go where together they lower E by less than RELEVANT of it.
+    Raises nothing.
+    """
+    while True:
+        proof = prove(search, decided.claimed, model, seed)
+        without = {k: proof.without[search.key(k)] for k in decided.claimed.chosen}
+        worst = min(without, key=lambda k: without[k], default=None)
+        if worst is None:
+            return decided, proof
+        burden = without[worst] <= proof.after
+        useless = proof.before - proof.after < RELEVANT * proof.before
+        if not burden and not useless:
+            return decided, proof
+        reason = (f"errors on {proof.held_out} held out go from {percent(without[worst] if burden else proof.before)} to "
+                  f"{percent(proof.after)} with it: nobody could act on it")
+        gone = (worst,) if burden else decided.claimed.chosen
+        keys = set(map(search.key, gone))
+        decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
+                          for d in decided.decisions)
+        decided = Claims(search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
+                         {k: share for k, share in decided.shares.items() if k not in gone})

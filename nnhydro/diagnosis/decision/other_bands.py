@@ -14,8 +14,7 @@ import numpy as np
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.unknown import unknown_of
-from nnhydro.diagnosis.noise.calibrated import calibrated_noise
-from nnhydro.diagnosis.noise.spectrum import reestimate
+from nnhydro.diagnosis.noise.spectrum import calibrated_noise, reestimate
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import problem_of

@@ -21,7 +21,10 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NU
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes
+from nnhydro.diagnosis.model.unknown import Unknown
 from nnhydro.diagnosis.problem.design import Design
+from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -176,3 +179,23 @@ def reestimate(design: Design, noise: Noise, whitened: WhiteRows, columns: Colum
         there = below > 0
         sigma2[:, j] /= np.exp(np.average(np.log(sigma2[there, j]), weights=below[there])) if there.any() else 1.0
     return Noise(bands, noise.group, S, sigma2, noise.form)
+
+
+FIRST_SIZE = 0.1  # of the unknown, from which its sizes are climbed
+NOISE_ROUNDS = 3
+
+
+def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, WhiteRows, Sizes, StripTheory]:
+    """Return the noise beside the unknown alone, the rows whitened by it, the unknown's sizes, and the baseline calibrated so.
+
+    The rows keep the smooth unknown; the constant of steady tables serves the noise alone.
+    """
+    noise, sizes = first_noise(design), None
+    for _ in range(NOISE_ROUNDS):
+        whitened = WhiteRows(design, unknown, noise.v)
+        _, sizes = fit_sizes(whitened, None, Sizes.even(whitened, FIRST_SIZE) if sizes is None else sizes)
+        noise = reestimate(design, noise, whitened, None, sizes.vector(whitened))
+    whitened = WhiteRows(design, unknown.smooth, noise.v)
+    assert sizes is not None
+    fit, sizes = fit_sizes(whitened, None, Sizes(sizes.tau[:, : len(whitened.unknown.names)]))
+    return noise, whitened, sizes, design.baseline.at(design.baseline.within(fit.mean[: whitened.p]))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
-from nnhydro.diagnosis.options import DiagnosisOptions
+from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.effects.catalogue import load_plugin
 from nnhydro.errors import NnhydroError
 from nnhydro.recordings.campaign import verify_campaign

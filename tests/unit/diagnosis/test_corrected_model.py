@@ -6,23 +6,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
-from campaigns import planted, recording
+from campaigns import GIVEN, planted, recording
+from campaigns import campaign as recorded
 from diagnosed import ARM as ONE
 from diagnosed import FRICTION, campaign, diagnosed, dry, named
 from rigs import arm
 
-from nnhydro.diagnosis.corrected_model import _term_name, corrected_model
+from nnhydro.diagnosis.corrected_model import _term_name, corrected_model, trained_on, with_record
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
+from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.in_sector import InSector
 from nnhydro.fitting.linear.prior import Prior
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.prediction import predict
+from nnhydro.models.seen import seen_names, unseen_units
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.splitting import units
 
 ARM = arm(2)
 BASE = baseline_of("constant", ARM, (), Preparation(None))
@@ -134,3 +138,36 @@ def test_the_baseline_is_refitted_beside_findings_and_where_it_stands_beside_ano
     after = model if ours else model.after
     told = torch.cat([term.linear_values() for term in after.loads.linear().values()]).numpy()
     np.testing.assert_allclose(told, mean + F @ z)
+
+
+SINGLE = arm(1)
+WHOLE = recorded(SINGLE, planted(SINGLE), count=4)
+
+
+def model(seen=()):
+    return StripTheory(SINGLE, GIVEN, {"seen": list(seen), "kind": "calibrated"}, "constant", planted(SINGLE))
+
+
+def test_a_model_has_seen_the_recordings_that_were_studied_and_no_other():
+    record = trained_on(WHOLE, problem_of(WHOLE, ("run0", "run2"), 3.0), model())
+    made = with_record(model(), record)
+    assert seen_names(made, WHOLE) == ("run0", "run2")
+    assert [unit.name for unit in unseen_units(made, units(WHOLE, GIVEN))] == ["run1", "run3"]
+    assert made.fit["kind"] == "calibrated", "what the record said before stays"
+
+
+def test_what_the_known_model_has_seen_is_seen():
+    before = trained_on(WHOLE, problem_of(WHOLE, ("run3",), 3.0), model())["seen"]
+    record = trained_on(WHOLE, problem_of(WHOLE, ("run0",), 3.0), model(before))
+    assert seen_names(with_record(model(), record), WHOLE) == ("run0", "run3")
+
+
+def test_of_a_model_of_unknown_origin_nobody_knows_what_it_has_seen():
+    record = trained_on(WHOLE, problem_of(WHOLE, ("run0",), 3.0), SimpleNamespace(fit={}))
+    assert record["seen"] is None
+
+
+def test_the_record_says_where_the_model_may_be_used():
+    slow, all_ = (trained_on(WHOLE, problem_of(WHOLE, names, 3.0), model())["domain"] for names in (("run0",), WHOLE.names))
+    assert slow is not None
+    assert slow != all_, "more recordings cover more"

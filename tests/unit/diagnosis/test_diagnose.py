@@ -2,12 +2,16 @@
 
 import json
 import math
+from inspect import signature
 
 import numpy as np
 import pytest
 from diagnosed import FRICTION, campaign, diagnosed, named
 
+from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.constants import LISTED
+from nnhydro.diagnosis.diagnose import DiagnosisOptions
+from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.models.baselines import BASELINES
 
@@ -331,3 +335,19 @@ def test_a_cut_off_that_is_given_is_the_edge_of_the_band():
     assert told.checks["band_hz"] == 2.0
     assert named(told) == set()
     assert np.isfinite(told.noise_floor)
+
+
+TAKEN = signature(engine.diagnose).parameters
+
+
+@pytest.mark.parametrize("name", list(vars(DiagnosisOptions())))
+def test_an_option_is_an_argument_of_the_diagnosis_with_the_same_default(name):
+    assert TAKEN[name].default == vars(DiagnosisOptions())[name]
+
+
+def test_every_choice_reaches_the_diagnosis(monkeypatch):
+    given = []
+    monkeypatch.setattr(engine, "diagnose", lambda campaign, **options: given.append((campaign, options)))
+    chosen = {"baseline": "textbook", "seed": 7, "cutoff_hz": 3.0, "without": ("backlash",), "rehearsals": 5, "limits": Limits()}
+    DiagnosisOptions(**chosen).diagnose("campaign", print)
+    assert given == [("campaign", {**chosen, "progress": print})]

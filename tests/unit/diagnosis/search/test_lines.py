@@ -11,7 +11,7 @@ from problems import search as rig_search
 from rigs import arm
 
 from nnhydro.diagnosis.model.unknown import unknown_of
-from nnhydro.diagnosis.noise.calibrated import calibrated_noise
+from nnhydro.diagnosis.noise.spectrum import calibrated_noise
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
