@@ -1,11 +1,14 @@
-"""A figure on disk: the same picture as PNG and SVG, and beside them a CSV of exactly what is drawn."""
+"""A figure on disk and in a page: one drawing as PNG, as SVG and in HTML, and beside the files a CSV of exactly what is drawn."""
 
 import csv
-from io import StringIO
+import re
+from io import BytesIO, StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import numpy as np
+from markupsafe import Markup, escape
 
 from nnhydro.runtime.files import write_text
 
@@ -15,6 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 KINDS = (".png", ".svg")
+SVG: dict[Any, Any] = {"svg.hashsalt": "nnhydro", "svg.fonttype": "none"}  # same figure, same file; its text stays text
+# a page's colours follow its theme: ink, the models' and the grid's
+THEME = {"#111111": "currentColor", "#000000": "currentColor", "#d55e00": "var(--c0)", "#0072b2": "var(--c1)", "#009e73": "var(--c2)",
+         "#cccccc": "var(--line)", "#ebebeb": "var(--grid)"}
 HEAD = ("panel", "x_label", "y_label", "series", "x", "y", "value")
 
 
@@ -76,10 +83,28 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
     for kind in KINDS:
         path = stem.with_suffix(kind)
         temporary = path.with_name(f".{path.name}")
-        with rc_context({"svg.hashsalt": "nnhydro", "svg.fonttype": "none"}):  # same figure, same file; its text stays text
+        with rc_context(SVG):
             figure.savefig(temporary, dpi=130, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
         temporary.replace(path)
         written.append(path)
         figure.set_layout_engine(None)  # the layout stays as it was found for the first kind: finding it takes most of the time
     write_text(stem.with_suffix(".csv"), figure_csv(figure))
     return [*written, stem.with_suffix(".csv")]
+
+
+def page_figure(figure: "Figure", title: str) -> Markup:
+    """Return the figure as an element of a page, called `title` by screen readers: the same drawing in the colours of its theme."""
+    from matplotlib import rc_context
+
+    made = BytesIO()
+    with rc_context(SVG):
+        figure.savefig(made, format="svg", transparent=True, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = made.getvalue().decode("utf-8")
+    inside = re.sub(r"<defs>\s*<style.*?</defs>", "", text[text.index(">", text.index("<svg")) + 1:], count=1, flags=re.DOTALL)
+    inside, key = re.sub(r'<g id="[^"]*"', "<g", inside), f"f{crc32(title.encode()):x}"
+    for pattern in (r'(\bid=")', r"(url\(#)", r'(href="#)'):  # an id stands once in a page
+        inside = re.sub(pattern, rf"\1{key}", inside)
+    inside = re.sub("|".join(THEME), lambda found: THEME[found[0]], inside)
+    width, height = figure.get_size_inches() * 72
+    return Markup(f'<svg class="figure" viewBox="0 0 {width:.0f} {height:.0f}" width="{width / 0.75:.0f}" role="img" '
+                  f'aria-label="{escape(title)}" xmlns:xlink="http://www.w3.org/1999/xlink">{inside}')

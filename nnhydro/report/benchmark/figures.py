@@ -5,11 +5,15 @@ Lines differ in dash and width as well as in colour, so that they can be told ap
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nnhydro.evaluation.benchmark import BenchmarkResult, model_torque
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
 from nnhydro.report.widgets.trace import benchmark_traces, with_whole_tables
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def typical_recordings(result: BenchmarkResult, by: str) -> dict[str, str]:
@@ -45,7 +49,7 @@ def torque_history(result: BenchmarkResult, recording: str, label: str, models: 
     return save_figure(figure, stem)
 
 
-def error_chart(result: BenchmarkResult, stem: Path) -> list[Path]:
+def error_figure(result: BenchmarkResult) -> "Figure":
     """Draw each model's pooled error with its interval, the best on top, and the noise floor."""
     document = result.document()["models"]
     names = result.ranking()[::-1]
@@ -66,10 +70,10 @@ def error_chart(result: BenchmarkResult, stem: Path) -> list[Path]:
     axes.margins(x=0.15)
     axes.set_xlabel("error on held-out recordings: sum |measured - modelled| / sum |measured|  [%]")
     axes.spines[["top", "right"]].set_visible(False)
-    return save_figure(figure, stem)
+    return figure
 
 
-def learning_curves(result: BenchmarkResult, stem: Path) -> list[Path]:
+def learning_curves(result: BenchmarkResult) -> "Figure":
     """Draw each model's error against the number of recordings fitted, and the noise floor."""
     count = [result.fitted_count(fold) for fold in result.split.folds]
     figure = new_figure(7.5, 4.6)
@@ -86,10 +90,10 @@ def learning_curves(result: BenchmarkResult, stem: Path) -> list[Path]:
     axes.set_ylabel("error on the same held-out recordings  [%]")
     axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes.spines[["top", "right"]].set_visible(False)
-    return save_figure(figure, stem)
+    return figure
 
 
-def reliability_figure(covered: Mapping[str, Mapping[str, float]], stem: Path) -> list[Path]:
+def reliability_figure(covered: Mapping[str, Mapping[str, float]]) -> "Figure":
     """Draw the share of held-out torques inside the intervals against the share that they promise, a line a model.
 
     `covered` holds the share by the promised one in per cent, by model; on the diagonal a model's doubt is honest.
@@ -103,7 +107,12 @@ def reliability_figure(covered: Mapping[str, Mapping[str, float]], stem: Path) -
     axes.set(xlabel="promised  [%]", ylabel="held-out torques inside  [%]", xlim=(0, 100), ylim=(0, 100), aspect="equal")
     axes.legend(frameon=False, loc="upper left")
     axes.spines[["top", "right"]].set_visible(False)
-    return save_figure(figure, stem)
+    return figure
+
+
+def coverage_shares(result: BenchmarkResult) -> dict[str, dict[str, float]]:
+    """Return of each model with intervals the share of held-out torques inside them, by the share that they promise."""
+    return {name: model["coverage"]["shares"] for name, model in result.document()["models"].items() if "coverage" in model}
 
 
 def steady_figure(result: BenchmarkResult, models: Sequence[str], stem: Path) -> list[Path]:
@@ -114,12 +123,11 @@ def steady_figure(result: BenchmarkResult, models: Sequence[str], stem: Path) ->
 
 def benchmark_figures(result: BenchmarkResult, out: Path) -> list[Path]:
     """Draw every picture of a benchmark into the folder `out`, each as PNG and SVG with its data; returns their paths."""
-    paths = error_chart(result, out / "errors")
+    paths = save_figure(error_figure(result), out / "errors")
     if result.split.curve:
-        paths += learning_curves(result, out / "learning_curve")
-    covered = {name: model["coverage"]["shares"] for name, model in result.document()["models"].items() if "coverage" in model}
-    if covered:
-        paths += reliability_figure(covered, out / "reliability")
+        paths += save_figure(learning_curves(result), out / "learning_curve")
+    if covered := coverage_shares(result):
+        paths += save_figure(reliability_figure(covered), out / "reliability")
     models = shown_models(result)
     for label, recording in typical_recordings(result, models[0]).items():
         paths += torque_history(result, recording, label, models, out / f"torque_{label}")

@@ -3,21 +3,27 @@
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
-
 from nnhydro.conventions import with_units
 from nnhydro.evaluation.benchmark import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.models.baselines import BASELINES
-from nnhydro.report.benchmark.figures import benchmark_figures, shown_models
+from nnhydro.report.benchmark.figures import (
+    benchmark_figures,
+    coverage_shares,
+    error_figure,
+    learning_curves,
+    reliability_figure,
+    shown_models,
+)
 from nnhydro.report.benchmark.tables import coverage_sheet, folds_sheet, models_sheet
-from nnhydro.report.widgets.charts import error_chart, over_count, reliability
+from nnhydro.report.figure_file import page_figure
 from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
 from nnhydro.report.widgets.trace import MOST, benchmark_traces, spread, table_of, with_whole_tables
 from nnhydro.runtime.files import json_text, whole_folder
 
+RELIABILITY = "Share of held-out torques inside the intervals, against the share that the intervals promise"
 DARKEST = 1.0  # error at which the table's colour ends, where errors are that large
 
 
@@ -41,17 +47,6 @@ def _models_mapped(result: BenchmarkResult) -> list[str]:
     return list(dict.fromkeys([ranking[0], *[name for name in ranking if name in BASELINES][:1]]))
 
 
-def _curve(result: BenchmarkResult, styles: dict[str, int]) -> Markup | None:
-    """Errors over the number of fitted recordings; None where the protocol has one number only."""
-    if not result.split.curve:
-        return None
-    folds = range(len(result.split.folds))
-    errors = [result.fold_errors(k) for k in folds]
-    return over_count("Error on the same held-out recordings against the number of recordings fitted",
-                      [result.fitted_count(fold) for fold in result.split.folds],
-                      {name: [e.get(name) for e in errors] for name in styles}, styles)
-
-
 def benchmark_page(result: BenchmarkResult) -> str:
     """Return the page as HTML text."""
     document, names = result.document(), result.ranking()
@@ -60,18 +55,18 @@ def benchmark_page(result: BenchmarkResult) -> str:
     traces = benchmark_traces(result, spread(held_out, MOST))
     maps = residual_maps(traces, _models_mapped(result))
     drawn = histories(with_whole_tables(traces), styles, shown_models(result))
-    covered = {name: models[name]["coverage"] for name in names if "coverage" in models[name]}
+    covered = coverage_shares(result)
     protocol = f"{len(result.folds)} folds, every recording held out once." if result.protocol == DEFAULT else \
         f"Protocol {result.protocol}: {protocol_called(result.protocol).meaning}."
-    rows = [(name, models[name]["error"], (models[name]["error_ci95"][0], models[name]["error_ci95"][1])) for name in names]
     page = render(
         "benchmark.html", arm=result.campaign.arm.name, verdict=result.verdict(), d=document, styles=styles, protocol=protocol,
-        errors=error_chart("Error of every model on held-out recordings, with 95 % interval", rows, styles, result.noise_floor),
+        errors=page_figure(error_figure(result), "Error of every model on held-out recordings, with 95 % interval"),
         models=models_sheet(result, document), folds=None if result.protocol == DEFAULT else folds_sheet(result),
-        curve=_curve(result, styles), by_recording=_by_recording(result, models), drawn={h.recording for h in drawn}, histories=drawn,
+        curve=page_figure(learning_curves(result), "Error against the number of recordings fitted") if result.split.curve else None,
+        by_recording=_by_recording(result, models), drawn={h.recording for h in drawn}, histories=drawn,
         shown_first=shown_models(result), maps=maps, heat=largest(maps),
         shown=len({t.recording for t in traces if not t.segment.steady}), of=sum(not unit.steady for unit in result.units),
-        reliability=reliability(covered, styles) if covered else None, coverage=coverage_sheet(result, document))
+        reliability=page_figure(reliability_figure(covered), RELIABILITY) if covered else None, coverage=coverage_sheet(result, document))
     return with_units(page, result.campaign.arm.sliding)
 
 

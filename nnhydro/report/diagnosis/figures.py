@@ -18,9 +18,10 @@ from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, 
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MOST_RECORDINGS = 15  # that a law is drawn from
-DOTS = 2000  # single rows in a panel
+DOTS = 600  # single rows in a panel
 OVER = "angle and rate"
 
 
@@ -73,14 +74,14 @@ def _law(ax: "Axes", law: DrawnLaw, title: str, labels: tuple[str, str, str]) ->
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def law_figure(laws: Sequence[tuple[str, DrawnLaw]], stem: Path, labels: tuple[str, str, str] = FOUND) -> list[Path]:
-    """Draw laws, each with its statement, one below the other; `labels` tell what rows, means and line are."""
+def law_figure(laws: Sequence[tuple[str, DrawnLaw]], labels: tuple[str, str, str] = FOUND) -> "Figure":
+    """Return laws, each with its statement, one below the other; `labels` tell what rows, means and line are."""
     figure = new_figure(8.0, 3.6 * len(laws) + 0.5)
     axes = figure.subplots(len(laws), 1, squeeze=False)[:, 0]
     for ax, (statement, law) in zip(axes, laws, strict=True):
         _law(ax, law, statement, labels)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False, fontsize=8.5, markerscale=1.5)
-    return save_figure(figure, stem)
+    return figure
 
 
 def laws_of(result: DiagnosisResult, traces: Sequence[Trace]) -> list[DrawnLaw | None]:
@@ -103,5 +104,5 @@ def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], laws: Se
         paths += map_figure(maps, out / "residual_map")
     drawn = [(finding.statement, law) for finding, law in zip(result.findings, laws, strict=True) if law is not None]
     left = [(f"Joint {law.joint}: residual that no finding explains", law) for law in unnamed]
-    paths += law_figure(drawn, out / "laws") if drawn else []
-    return paths + (law_figure(left, out / "unexplained", UNNAMED) if left else [])
+    paths += save_figure(law_figure(drawn), out / "laws") if drawn else []
+    return paths + (save_figure(law_figure(left, UNNAMED), out / "unexplained") if left else [])

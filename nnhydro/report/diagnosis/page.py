@@ -11,11 +11,12 @@ from nnhydro.diagnosis.findings.sheets import alternatives_sheet, place
 from nnhydro.diagnosis.result import NEXT, DiagnosisResult
 from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of
+from nnhydro.report.diagnosis.figures import FOUND, UNNAMED, diagnosis_figures, law_figure, laws_of
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
 from nnhydro.report.diagnosis.tables import errors_sheet, location_sheet, nearest_sheet, recalibrated_sheet
 from nnhydro.report.diagnosis.unexplained_law import unknown_laws
-from nnhydro.report.widgets.charts import bars, intervals, law_chart
+from nnhydro.report.figure_file import page_figure
+from nnhydro.report.widgets.charts import bars, intervals
 from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
@@ -34,7 +35,8 @@ def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None
     own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
     chart = intervals(f"Parameters of {f['effect']} with 95 % intervals", numbers) if numbers else None
     alternatives = bars(f"Weight of {f['effect']} and of its alternatives", [(f["effect"], own), *rows]) if rows else None
-    return f, None if law is None else law_chart(law), chart, alternatives, alternatives_sheet(f)
+    title = "" if law is None else f"Torque of {f['effect']} at joint {law.joint} over {law.driver}"
+    return f, None if law is None else page_figure(law_figure([("", law)], FOUND), title), chart, alternatives, alternatives_sheet(f)
 
 
 def _rest(document: Document) -> str:
@@ -65,7 +67,8 @@ def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces:
         shown=len({t.recording for t in traces if not t.segment.steady}), of=len(campaign.names),
         first=document["location"][0]["joint"] if document["location"] else 1,
         histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
-        unnamed=[(law.joint, law.driver, law_chart(law, f"Residual of joint {law.joint} over {law.driver}")) for law in unnamed],
+        unnamed=[(law.joint, law.driver, page_figure(law_figure([("", law)], UNNAMED), f"Residual of joint {law.joint} over {law.driver}"))
+                 for law in unnamed],
         near=nearest_sheet(document),
         recalibrated=recalibrated_sheet(document),
         next=_next(document.get("next_experiment")))

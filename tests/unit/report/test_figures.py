@@ -1,6 +1,7 @@
 """Figures on disk: PNG and SVG of the same picture, what is drawn beside them as CSV; what the pages compute agrees with the data."""
 
 import csv
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from types import SimpleNamespace
@@ -19,7 +20,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.report.benchmark.figures import reliability_figure
 from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of, map_figure
 from nnhydro.report.diagnosis.finding_law import law_of
-from nnhydro.report.figure_file import new_figure, save_figure
+from nnhydro.report.figure_file import new_figure, page_figure, save_figure
 from nnhydro.report.widgets.history import history
 from nnhydro.report.widgets.residual_map import residual_maps, shade
 from nnhydro.report.widgets.svg import FINE, Scale, path, round_step, thin
@@ -47,8 +48,26 @@ def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):
     assert again[1].read_bytes() == paths[1].read_bytes(), "the same figure gives the same file"
 
 
+def test_a_page_shows_the_drawing_of_the_file_in_the_colours_of_its_theme_and_every_id_once():
+    figure = new_figure(3, 2)
+    axes = figure.subplots()
+    axes.plot([0, 1], [0, 2], "o", color="#D55E00", label="a curve")
+    axes.plot([0, 1], [1, 1], color="#111111")
+    axes.set(xlabel="time & more [s]")
+    one, two = page_figure(figure, 'the "first"'), page_figure(figure, "the second")
+    root = ET.fromstring(one)
+    assert root.attrib["aria-label"] == 'the "first"'
+    assert "time & more [s]" in [text.text for text in root.iter() if text.tag.endswith("text")]
+    assert "var(--c0)" in one
+    assert not re.search("#d55e00|#111111|#000000|<style", one)
+    ids = re.findall(r'\bid="([^"]+)"', one + two)
+    assert len(ids) == len(set(ids)) > 0
+    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', one + two)) <= set(ids)
+
+
 def test_the_reliability_curve_is_drawn_from_the_shares_of_each_model(tmp_path):
-    paths = reliability_figure({"hybrid": {"50": 0.48, "90": 0.93}, "network": {"50": 0.5, "90": 0.9}}, tmp_path / "reliability")
+    covered = {"hybrid": {"50": 0.48, "90": 0.93}, "network": {"50": 0.5, "90": 0.9}}
+    paths = save_figure(reliability_figure(covered), tmp_path / "reliability")
     rows = list(csv.DictReader(paths[2].read_text().splitlines()))
     assert [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "hybrid"] == [(50, 48), (90, 93)]
     assert [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "honest"] == [(0, 0), (100, 100)]
