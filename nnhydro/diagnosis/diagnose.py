@@ -32,9 +32,9 @@ from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
+from nnhydro.diagnosis.search.linearisation import extra_starts
 from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
-from nnhydro.diagnosis.search.starts import extra_starts
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.diagnosis.unexplained.residual_location import locate

@@ -12,7 +12,7 @@ from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.wording import percent
+from nnhydro.sheet import percent
 
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"

@@ -34,7 +34,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import group_names
 from nnhydro.recordings.splitting import Unit, folds, units
-from nnhydro.wording import percent
+from nnhydro.sheet import percent
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]

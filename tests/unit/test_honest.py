@@ -28,7 +28,7 @@ from nnhydro.models.without_instruments import sensor_faults, without_instrument
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import noise_floor
 from nnhydro.recordings.survey import survey
-from nnhydro.wording import p_text
+from nnhydro.sheet import p_text
 
 A = arm(2)
 

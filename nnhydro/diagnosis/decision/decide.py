@@ -34,7 +34,7 @@ from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import says_nothing, values_of
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.wording import percent
+from nnhydro.sheet import percent
 
 Array = NDArray[np.float64]
 

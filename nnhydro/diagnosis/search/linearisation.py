@@ -1,4 +1,7 @@
-"""Instruments about their own values: at the reading of the baseline, calibrated beside a set, with the loads that the set holds."""
+"""Instruments about other values than none: further starts of the search, and their own values in a set.
+
+The reading is that of the baseline, calibrated beside the set, with the loads that the set holds.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,11 +11,16 @@ import torch
 
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.transmission import sensor_torque
 
 STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
 
@@ -64,3 +72,15 @@ def extend_library(search: Search, best: ScoredSet, more: Sequence[Hypothesis], 
     grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)
     settled = {h.key for h in more if h.working_model is not None and not h.rough}
     return Search(WeightedLibrary(view.whitened, grown, before=view), best.sizes, search.report, search.settled | settled)
+
+
+def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: StripTheory) -> tuple[Hypothesis, ...]:
+    """Return hypotheses linearised about the values from which an instrument's card wants to be tried, too, on the longest stretch."""
+    moving = [s for s in problem.stretches if not s.segment.steady]
+    if not moving:
+        return ()
+    longest = max(moving, key=lambda stretch: len(stretch.segment))
+    flow = Flow(model.arm, Motion.of(longest.segment))
+    view = SensorView(flow, lambda f: sensor_torque(model.loads.torque(f), f.motion.qd, model.arm))
+    return tuple(replace(h, effect=start, working_model=model, rough=True) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
+                 for start in h.effect.extra_starts(view))

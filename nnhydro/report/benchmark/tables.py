@@ -5,8 +5,7 @@ from typing import Any
 
 from nnhydro.evaluation.benchmark import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
-from nnhydro.sheet import Column, Sheet, percent_interval
-from nnhydro.wording import percent
+from nnhydro.sheet import Column, Sheet, percent, percent_interval
 
 PERFECT = "(a perfect model)"
 

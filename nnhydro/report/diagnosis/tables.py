@@ -3,8 +3,7 @@
 from typing import Any
 
 from nnhydro.diagnosis.findings.sheets import place
-from nnhydro.sheet import Column, Sheet
-from nnhydro.wording import percent
+from nnhydro.sheet import Column, Sheet, percent
 
 Document = dict[str, Any]
 

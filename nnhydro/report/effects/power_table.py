@@ -3,8 +3,7 @@
 from typing import Any
 
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
-from nnhydro.sheet import Column, Sheet
-from nnhydro.wording import percent
+from nnhydro.sheet import Column, Sheet, percent
 
 OWN = 1e-3  # visible share below which an effect is the baseline's own
 

@@ -7,7 +7,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from nnhydro.report.widgets.residual_map import shade
-from nnhydro.wording import p_text
+from nnhydro.sheet import p_text
 
 PLACE = "nnhydro.report.widgets"
 

@@ -10,8 +10,7 @@ from campaigns import TINY, angles_only, campaign, columns_of, planted, recordin
 from rigs import arm
 
 import nnhydro
-from nnhydro.sheet import Column, Sheet
-from nnhydro.wording import percent
+from nnhydro.sheet import Column, Sheet, percent
 
 
 class Balanced(HTMLParser):

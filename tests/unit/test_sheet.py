@@ -2,7 +2,7 @@
 
 import pytest
 
-from nnhydro.wording import p_text, percent
+from nnhydro.sheet import p_text, percent
 
 
 @pytest.mark.parametrize(("share", "text"), [(0.435, "43.5 %"), (0.0349, "3.5 %"), (0.0057, "0.57 %"), (0.0055, "0.55 %"),
