@@ -83,6 +83,22 @@ def pendulum():
     return Campaign.of(a, found)
 
 
+def hanging():
+    """A ballasted rod that swings in water on plain bearings, from six angles, undriven; its friction is a hundredth of its weight."""
+    com, inertia, coulomb, wet, drag = 0.34, 0.06, 0.13, 0.095, 1.0  # m, kg m^2, N m, kg m^2 of water, N m s^2/rad^2
+    a = Arm.model_validate({"fluid": {"density_kg_m3": 998.0}, "gravity_m_s2": 9.81, "links": [
+        {"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 3.5, "com_m": com, "inertia_kg_m2": inertia, "known_to": 0.02}]})
+    whole, found = inertia + 3.5 * com**2 + wet, []
+    for k, swing in enumerate((1.0, -0.8, 0.6, 0.45, -0.3, 0.2)):
+        t = np.arange(2800) / 200.0
+        way = solve_ivp(lambda t, x: [x[1], -(3.5 * 9.81 * com * np.cos(x[0]) + coulomb * np.tanh(x[1] / 0.01)
+                                              + drag * x[1] * abs(x[1])) / whole],
+                        (0, t[-1]), [-np.pi / 2 + swing, 0.0], t_eval=t, max_step=0.01)
+        q = way.y[0][:, None] + 5e-4 * np.random.default_rng(k).standard_normal((len(t), 1))
+        found.append(Recording(f"swing{k}", t, q, np.zeros_like(q), np.diff(q, axis=0, prepend=q[:1]) / t[1]))
+    return Campaign.of(a, found)
+
+
 def springy(resonance=6.0):
     """The link moves as told and the encoder sits on the other side of a spring that resonates at `resonance` Hz with the wet link."""
     inertia = float(Loads(planted(ARM).terms).torque(Flow(ARM, Motion.at([[0.0]], [[0.0]], [[1.0]])))[0, 0])
@@ -207,6 +223,7 @@ CAMPAIGNS = {
     "held in still water": lambda: held_in_a_wave(height=1e-6),
     "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=8)),
     "free pendulum": pendulum,
+    "hanging in water": hanging,
     "soft drive": springy,
     "drift": drifting,
     "late": late,

@@ -24,6 +24,7 @@ from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
 from nnhydro.diagnosis.search.values import quantity_intervals, values_of
 from nnhydro.effects.catalogue import catalogue
+from nnhydro.effects.effect import LoadEffect
 from nnhydro.sheet import ResultView, Sheet
 
 Array = NDArray[np.float64]
@@ -131,6 +132,8 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     """Return the finding of member `k`; nonlinear values change the torque of the set along `tangents`."""
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k, tangents)
+    if isinstance(h.effect, LoadEffect):
+        values = values.with_scale_known_to(search.view.library.design.scale_spread)
     values.covariance[: h.width, : h.width] += spread_by_baseline(search, found, k)
     effect = h.with_values(torch.from_numpy(values.mean.copy()))
     linear = len(effect.linear_names())

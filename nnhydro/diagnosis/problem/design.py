@@ -88,6 +88,7 @@ class Design:
     Y: Array
     y: Array
     tau: Array
+    scale_spread: float = 0.0  # relative standard deviation of the held scale of all torques: where nothing is driven, masses alone tell it
 
     def rows(self, on_stretch: Callable[[Stretch], Array]) -> Array:
         """Return the transformed rows (n, joints, ...) of what `on_stretch` gives on the rows of each stretch."""
@@ -105,8 +106,19 @@ class Design:
         return made
 
     def columns(self, hypotheses: Sequence[Hypothesis], model: StripTheory, predicted: bool = False) -> Array:
-        """Return the columns (n, joints, K) of `hypotheses`, instruments at the reading of `model`."""
-        return self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
+        """Return the columns (n, joints, K) of `hypotheses`, instruments at the reading of `model`.
+
+        Where nothing is driven, the equation of motion holds up to a factor: X - a M, a the share of the model's largest part in X,
+        M the model's torque. Else a load that lifts the weight would leave no torque at all to explain.
+        """
+        made = self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
+        return made - (self.tau - self.y)[..., None] * self.shares_of_largest(made) if self.undriven else made
+
+    def shares_of_largest(self, columns: Array) -> Array:
+        """Return how much of the model's largest part w each of the `columns` (n, joints, K) holds, (K,): X.w / w.w."""
+        w = self.largest_part
+        made: Array = np.einsum("nj,njk->k", w, columns) / max(float((w**2).sum()), 1e-300)
+        return made
 
     @cached_property
     def scale(self) -> Array:
@@ -123,12 +135,16 @@ class Design:
 
     @cached_property
     def excess(self) -> Array:
-        """What the recalibrated baseline alone leaves, (n, joints): a ridge fit in which no joint outweighs the other."""
+        """What the recalibrated baseline alone leaves, (n, joints)."""
+        left: Array = self.y - self.Y @ self._recalibrated
+        return left
+
+    @cached_property
+    def _recalibrated(self) -> Array:
+        """The baseline's values (p,) by a ridge fit in which no joint outweighs the other."""
         n, joints, p = self.Y.shape
         size = np.maximum(np.sqrt((self.y**2).mean(axis=0)), 1e-300)
-        flat, y = (self.Y / size[:, None]).reshape(n * joints, p), (self.y / size).ravel()
-        left: Array = self.y - self.Y @ ridge(flat, y)
-        return left
+        return ridge((self.Y / size[:, None]).reshape(n * joints, p), (self.y / size).ravel())
 
     @cached_property
     def time(self) -> float:
@@ -138,12 +154,13 @@ class Design:
 
     @cached_property
     def resistance(self) -> Array:
-        """The rms (joints,) of what the baseline's torque depends on rates."""
+        """The rms (joints,) of what the recalibrated baseline's torque depends on rates."""
+        loads = self.baseline.at(self.baseline.within(self._recalibrated)).loads
+
         def by_rates(stretch: Stretch) -> Array:
             """Return the torque less that of the same angles and accelerations without rates, (n, joints) N m."""
             flow = Flow(self.problem.arm, Motion.of(stretch.segment))
             still = replace(flow, motion=replace(flow.motion, qd=0 * flow.motion.qd))
-            loads = self.baseline.physics.loads
             made: Array = (loads.torque(flow) - loads.torque(still)).numpy()
             return made
 
@@ -151,9 +168,9 @@ class Design:
         return made
 
     @cached_property
-    def parts(self) -> Array:
-        """The rms of the model's weight and of all else it holds, (joints, 2)."""
-        def parts(stretch: Stretch) -> Array:
+    def _weight_and_rest(self) -> Array:
+        """The model's weight and all else it holds, (n, joints, 2)."""
+        def on(stretch: Stretch) -> Array:
             """Return the weight and all else that the model holds on a stretch, (n, joints, 2) N m."""
             flow = Flow(self.problem.arm, Motion.of(stretch.segment))
             still = replace(flow, motion=replace(flow.motion, qd=0 * flow.motion.qd, qdd=0 * flow.motion.qdd))
@@ -161,8 +178,18 @@ class Design:
             weight, whole = loads.torque(still).numpy(), loads.torque(flow).numpy()
             return np.stack([weight, whole - weight], axis=2)
 
-        made: Array = np.sqrt((self.rows(parts) ** 2).sum(axis=0) / self.time)
+        return self.rows(on)
+
+    @cached_property
+    def parts(self) -> Array:
+        """The rms of the model's weight and of all else it holds, (joints, 2)."""
+        made: Array = np.sqrt((self._weight_and_rest**2).sum(axis=0) / self.time)
         return made
+
+    @property
+    def largest_part(self) -> Array:
+        """The largest part of the model, (n, joints): weight or inertia."""
+        return self._weight_and_rest[..., 0 if self.heavy else 1]
 
     @cached_property
     def input_variance(self) -> Array:
@@ -233,7 +260,11 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
         return Design(problem, base, stacked[..., :-2], stacked[..., -2], stacked[..., -1])
 
     first = build(baseline.with_more(further))
-    return build(first.baseline.with_held(_scale_direction(first))) if first.undriven else first
+    if not first.undriven:
+        return first
+    held = _scale_direction(first)
+    spread = float(np.linalg.norm(held)) / max(float((first.largest_part**2).sum()), 1e-300)
+    return replace(build(first.baseline.with_held(held)), scale_spread=spread)
 
 
 def _disagreement(base: Baseline, segment: Segment, torque: Array, count: int) -> Array:

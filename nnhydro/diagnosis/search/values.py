@@ -11,6 +11,8 @@ models' form would move them, the same in every recording and so without scatter
 
     C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of BASELINE_FORM of the torque and of as much as it makes of the rest
 
+Where nothing is driven, loads are told relative to the masses: C -> C + s^2 beta beta',  s how well these are known.
+
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112; Liang & Zeger (1986), Biometrika 73.
 """
 
@@ -46,6 +48,11 @@ class Values:
     covariance: Array  # (p + names, p + names)
     bounded: bool = False  # whether a value was cut at a physical bound other than 0
     names: tuple[str, ...] = ()
+
+    def with_scale_known_to(self, spread: float) -> "Values":
+        """Return the same where the scale of all torques, and of these linear values with it, has the relative deviation `spread`."""
+        moved = np.concatenate([self.mean * spread, np.zeros(len(self.covariance) - len(self.mean))])
+        return replace(self, covariance=self.covariance + np.outer(moved, moved))
 
 
 def _scatter(search: Search, fit: BestFit, covariance: Array, at: Index) -> Array:

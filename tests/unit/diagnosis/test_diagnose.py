@@ -99,6 +99,16 @@ def test_the_order_and_the_names_of_files_change_nothing_that_is_decided():
     assert [(d.effect, d.joint, d.claimed) for d in other.decisions] == [(d.effect, d.joint, d.claimed) for d in usual.decisions]
 
 
+def test_of_a_rod_that_swings_freely_no_load_lifts_the_weight_and_its_friction_is_known_as_well_as_its_masses():
+    """A load that lifts the weight leaves no torque to explain, and so explains all: it was named in the place of the friction."""
+    told = diagnosed("hanging in water")
+    assert named(told) == {("coulomb_friction", 1)}
+    level, low, high = value("hanging in water", "coulomb_friction", "level")
+    assert low < 0.13 < high
+    assert high - level > 1.96 * 0.02 * level, "the masses are known to 2 %, and no torque tells more"
+    assert told.proof.after < 0.5 * told.proof.before
+
+
 @pytest.mark.slow
 def test_a_free_pendulum_is_judged_by_its_weight_and_shows_both_its_frictions():
     told = diagnosed("free pendulum")

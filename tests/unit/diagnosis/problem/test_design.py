@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from campaigns import campaign, planted, recording
+from diagnosed import hanging
 from hypotheses import made
 from rigs import arm
 
@@ -51,20 +52,21 @@ def test_a_stationary_torque_of_the_drive_is_told_from_a_free_arm():
     assert design_of(problem, base).undriven
 
 
-def test_of_a_free_arm_an_effect_may_be_as_large_as_its_drag_however_little_the_baseline_leaves():
-    free = Campaign.of(ARM, [replace(r, tau=np.zeros_like(r.tau)) for r in WHOLE.recordings()])
-    problem = problem_of(free, edge=3.0)
-    design = design_of(problem, baseline_of("constant", ARM, problem.units(), Preparation(LowPass(3.0))))
-    water = [design.baseline.physics.loads.terms[name] for name in ("normal_drag", "added_mass")]
+def test_of_a_free_arm_an_effect_may_be_as_large_as_the_drag_that_takes_its_place_however_little_that_leaves():
+    """A rolling ship with linear damping: C_D is fitted to three times that of any cylinder, and leaves 2 % of the weight's torque."""
+    design = of(hanging(), edge=1.4)
+    flat = design.Y.reshape(-1, design.Y.shape[2])
+    best = design.baseline.at(design.baseline.within(np.linalg.lstsq(flat, design.y.ravel())[0])).loads.terms
 
     def by_rates(stretch):
         motion = Motion.of(stretch.segment)
         still = replace(motion, qd=0 * motion.qd)
-        return sum(term.torque(Flow(ARM, motion)) - term.torque(Flow(ARM, still)) for term in water).numpy()
+        moving, resting = (Flow(design.problem.arm, m) for m in (motion, still))
+        return sum(best[name].torque(moving) - best[name].torque(resting) for name in ("normal_drag", "added_mass")).numpy()
 
     alone = np.sqrt((design.rows(by_rates) ** 2).sum(axis=0) / design.time)
-    np.testing.assert_allclose(design.resistance, alone, rtol=1e-9, err_msg="of one link only what the water does depends on rates")
-    assert (design.scale >= alone).all()
+    np.testing.assert_allclose(design.resistance, alone, rtol=0.02, err_msg="of one link only what the water does depends on rates")
+    assert (design.scale >= design.resistance).all()
 
 
 @pytest.mark.parametrize(("left", "share"), [

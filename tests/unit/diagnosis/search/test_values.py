@@ -12,7 +12,7 @@ from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import _pool, _variance_between, says_nothing, values_of
+from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, says_nothing, values_of
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
@@ -218,3 +218,8 @@ def test_a_law_says_nothing_where_the_interval_of_each_of_its_values_holds_0_wit
 def test_a_law_without_nonlinear_values_is_asked_for_its_linear_values_alone():
     one = with_values(0.0, seed=3)
     assert not says_nothing(one, one.score((0,)), 0)
+
+
+def test_a_scale_known_to_a_tenth_moves_all_linear_values_together_and_no_other():
+    values = Values(np.array([2.0, -4.0]), np.diag([0.01, 0.01, 0.5]), names=("speed",)).with_scale_known_to(0.1)
+    np.testing.assert_allclose(values.covariance, [[0.05, -0.08, 0.0], [-0.08, 0.17, 0.0], [0.0, 0.0, 0.5]])
