@@ -43,7 +43,7 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
         return
     table(f"{out}: {len(made)} concealed campaigns", ("campaign", "links", "recordings", "baseline"),
           [(m.name, str(m.links), str(m.recordings), m.baseline) for m in made])
-    say(f"The key lies in {key or out / 'key.txt'}; keep it from whoever diagnoses.")
+    say(f"The key is in {key or out / 'key.txt'}; hide it from whoever diagnoses.")
     conclude(f"{len(made)} campaign{'s' if len(made) > 1 else ''} with sealed answers in {out}.", following=f"nnhydro diagnose "
              f"{shell_words(out / made[0].name)} --out DIAGNOSES/{made[0].name}; then nnhydro reveal {shell_words(out)} --diagnoses "
              "DIAGNOSES")

@@ -105,6 +105,6 @@ def _open_answer(answer: Json, score: Json) -> str:
     if score["error_before"] is None or score["error_after"] is None:
         return text
     truth = score["error_true"]
-    known = "" if truth is None else f", and the truth itself, given the motions as recorded, by {100 * truth:.1f} %"
-    return (f"{text} On motions whose torques it never saw the corrected model errs by {100 * score['error_after']:.1f} %, "
-            f"the baseline by {100 * score['error_before']:.1f} %{known}.")
+    known = "" if truth is None else f", and the true model, with the recorded motions, {100 * truth:.1f} %"
+    return (f"{text} On unseen motions, the corrected model has an error of {100 * score['error_after']:.1f} %, "
+            f"the baseline {100 * score['error_before']:.1f} %{known}.")

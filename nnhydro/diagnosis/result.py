@@ -94,8 +94,8 @@ class DiagnosisResult:
             return ""
         changes = [f"{symbol} changes by {', '.join(f'{x:+.2f}' for x in self.recalibrated[key])}"
                    for key, symbol in (("cd", "C_D"), ("cm", "C_M")) if key in self.recalibrated]
-        return (f" The simulation as it is errs by {percent(given)}; masses and coefficients fitted beside it leave "
-                f"{percent(self.proof.before)}{': ' if changes else ''}{', '.join(changes)}.")
+        return (f" The simulation itself has an error of {percent(given)}. With masses and coefficients refitted, "
+                f"{percent(self.proof.before)} remain{': ' if changes else ''}{', '.join(changes)}.")
 
     def _findings_text(self) -> str:
         following = "" if self.following is None else f" {self.following.statement()}"

@@ -158,7 +158,7 @@ class BenchmarkResult:
         text += f"; a perfect model would leave {100 * self.noise_floor:.1f} %" if self.noise_floor is not None else ""
         left = sorted({name for units in self.seen.values() for name in units})
         if left:
-            text += (f". Not compared on {count_text(len(left), 'recording')} that {' and '.join(self.seen)} had seen before: "
+            text += (f". {count_text(len(left), 'recording')} not compared, because {' and '.join(self.seen)} had been fitted to them: "
                      f"{', '.join(left[:4])}{', ...' if len(left) > 4 else ''}")
         return text + "."
 
@@ -170,7 +170,7 @@ class BenchmarkResult:
         reference_error = self.standings[reference].pooled.error
         ratio = reference_error / max(best, 1e-12)
         if ratio < CLEAR_RATIO:
-            return f", no better than {reference} ({100 * reference_error:.1f} %) to speak of"
+            return f", not clearly better than {reference} ({100 * reference_error:.1f} %)"
         return f", {ratio:.1f} times better than {reference} ({100 * reference_error:.1f} %)"
 
     def following(self, campaign: str) -> str:

@@ -51,9 +51,9 @@ def verdict(found: Survey) -> str:
     """Return the one sentence that sums up."""
     count = Counter(oddity.severity for oddity in found.oddities)
     if found.errors:
-        return f"Not usable: {plural(count['error'], 'error')}. Mend the first and check again."
+        return f"Not usable: {plural(count['error'], 'error')}. Correct the first and check again."
     if count["warning"]:
-        return f"Usable, but look at the {plural(count['warning'], 'warning')} first: what they name ends up in every fit."
+        return f"Usable, but resolve the {plural(count['warning'], 'warning')} first: they affect every fit."
     notes = f" ({plural(count['note'], 'note')})" if count["note"] else ""
     return f"Usable: nothing looks wrong{notes}."
 

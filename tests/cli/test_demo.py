@@ -41,7 +41,7 @@ def test_the_opened_answer_says_what_was_hidden_and_what_the_correction_is_worth
     assert "The diagnosis was right" in said
     assert "12.5 %" in said
     assert "25.0 %" in said
-    assert "the truth itself, given the motions as recorded, by 10.0 %" in said
+    assert "the true model, with the recorded motions, 10.0 %" in said
 
 
 @pytest.mark.parametrize(("changes", "words"), [
@@ -55,7 +55,7 @@ def test_a_wrong_diagnosis_is_called_wrong(changes, words):
 def test_motions_that_could_not_be_scored_are_not_spoken_of():
     assert "%" not in _open_answer(answer(), score(error_after=None))
     old = _open_answer(answer(), score(error_true=None))
-    assert old.endswith("by 12.5 %, the baseline by 25.0 %.")
+    assert old.endswith("an error of 12.5 %, the baseline 25.0 %.")
 
 
 @pytest.mark.slow

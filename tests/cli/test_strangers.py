@@ -116,4 +116,4 @@ def test_what_a_diagnosis_has_seen_is_no_proof_for_its_model(diagnoses, tmp_path
     assert "has seen 6 of the 6 recordings" in capsys.readouterr().err
     shutil.rmtree(tmp_path / "c")
     write(tmp_path / "c", "20 Hz", count=8)
-    assert "Not compared on 6 recordings" in said(capsys, *arguments)
+    assert "6 recordings not compared" in said(capsys, *arguments)

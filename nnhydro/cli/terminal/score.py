@@ -21,19 +21,20 @@ def print_score(score: dict[str, Any], where: str) -> None:
             _number(g["error_before"]), _number(g["error_after"])) for g in score["groups"]])
     numbers, confident, unseen = score["parameters"], score["confidence"], score["unseen"]
     say("right: every hidden effect named, or in a class of at most three, and nothing else; healthy: nothing said and nothing detected")
-    say(f"Class size {_number(score['class_size']) or '-'}; parameters: median error {_percent(numbers['median_error']) or '-'}, "
-        f"95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of {numbers['compared']}")
+    say(f"Size of the equivalence sets {_number(score['class_size']) or '-'}; parameters: median error "
+        f"{_percent(numbers['median_error']) or '-'}, 95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of "
+        f"{numbers['compared']}")
     if unseen["campaigns"]:
         say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after (medians); "
-            f"of the error {_percent(unseen['share_of_error']) or '-'} is taken away; made worse {_percent(unseen['made_worse'])}")
+            f"the error falls by {_percent(unseen['share_of_error']) or '-'}; in {_percent(unseen['made_worse'])} of campaigns it rises")
         truth = unseen["of_the_truth"]
         if truth["campaigns"]:
-            say(f"The truth itself errs by {_number(truth['median_true'])} on these motions as recorded; of the improvement that it would "
-                f"make the corrected models make {_percent(truth['share']) or '-'} (median of the {truth['better_than_baseline']} of "
-                f"{truth['campaigns']} campaigns with one), {_percent(truth['pooled']) or '-'} in sum")
+            say(f"With the recorded motions, the true model has an error of {_number(truth['median_true'])}. Of its improvement over the "
+                f"baseline, the corrected models reach {_percent(truth['share']) or '-'} (median of the {truth['better_than_baseline']} of "
+                f"{truth['campaigns']} campaigns with an improvement), {_percent(truth['pooled']) or '-'} in total")
     parts = score["placed"]
     if parts["campaigns"]:
-        say(f"Acting in a part of the campaign: {parts['campaigns']}; the part told with an overlap of 0.6 or more in "
+        say(f"Campaigns with an effect in a part of them: {parts['campaigns']}; overlap of the part found of 0.6 or more in "
             f"{_percent(parts['overlapping'])}" + ("" if not parts["moments"] else f"; moments within 0.5 s in "
             f"{_percent(parts['moment_told'])} of {parts['moments']} (median error {_number(parts['moment_error_s']) or '-'} s)"))
     table("What was named", ("hidden", "named (times)"), [(hidden, ", ".join(f"{named} ({n})" for named, n in row.items()))

@@ -142,19 +142,19 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     precision = _precision(search, now, k)
     on_unseen = gain_on_unseen(held)
     tests = (
-        (gain, threshold, f"gains {gain:.1f} nats beside the others ({threshold:.1f} needed)"),
+        (gain, threshold, f"gains {gain:.1f} nats in addition to the other effects ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values holds 0"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (on_unseen, 0.0, "recordings that the fit has not seen are predicted no better"),
-        (listed_probability(search, now, k), 0.5, "by what it leaves unexplained, a cause on no card is more probable"),
-        (1.0 if search.admits(rest, now) else 0.0, 0.5, "what it explains is no smaller part of what remains unknown than any law's"),
+        (on_unseen, 0.0, "held-out recordings are predicted no better"),
+        (listed_probability(search, now, k), 0.5, "it leaves so much unexplained that a cause outside the catalogue is more probable"),
+        (1.0 if search.admits(rest, now) else 0.0, 0.5, "an unknown law explains it as well"),
     )
     for statistic, needed, reason in tests:
         if statistic <= needed:
             return Decision(effect, joint, statistic, needed, False, reason)
-    return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, also on recordings that the fit has not seen")
+    return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
 
 
 def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
@@ -174,8 +174,8 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
         useless = proof.before - proof.after < RELEVANT * proof.before
         if not burden and not useless:
             return decided, proof
-        reason = (f"errors on {proof.held_out} held out go from {percent(without[worst] if burden else proof.before)} to "
-                  f"{percent(proof.after)} with it: nobody could act on it")
+        reason = (f"the error on held-out {proof.held_out} hardly falls with it, from "
+                  f"{percent(without[worst] if burden else proof.before)} to {percent(proof.after)}")
         gone = (worst,) if burden else decided.claimed.chosen
         keys = set(map(search.key, gone))
         decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d

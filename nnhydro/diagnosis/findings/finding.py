@@ -38,7 +38,8 @@ class Parameter:
     value: float
     unit: str
     ci95: tuple[float, float]
-    by_recording: dict[str, float] | None = None  # where each recording has a value of its own: `value` is their mean, `ci95` their range
+    # where each recording has a value of its own: `value` is their mean, `ci95` their range
+    by_recording: dict[str, float] | None = field(default=None, repr=False)
 
     def document(self) -> dict[str, Any]:
         """Return the parameter for diagnosis.json."""

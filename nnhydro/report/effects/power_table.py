@@ -41,7 +41,7 @@ def power_verdict(document: dict[str, Any]) -> str:
     alone = {e: [r for r in rows if r["effect"] == e and r["smallest_size"] is not None] for e in effects}
     alike = [e for e in effects if alone[e] and all(r["likeness"] > EQUIVALENT_COSINE for r in alone[e])]
     parts = [f"{document['recordings']} recordings can reveal {len(effects) - len(unseen)} of {len(effects)} effects"]
-    parts += [f"not {', '.join(hidden)}, whatever the size"] if hidden else []
-    parts += [f"{', '.join(own)}: fitted as part of the baseline"] if own else []
-    parts += [f"they cannot tell {', '.join(alike)} from the most similar effect"] if alike else []
+    parts += [f"at no size {', '.join(hidden)}"] if hidden else []
+    parts += [f"the fit of the baseline absorbs {', '.join(own)}"] if own else []
+    parts += [f"they cannot distinguish {', '.join(alike)} from the most similar effect"] if alike else []
     return "; ".join(parts) + "."

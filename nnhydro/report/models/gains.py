@@ -93,7 +93,7 @@ def gain_verdict(made: Sequence[Sweep]) -> str:
     for sweep in (sweep for sweep in made if sweep.over == "speed_rad_s"):
         middle = (len(sweep.values) - 1) // 2
         at, label = middle + round(0.5 * middle), next(iter(sweep.gains))
-        parts.append(f"joint {sweep.joint + 1} is damped by {float(sweep.damping(label)[at]):.3g} N m s/rad and carries "
-                     f"{float(sweep.inertia(label)[at]):.3g} kg m²")
+        parts.append(f"joint {sweep.joint + 1} has an effective damping of {float(sweep.damping(label)[at]):.3g} N m s/rad and an "
+                     f"inertia of {float(sweep.inertia(label)[at]):.3g} kg m²")
     speed = float(made[0].values[-1]) / 2
     return f"At {speed:.3g} rad/s, {'; '.join(parts)}."

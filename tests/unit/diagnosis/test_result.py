@@ -40,7 +40,7 @@ def test_a_mismatch_is_detected_at_one_in_a_hundred_and_only_then_placed(p, dete
 def test_a_simulation_that_recalibration_mends_is_told_with_its_own_error_and_with_what_changes():
     """A simulation without added mass is no healthy one because C_M can be fitted beside it."""
     told = diagnosis(0.5, as_given=0.31)
-    assert ("The simulation as it is errs by 31.0 %; masses and coefficients fitted beside it leave 20.0 %: C_D changes by +1.00."
+    assert ("The simulation itself has an error of 31.0 %. With masses and coefficients refitted, 20.0 % remain: C_D changes by +1.00."
             in told.verdict())
     assert told.document()["mismatch"]["error_as_given"] == 0.31
     assert "simulation" not in diagnosis(0.5, as_given=0.2).verdict(), "there is nothing to tell where little changes"

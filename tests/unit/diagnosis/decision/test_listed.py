@@ -48,4 +48,4 @@ def test_beside_a_third_of_the_unknown_friction_is_told_and_a_special_cause_is_n
     told = {standard: decide(one, one.score((0,)), 0) for standard in (True, False) for one in [hidden(rest, standard)]}
     assert told[True].claimed.chosen == (0,)
     assert told[False].claimed.chosen == ()
-    assert "on no card" in told[False].decisions[0].reason
+    assert "outside the catalogue" in told[False].decisions[0].reason
