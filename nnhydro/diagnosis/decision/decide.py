@@ -6,7 +6,7 @@ A member k of the best set S is claimed if
        where p_l is the share of l's torque that can be predicted at all (its card: what rings, clips or crosses a gap),
        and FORM of what a larger one gains for which its card may be taken, unless it is a standard term that every joint has: what another
        form leaves looks like it first
-    2. it takes from the unknown what a law does that is one                           (search.stepwise.admits)
+    2. it replaces the unknown as a true law does                                      (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
     4. one of its values differs from 0 by PRECISE standard deviations, the interval of one that would be told excludes 0, and none lies

@@ -154,7 +154,7 @@ class Search:
         return then.score - now.score - granted
 
     def admits(self, now: ScoredSet, then: ScoredSet) -> bool:
-        """Return whether `then` is more probable than `now` and takes from the unknown what a law that is one would.
+        """Return whether `then` is more probable than `now` and replaces the unknown as a true law would.
 
         What has a phase of its own in every recording is no function of the state, and takes nothing from the unknown: it must gain more.
         """
