@@ -120,6 +120,17 @@ class Design:
         made: Array = np.einsum("nj,njk->k", w, columns) / max(float((w**2).sum()), 1e-300)
         return made
 
+    def kept_scale(self, columns: Array, values: Array) -> float:
+        """Return the factor k up to which the equation of motion holds with `columns` (n, joints, K) at `values` (K,); 1 where driven.
+
+        M + sum_k (X_k - a_k M) b_k = k (M + sum_k X_k b_k / k),   k = 1 - sum_k a_k b_k        a = X'.w / (w.w - M.w) of columns X' = X - a M
+        """
+        if not self.undriven:
+            return 1.0
+        w = self.largest_part
+        model = float((w * (self.tau - self.y)).sum()) / max(float((w**2).sum()), 1e-300)
+        return float(1.0 - self.shares_of_largest(columns) @ values / (1.0 - model))
+
     @cached_property
     def scale(self) -> Array:
         """The torque's rms (joints,) that sets the scale of effects: as measured; where nothing is driven, what the baseline leaves.

@@ -56,10 +56,19 @@ class BestFit:
         left: Array = self.whitened.y - self.rows @ self.posterior.mean[self.own]
         return left
 
+    @cached_property
+    def kept_scale(self) -> float:
+        """The factor up to which the equation of motion holds: values over it are those of the machine. 1 where something is driven."""
+        if self.columns is None:
+            return 1.0
+        columns = self.columns.Xw / self.whitened.sw[..., None]
+        return self.whitened.design.kept_scale(columns, self.posterior.mean[self.own[self.whitened.p:]])
+
     @property
     def z(self) -> Array:
         """The baseline's parameters (p,)."""
-        return self.posterior.mean[: self.whitened.p]
+        made: Array = self.posterior.mean[: self.whitened.p] / self.kept_scale
+        return made
 
 
 def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
