@@ -21,6 +21,7 @@ from torch import Tensor
 
 from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
+from nnhydro.diagnosis.problem.free_machines import scale_direction, shares_of_largest
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.effects.effect import LoadEffect, at_joint
@@ -112,24 +113,7 @@ class Design:
         M the model's torque. Else a load that lifts the weight would leave no torque at all to explain.
         """
         made = self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
-        return made - (self.tau - self.y)[..., None] * self.shares_of_largest(made) if self.undriven else made
-
-    def shares_of_largest(self, columns: Array) -> Array:
-        """Return how much of the model's largest part w each of the `columns` (n, joints, K) holds, (K,): X.w / w.w."""
-        w = self.largest_part
-        made: Array = np.einsum("nj,njk->k", w, columns) / max(float((w**2).sum()), 1e-300)
-        return made
-
-    def kept_scale(self, columns: Array, values: Array) -> float:
-        """Return the factor k up to which the equation of motion holds with `columns` (n, joints, K) at `values` (K,); 1 where driven.
-
-        M + sum_k (X_k - a_k M) b_k = k (M + sum_k X_k b_k / k),   k = 1 - sum_k a_k b_k        a = X'.w / (w.w - M.w) of columns X' = X - a M
-        """
-        if not self.undriven:
-            return 1.0
-        w = self.largest_part
-        model = float((w * (self.tau - self.y)).sum()) / max(float((w**2).sum()), 1e-300)
-        return float(1.0 - self.shares_of_largest(columns) @ values / (1.0 - model))
+        return made - (self.tau - self.y)[..., None] * shares_of_largest(self, made) if self.undriven else made
 
     @cached_property
     def scale(self) -> Array:
@@ -273,7 +257,7 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
     first = build(baseline.with_more(further))
     if not first.undriven:
         return first
-    held = _scale_direction(first)
+    held = scale_direction(first)
     spread = float(np.linalg.norm(held)) / max(float((first.largest_part**2).sum()), 1e-300)
     return replace(build(first.baseline.with_held(held)), scale_spread=spread)
 
@@ -297,24 +281,3 @@ def design_on(problem: Problem, baseline: str | None) -> Design:
     moving = any(not stretch.segment.steady for stretch in problem.stretches)
     how = Preparation(LowPass(problem.edge) if moving else None)
     return design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
-
-
-def _scale_direction(design: Design) -> Array:
-    """Return how z (r,) changes the energy of the model's largest part, weight or inertia: where nothing is driven no torque tells it.
-
-        a = sum_n Y_n' tau_n,   Y, tau the part's columns and torque
-    """
-    base, arm = design.baseline, design.problem.arm
-
-    def part(stretch: Stretch) -> Array:
-        """Return the columns and the torque N m of the model's largest part on a stretch, (n, joints, r + 1)."""
-        s = stretch.segment
-        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None, current=None, dcurrent=None)
-        Y, c0 = columns_and_offset(base.physics.loads, still if design.heavy else s, arm)
-        return np.concatenate([Y @ base.prior.F, (c0 + Y @ base.prior.mean)[..., None]], axis=2)
-
-    rows = design.rows(part)
-    r = rows.shape[2] - 1
-    a: Array = rows[..., :r].reshape(-1, r).T @ rows[..., r].ravel()
-    rigid = np.array([bool(np.any(column[: 3 * arm.n_links])) for column in base.prior.F.T], dtype=bool)
-    return np.where(rigid, a, 0.0)

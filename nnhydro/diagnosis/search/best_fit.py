@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
 from nnhydro.diagnosis.model.sizes import none, without_unknown
 from nnhydro.diagnosis.noise.spectrum import reestimate, white_noise
+from nnhydro.diagnosis.problem.free_machines import kept_scale
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
 Array = NDArray[np.float64]
@@ -62,7 +63,7 @@ class BestFit:
         if self.columns is None:
             return 1.0
         columns = self.columns.Xw / self.whitened.sw[..., None]
-        return self.whitened.design.kept_scale(columns, self.posterior.mean[self.own[self.whitened.p:]])
+        return kept_scale(self.whitened.design, columns, self.posterior.mean[self.own[self.whitened.p:]])
 
     @property
     def z(self) -> Array:

@@ -1,0 +1,61 @@
+"""Machines that nothing drives: a free pendulum, a rolling ship. Their equation of motion M + sum_k X_k beta_k = 0 holds up to a factor.
+
+The scale of all torques is told by the masses alone. The model's largest part w, weight or inertia, is held: parameters of the
+baseline move across what changes it. Laws have columns X' = X - a M, where a is the share of w in X. Else a load that lifts the
+weight leaves no torque to explain.
+
+    M + sum_k X'_k b_k = kappa (M + sum_k X_k b_k / kappa),     kappa = 1 - sum_k a_k b_k
+"""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.diagnosis.problem.problem import Stretch
+from nnhydro.fitting.linear.statistics import columns_and_offset
+
+if TYPE_CHECKING:
+    from nnhydro.diagnosis.problem.design import Design
+
+Array = NDArray[np.float64]
+
+
+def shares_of_largest(design: "Design", columns: Array) -> Array:
+    """Return how much of the model's largest part w each of the `columns` (n, joints, K) holds, (K,): X.w / w.w."""
+    w = design.largest_part
+    made: Array = np.einsum("nj,njk->k", w, columns) / max(float((w**2).sum()), 1e-300)
+    return made
+
+
+def kept_scale(design: "Design", columns: Array, values: Array) -> float:
+    """Return kappa of the design's `columns` X' (n, joints, K) at the values b (K,): values over it are the machine's; 1 where driven.
+
+        a = X'.w / (w.w - M.w)
+    """
+    if not design.undriven:
+        return 1.0
+    model = float(shares_of_largest(design, (design.tau - design.y)[..., None])[0])
+    return float(1.0 - shares_of_largest(design, columns) @ values / (1.0 - model))
+
+
+def scale_direction(design: "Design") -> Array:
+    """Return how z (r,) changes the energy of the model's largest part, weight or inertia: where nothing is driven no torque tells it.
+
+        a = sum_n Y_n' tau_n,   Y, tau the part's columns and torque
+    """
+    base, arm = design.baseline, design.problem.arm
+
+    def part(stretch: Stretch) -> Array:
+        """Return the columns and the torque N m of the model's largest part on a stretch, (n, joints, r + 1)."""
+        s = stretch.segment
+        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None, current=None, dcurrent=None)
+        Y, c0 = columns_and_offset(base.physics.loads, still if design.heavy else s, arm)
+        return np.concatenate([Y @ base.prior.F, (c0 + Y @ base.prior.mean)[..., None]], axis=2)
+
+    rows = design.rows(part)
+    r = rows.shape[2] - 1
+    a: Array = rows[..., :r].reshape(-1, r).T @ rows[..., r].ravel()
+    rigid = np.array([bool(np.any(column[: 3 * arm.n_links])) for column in base.prior.F.T], dtype=bool)
+    return np.where(rigid, a, 0.0)
