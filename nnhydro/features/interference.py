@@ -17,7 +17,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
-from nnhydro.features.strip_state import StripView, state_set
+from nnhydro.features.strip_law.state import StripView, state_set
 from nnhydro.features.strips import link_columns
 from nnhydro.features.wake import STILL, STRIPS, ends, memories, stations
 from nnhydro.physics.flow import Flow

@@ -4,7 +4,7 @@
     dv/dt = (w - v)/T,                                                              T in LASTING D^2/nu     one stage over time  [m/s]
     dz/dt = e (w - z)(DAMPING + i) 2 pi STROUHAL/D,  e^2 = w^2 + |z|^2              swings STROUHAL times a diameter           [m/s]
 
-No filter is a law of the flow: what m, v and z mean for the load is learned (strip_law.py). Two stages rise late, as a wake does; their
+No filter is a law of the flow: what m, v and z mean for the load is learned (strip_law/law.py). Two stages rise late, as a wake does; their
 clock c goes on while the strip stands in what it has set in motion. z = a + i b swings over the way as vortices are shed, and has forgotten
 within a third of a period. None obeys the first-order equation over |w| dt that datasets/rivera_tank plants. A station that starts from
 rest has m = 0 and reaches w after a few lambda; after a reversal m still has the old sign. Steady runs, and runs that begin under tow, have

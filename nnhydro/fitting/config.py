@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 
 from nnhydro.errors import ConfigError
 from nnhydro.features.feature_set import feature_sets
-from nnhydro.features.strip_state import state_sets
+from nnhydro.features.strip_law.state import state_sets
 from nnhydro.models.baselines import BASELINES
 from nnhydro.recordings.readers.validation import Settings, validate
 

@@ -17,10 +17,9 @@ from nnhydro.conventions import SCHEMA_MODEL
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.models.corrected_simulation import CorrectedSimulation
-from nnhydro.models.learned.free_part import FreePart
 from nnhydro.models.learned.learned import BANK, BASELINE, FREE, LAW, LearnedTorque
+from nnhydro.models.learned.linear_parts import FreePart, StripLaw
 from nnhydro.models.learned.network import Ensemble
-from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads

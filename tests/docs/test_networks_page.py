@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from nnhydro.features.feature_set import feature_sets
-from nnhydro.features.strip_state import state_sets
+from nnhydro.features.strip_law.state import state_sets
 from nnhydro.fitting.config import TrainingConfig
 
 PAGE = (Path(__file__).parents[2] / "docs" / "networks.md").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ from torch import Tensor
 from nnhydro.fitting.linear.several_arms import arm_of
 from nnhydro.fitting.network.linear_part import LinearPart
 from nnhydro.fitting.network.rows import CHUNK, Rows, base_rows
-from nnhydro.models.learned.free_part import FreePart
+from nnhydro.models.learned.linear_parts import FreePart
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion

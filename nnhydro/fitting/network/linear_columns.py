@@ -17,8 +17,8 @@ from torch import Tensor
 from nnhydro.features.body_columns import body_columns
 from nnhydro.features.feature_set import Features, View
 from nnhydro.features.free_part import FreeRange, free_functions
-from nnhydro.features.strip_law import law_columns, tiers
-from nnhydro.features.strip_state import StripView, sets_of, strip_states
+from nnhydro.features.strip_law.law import law_columns, tiers
+from nnhydro.features.strip_law.state import StripView, sets_of, strip_states
 from nnhydro.models.learned.learned import swiftness
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.memo import RecentMemo, content_of
@@ -58,7 +58,7 @@ class Linear:
     law_size: int
     shared: int
     free_size: int
-    tiers: Tensor  # (law_size,), features/strip_law.py
+    tiers: Tensor  # (law_size,), features/strip_law/law.py
     seen: RowRange
 
     def without_free(self) -> "Linear":

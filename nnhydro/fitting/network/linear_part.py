@@ -19,7 +19,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.features.strip_law import ARM, FREE, SURROUNDED
+from nnhydro.features.strip_law.law import ARM, FREE, SURROUNDED
 from nnhydro.fitting.linear.normal_equations import Grams, Ridge, Weights, right_hand_sides
 from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.rows import CHUNK, Rows

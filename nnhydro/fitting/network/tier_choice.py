@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nnhydro.features.strip_law import ACCELERATED, ARM, NEURONS, REMEMBERED, SURROUNDED, SWUNG
+from nnhydro.features.strip_law.law import ACCELERATED, ARM, NEURONS, REMEMBERED, SURROUNDED, SWUNG
 from nnhydro.fitting.linear.normal_equations import CLOSED, Weights
 from nnhydro.fitting.network.linear_columns import Linear
 from nnhydro.fitting.network.rows import Rows

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.body_columns import inertial_directions
-from nnhydro.features.strip_neurons import directions
+from nnhydro.features.strip_law.neurons import directions
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.fitting.linear.normal_equations import Grams
@@ -24,10 +24,9 @@ from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.fitting.network.rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardise, torque_rms, watched_units
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
-from nnhydro.models.learned.free_part import FreePart
 from nnhydro.models.learned.learned import LEFT_OUT, LearnedTorque
+from nnhydro.models.learned.linear_parts import FreePart, StripLaw
 from nnhydro.models.learned.network import Ensemble
-from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel

@@ -16,13 +16,12 @@ from torch import Tensor
 
 from nnhydro.features.feature_set import View, features
 from nnhydro.features.scaling import acceleration_scale, morison_scale, speed_scale
-from nnhydro.features.strip_neurons import COUNT, LENGTH
+from nnhydro.features.strip_law.neurons import COUNT, LENGTH
 from nnhydro.features.wake import LASTING, SWINGING, TRAVEL
 from nnhydro.models.baselines import BASELINES
-from nnhydro.models.learned.free_part import FreePart
+from nnhydro.models.learned.linear_parts import FreePart, StripLaw
 from nnhydro.models.learned.network import Ensemble, odd_output, soft_bound
 from nnhydro.models.learned.shrinkage import jackknife, shrink
-from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion

@@ -10,7 +10,7 @@ from rigs import arm, assert_close, mirrored_about_Y, run, states
 
 from nnhydro.features.free_part import FreeRange, free_functions
 from nnhydro.fitting.network.train import train
-from nnhydro.models.learned.free_part import FreePart
+from nnhydro.models.learned.linear_parts import FreePart
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion

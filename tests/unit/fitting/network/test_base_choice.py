@@ -9,7 +9,7 @@ from campaigns import GIVEN, campaign, planted
 from rigs import arm
 
 from nnhydro.features.feature_set import feature_sets
-from nnhydro.features.strip_law import SURROUNDED
+from nnhydro.features.strip_law.law import SURROUNDED
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.linear.several_arms import calibrated_on
 from nnhydro.fitting.network import base_choice

@@ -11,7 +11,7 @@ from nnhydro.fitting.network.fixed_to_tank import on_base, targets_without, with
 from nnhydro.fitting.network.linear_part import LinearPart
 from nnhydro.fitting.network.rows import Rows, base_rows
 from nnhydro.models.baselines import baseline
-from nnhydro.models.learned.free_part import FreePart
+from nnhydro.models.learned.linear_parts import FreePart
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.splitting import units

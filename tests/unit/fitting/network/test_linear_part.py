@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from nnhydro.features.strip_law import ARM, REMEMBERED, SURROUNDED
+from nnhydro.features.strip_law.law import ARM, REMEMBERED, SURROUNDED
 from nnhydro.fitting.linear.normal_equations import CLOSED
 from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base, linear_part
 from nnhydro.fitting.network.rows import Rows

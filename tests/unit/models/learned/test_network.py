@@ -12,14 +12,14 @@ from torch.func import grad, jacrev
 
 from nnhydro.features.body_columns import body_columns
 from nnhydro.features.feature_set import feature_sets, features
-from nnhydro.features.strip_law import law_columns
-from nnhydro.features.strip_neurons import directions
-from nnhydro.features.strip_state import StripView, state_sets, strip_states
+from nnhydro.features.strip_law.law import law_columns
+from nnhydro.features.strip_law.neurons import directions
+from nnhydro.features.strip_law.state import StripView, state_sets, strip_states
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.learned.learned import LEFT_OUT, WIDENING, LearnedTorque, swiftness, view_of
+from nnhydro.models.learned.linear_parts import StripLaw
 from nnhydro.models.learned.network import Ensemble, odd_output, soft_bound
 from nnhydro.models.learned.shrinkage import jackknife, shrink
-from nnhydro.models.learned.strip_law import StripLaw
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 

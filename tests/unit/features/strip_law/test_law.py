@@ -6,7 +6,7 @@ import pytest
 import torch
 from rigs import arm, assert_close, run, states
 
-from nnhydro.features.strip_law import (
+from nnhydro.features.strip_law.law import (
     ACCELERATED,
     MEAN,
     MORISON,
@@ -20,8 +20,8 @@ from nnhydro.features.strip_law import (
     tiers,
     unit_loads,
 )
-from nnhydro.features.strip_neurons import COUNT, directions
-from nnhydro.features.strip_state import StripView, sets_of, strip_states
+from nnhydro.features.strip_law.neurons import COUNT, directions
+from nnhydro.features.strip_law.state import StripView, sets_of, strip_states
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.physics.flow import Flow

@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nnhydro.features.strip_state import StripView
+from nnhydro.features.strip_law.state import StripView
 from nnhydro.features.wake import STILL, STRIPS, TRAVEL
 
 COUNT = 96  # neurons; of 64 the error on held-out recordings was a tenth larger, of 128 the same

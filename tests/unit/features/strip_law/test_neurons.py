@@ -6,9 +6,9 @@ import pytest
 import torch
 from rigs import arm, assert_close, mirrored_about_Y, run, states
 
-from nnhydro.features.strip_law import law_torque, unit_loads
-from nnhydro.features.strip_neurons import COUNT, STATES, directions, neuron_loads
-from nnhydro.features.strip_state import StripView, strip_states
+from nnhydro.features.strip_law.law import law_torque, unit_loads
+from nnhydro.features.strip_law.neurons import COUNT, STATES, directions, neuron_loads
+from nnhydro.features.strip_law.state import StripView, strip_states
 from nnhydro.features.wake import STATES as CARRIED
 from nnhydro.features.wake import STRIPS
 from nnhydro.physics.flow import Flow

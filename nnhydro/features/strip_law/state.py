@@ -1,8 +1,9 @@
 """What the drag and the added mass of a strip may depend on: named sets of variables of the strip's own state, bounded and causal.
 
-A function in a file of this folder, marked by `state_set`, is one set. All variables are even: the mirror image of the rig leaves them as
-they are, so that a load 1/2 rho D C(z) |w| w changes sign with w alone. A set of degree 3 enters the law (strip_law.py) with products of up
-to three of its variables, any two variables of all sets are multiplied. Source: Rivera (1995), eq. 3-1-24 (what C_D is a function of).
+A function in a file of `features`, this folder included, marked by `state_set`, is one set. All variables are even: the mirror image of
+the rig leaves them as they are, so that a load 1/2 rho D C(z) |w| w changes sign with w alone. A set of degree 3 enters the law (law.py)
+with products of up to three of its variables, any two variables of all sets are multiplied. Source: Rivera (1995), eq. 3-1-24 (what C_D is
+a function of).
 """
 
 import importlib
@@ -92,8 +93,8 @@ def state_sets() -> dict[str, DeclaredSet]:
     """Return every declared set by name."""
     import nnhydro.features as folder
 
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
+    for module in pkgutil.walk_packages(folder.__path__, f"{folder.__name__}."):
+        importlib.import_module(module.name)
     return dict(sorted(_SETS.items()))
 
 

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.groups import RE0
-from nnhydro.features.strip_state import StripView, state_set
+from nnhydro.features.strip_law.state import StripView, state_set
 from nnhydro.features.wake import STILL, ends
 
 

@@ -1,13 +1,13 @@
 """A law of the load on every strip of the arm, linear in its coefficients, which all links and joints share; its memory is learned.
 
-    f = sum_q b_q(w, dw, m, v, a, b) sum_p c_qp phi_p(z) + loads of neurons (strip_neurons.py)                        [N/m]
+    f = sum_q b_q(w, dw, m, v, a, b) sum_p c_qp phi_p(z) + loads of neurons (neurons.py)                        [N/m]
     tau_j = sum over strips of f ds times the strip's lever about joint j, behind belt and gears                 [N m]
 
     b_1, b_2  1/2 rho D |w| w  and  rho pi D^2/4 dw: Morison's loads                                             phi: 1, z, z z
     b_q       1/2 rho D {V w, V m, |x| w, |w| x, |x| x: x of m, a, b};  rho nu w, rho nu m;                       phi: 1, z
               rho pi D^2/4 {dw w^2, dw m^2, dw w m}/V^2,  rho pi D^2/4 (w - v)/T
     m, v, a, b   what the strip's water remembers over travel, over time T, and swinging (wake.py), V^2 = mean of w^2 and all m^2
-    z         variables of the strip's surroundings (strip_state.py), even and bounded; w, dw its normal speed and acceleration
+    z         variables of the strip's surroundings (state.py), even and bounded; w, dw its normal speed and acceleration
 
 The loads are all products of the right dimension of the motion and its fading averages that change sign in the mirror: which of them the
 water uses is for the data to say. (w - v)/T are fading averages of dw, of which Basset's history force is a sum. A law of the flow past a
@@ -25,8 +25,8 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.scaling import gear_ratios
-from nnhydro.features.strip_neurons import COUNT, directions, neuron_loads
-from nnhydro.features.strip_state import StripView
+from nnhydro.features.strip_law.neurons import COUNT, directions, neuron_loads
+from nnhydro.features.strip_law.state import StripView
 from nnhydro.features.wake import LASTING, STRIPS, TRAVEL
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
