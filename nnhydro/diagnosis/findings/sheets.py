@@ -6,12 +6,11 @@ from typing import Any
 from nnhydro.sheet import Column, Sheet, interval
 
 Document = dict[str, Any]
-ARM = "arm"
 
 
 def place(joint: int | None) -> str:
     """Return the joint as people read it."""
-    return ARM if joint is None else str(joint)
+    return "arm" if joint is None else str(joint)
 
 
 def parameters_sheet(findings: Sequence[Document]) -> Sheet:
