@@ -39,7 +39,7 @@ def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: s
         return written, f"{written['model']} is one step in time in {out}, checked against the model; try it with {written['test_vector']}."
     if kind == "casadi":
         return written, f"{written['model']} is one step in time in {out}; read it with casadi.Function.deserialize."
-    return written, f"{written['model']} is one step in time in {out}, checked against the model; {out}.json says how to feed it."
+    return written, f"{written['model']} is one step in time in {out}, checked against the model; {out}.json describes its inputs."
 
 
 def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
@@ -74,7 +74,7 @@ def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 
 def export(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
-    out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it says how to feed it."),
+    out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it describes its inputs."),
     kind: str = typer.Option("onnx", "--format", help="onnx, c or casadi (any model, one step in time), mujoco (physics, as MJCF) or "
                              "curves (coefficients, as CSV)."),
     precision: str = typer.Option("double", "--precision", help="For onnx and c: double, or single (errors of about 1e-6 of the torque)."),

@@ -61,7 +61,7 @@ class DiagnosisResult:
                 "other_bands": [band.document() for band in self.other_bands],
                 "location": [place.document() for place in self.location] if self.detected else [],
                 "findings": [f.document() for f in self.findings],
-                "indistinguishable": [list(f.members) for f in self.findings if len(f.members) > 1],
+                "indistinguishable": [list(f.equivalence_set) for f in self.findings if len(f.equivalence_set) > 1],
                 "unexplained": self.remainder.document(self.baseline.arm.text), "proof": self.checks, "recalibrated": self.recalibrated,
                 "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions} | rehearsal
 

@@ -49,7 +49,7 @@ def test_what_another_author_hid_is_named_at_its_joint_and_nothing_else(kind):
     (hidden,) = answer["hidden"]
     assert len(findings) == 1
     (finding,) = findings
-    assert len(finding.members) <= 3
-    assert {finding.effect, *finding.members} & {hidden["effect"], *TOLD_AS.get(hidden["effect"], set())}
+    assert len(finding.equivalence_set) <= 3
+    assert {finding.effect, *finding.equivalence_set} & {hidden["effect"], *TOLD_AS.get(hidden["effect"], set())}
     assert hidden["joint"] is None or finding.joint == hidden["joint"]
     assert finding.activity is None, "nothing acts in a part of these campaigns only"

@@ -33,7 +33,7 @@ def diagnosed(name):
 
 
 def alike(finding):
-    return {finding.effect, *finding.members}
+    return {finding.effect, *finding.equivalence_set}
 
 
 @pytest.mark.parametrize("name", RIGS)

@@ -44,7 +44,7 @@ def row_of(mode: str, seed: int) -> dict[str, Any]:
         without = tuple(name for name, effect in catalogue().items() if effect.family == family)
     with tempfile.TemporaryDirectory() as folder:
         found = diagnose(nnhydro.load(written(Path(folder), arm, recordings)), without=without)
-    said = [{"effect": f.effect, "joint": f.joint, "class": list(f.members), "confidence": f.confidence,
+    said = [{"effect": f.effect, "joint": f.joint, "class": list(f.equivalence_set), "confidence": f.confidence,
              "acts": f.activity is not None, "value": next(iter(f.parameters.values())).value,
              "ci95": next(iter(f.parameters.values())).ci95} for f in found.findings]
     return {"seed": seed, "kind": kind, "hidden": hidden[0] if hidden else None, "said": said, "detected": found.detected,

@@ -33,7 +33,7 @@ def told(found: SearchedCampaign) -> list[dict]:
     """Return what the diagnosis names."""
     claimed = found.decided.claimed
     findings = findings_of(found.search, claimed)
-    return [{"class": list(f.members), "joint": f.joint} for f in findings]
+    return [{"class": list(f.equivalence_set), "joint": f.joint} for f in findings]
 
 
 def case(config: dict, rig: dict, hidden: dict, seed: int) -> dict:

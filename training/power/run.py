@@ -58,7 +58,7 @@ def plant(found: Power, row: DetectableSize, draw: int, config: dict) -> dict:
     named = search_design(design, draw)
     claimed = named.decided.claimed
     findings = findings_of(named.search, claimed)
-    told = [{"class": list(f.members), "joint": f.law.joint} for f in findings]
+    told = [{"class": list(f.equivalence_set), "joint": f.law.joint} for f in findings]
     key = row.hypothesis.key
     return {"effect": key[0], "joint": key[1], "parameter": row.parameter, "size": row.size, "draw": draw, "named": told,
             "found": any(key[0] in finding["class"] for finding in told),

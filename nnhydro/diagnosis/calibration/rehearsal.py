@@ -86,7 +86,7 @@ def label(key: Key) -> str:
 
 def _of(finding: Finding, counts: dict[str, int]) -> int:
     """How often a draw named a member of the finding's class."""
-    joints = {label((name, joint)) for name in finding.members for joint in (finding.law.joint, 0)}
+    joints = {label((name, joint)) for name in finding.equivalence_set for joint in (finding.law.joint, 0)}
     return sum(n for name, n in counts.items() if name in joints)
 
 
@@ -94,6 +94,7 @@ def limit_confidence(finding: Finding, rehearsal: dict[str, Any]) -> Finding:
     """Return the finding with the confidence that the rehearsal leaves it."""
     mine = label((finding.effect, finding.law.joint))
     hits = sum(_of(finding, scenario["named"]) for scenario in rehearsal["worlds"] if scenario["instead_of"] is None)
-    misnamed = max((_of(finding, scenario["named"]) for scenario in rehearsal["worlds"]
-                    if scenario["instead_of"] == mine and scenario["planted"][-1].partition(" ")[0] not in finding.members), default=0)
+    others = [scenario for scenario in rehearsal["worlds"]
+              if scenario["instead_of"] == mine and scenario["planted"][-1].partition(" ")[0] not in finding.equivalence_set]
+    misnamed = max((_of(finding, scenario["named"]) for scenario in others), default=0)
     return replace(finding, confidence=float(min((hits + 0.5) / (hits + misnamed + 1.0), finding.confidence)))

@@ -54,7 +54,7 @@ class Finding(ResultView):
 
     law: AnyEffect
     family: str | None  # None where the alternatives span families
-    members: tuple[str, ...]  # equivalence set: effects that these recordings cannot distinguish, the finding's own first
+    equivalence_set: tuple[str, ...]  # effects that these recordings cannot distinguish, the finding's own first
     confidence: float
     statement: str
     parameters: dict[str, Parameter]
@@ -79,7 +79,7 @@ class Finding(ResultView):
     @property
     def alternatives(self) -> tuple[str, ...]:
         """The effects that these recordings cannot distinguish from it."""
-        return self.members[1:]
+        return self.equivalence_set[1:]
 
     def verdict(self) -> str:
         """Return the finding as a sentence with numbers."""
@@ -98,7 +98,7 @@ class Finding(ResultView):
     @property
     def level(self) -> str:
         """Whether the leaf is certain, or the family alone."""
-        return "leaf" if len(self.members) == 1 else "family"
+        return "leaf" if len(self.equivalence_set) == 1 else "family"
 
     def equivalents(self) -> str:
         """Return the other effects that may be the cause, as a sentence; empty where there are none."""
@@ -111,7 +111,7 @@ class Finding(ResultView):
     def document(self) -> dict[str, Any]:
         """Return the finding for diagnosis.json."""
         acts = {} if self.activity is None else {"acts": self.activity.document()}
-        return {"effect": self.effect, "family": self.family, "class": list(self.members), "level": self.level,
+        return {"effect": self.effect, "family": self.family, "class": list(self.equivalence_set), "level": self.level,
                 "joint": self.joint, "confidence": self.confidence, "statement": self.statement,
                 "parameters": {name: parameter.document() for name, parameter in self.parameters.items()},
                 "heldout": {"error_before": self.error_without, "error_after": self.error_with}, "rivals": self.rivals} | acts
@@ -146,7 +146,7 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     parameters = {name: Parameter(q.value, own(q.unit), spans[name]) for name, q in effect.quantities().items() if name in spans}
     confidence, others = alternatives(search, found, k)
     inside = [a for a in others if a.equivalent]
-    members = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
+    equivalence_set = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
     families = {effect.family, *(search.view.library.hypotheses[a.number].effect.family for a in inside)}
     lines = {search.view.library.design.problem.names[g]: f for g, f in h.lines.items()}
     if lines:
@@ -155,5 +155,5 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     statement = effect.statement(spans, {"frequency": f"{low:.3g} to {high:.3g} Hz, another in each recording," } if lines else {})
     statement = statement if h.activity is None else f"{statement} It acts only {h.activity.sentence()}."
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * LEAST_GAIN][:5]
-    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(members), confidence, own(statement), parameters,
+    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(equivalence_set), confidence, own(statement), parameters,
                        rivals, values.covariance[:linear, :linear], k, h.activity, offset)

@@ -252,7 +252,7 @@ def test_the_noise_of_a_table_is_that_of_its_sensor_whatever_the_unknown_could_m
 def test_the_verdict_says_what_else_the_cause_may_be():
     told = diagnosed("shaft, 12 speeds", "rigid")
     (finding,) = told.findings
-    assert len(finding.members) > 1
+    assert len(finding.equivalence_set) > 1
     assert "These recordings cannot distinguish this effect from" in told.verdict()
 
 

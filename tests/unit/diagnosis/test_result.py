@@ -51,15 +51,15 @@ class Told(SimpleNamespace):
     """A finding or proposal that knows its statement."""
 
     def equivalents(self):
-        return " Or B." if len(self.members) > 1 else ""
+        return " Or B." if len(self.equivalence_set) > 1 else ""
 
     def document(self, *given):
         return {"given": given}
 
 
 def test_the_document_holds_findings_with_their_errors_classes_of_several_and_the_next_experiment():
-    one = Told(members=("a", "b"), statement="A.")
-    two = Told(members=("c",), statement="C.")
+    one = Told(equivalence_set=("a", "b"), statement="A.")
+    two = Told(equivalence_set=("c",), statement="C.")
     following = Told(statement=lambda: "Record more.")
     made = diagnosis(found=(one, two), following=following)
     told = made.document()

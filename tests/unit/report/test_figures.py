@@ -155,7 +155,7 @@ def rubbing(level=0.3, std=0.01):
     effect = candidates(catalogue()["coulomb_friction"], a)[1].with_linear(torch.tensor([level], dtype=torch.float64))
     true = replace(without, loads=without.loads.plus("coulomb_friction_2", effect))
     c = campaign(a, true.loads, count=3)
-    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
+    rest = dict.fromkeys(("family", "equivalence_set", "confidence", "parameters", "rivals"))
     return c, without, true, Finding(law=effect, statement="Joint 2 rubs.", number=0, covariance=np.array([[std**2]]), **rest)
 
 
@@ -190,7 +190,7 @@ def test_every_effect_has_a_law_but_one_with_a_phase_or_a_time_of_its_own(id_):
     else:
         model = replace(base, instruments=(effect,))
     p = len(effect.linear_values())
-    rest = dict.fromkeys(("family", "members", "confidence", "parameters", "rivals"))
+    rest = dict.fromkeys(("family", "equivalence_set", "confidence", "parameters", "rivals"))
     finding = Finding(law=effect, statement="", number=0, covariance=1e-6 * np.eye(p), **rest)
     law = law_of(finding, model, diagnosis_traces(campaign(a, base.loads, count=2, seconds=2.0), base, model), "corrected")
     assert (law is None) == (effect.per_recording or effect.signature.depends_on == ("clock",))

@@ -25,7 +25,7 @@ WITHOUT = [name for name in catalogue() if name not in FEW]
 @dataclass(frozen=True)
 class Said:
     law: SimpleNamespace
-    members: tuple[str, ...]
+    equivalence_set: tuple[str, ...]
     effect: str = "coulomb_friction"
     confidence: float = 0.99
 
@@ -67,7 +67,7 @@ def test_no_rehearsal_raises_a_confidence_that_knows_of_what_no_card_holds():
 
 
 def test_a_rival_that_is_named_in_the_same_class_takes_no_confidence_away():
-    both = replace(FINDING, members=("coulomb_friction", "stribeck_friction"))
+    both = replace(FINDING, equivalence_set=("coulomb_friction", "stribeck_friction"))
     assert limit_confidence(both, rehearsal(10, 10)).confidence > 0.9
     named_otherwise = {"draws": 10, "worlds": [world(["coulomb_friction joint 1"], None, {"stribeck_friction joint 1": 10})]}
     assert limit_confidence(both, named_otherwise).confidence > 0.9, "another member of the class is a hit, too"

@@ -13,10 +13,10 @@ from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.effects.catalogue import catalogue
 
 
-def finding(members):
-    """A finding of dry friction that cannot be told from the other `members`."""
+def finding(equivalence_set):
+    """A finding of dry friction that cannot be told from the other `equivalence_set`."""
     effect = catalogue()["coulomb_friction"](joint=1, level=(0.1,))
-    return Finding(effect, "friction", members, 0.9, "Joint 1 rubs.", {}, [], np.eye(1), 0)
+    return Finding(effect, "friction", equivalence_set, 0.9, "Joint 1 rubs.", {}, [], np.eye(1), 0)
 
 
 def test_one_name_is_a_leaf_and_says_nothing_of_others():
