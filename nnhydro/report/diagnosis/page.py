@@ -16,10 +16,10 @@ from nnhydro.report.diagnosis.finding_law import DrawnLaw
 from nnhydro.report.diagnosis.tables import errors_sheet, location_sheet, nearest_sheet, recalibrated_sheet
 from nnhydro.report.diagnosis.unexplained_law import unknown_laws
 from nnhydro.report.figure_file import page_figure
-from nnhydro.report.widgets.charts import bars, intervals
 from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.render import render
 from nnhydro.report.widgets.residual_map import largest, residual_maps
+from nnhydro.report.widgets.svg import bars, intervals
 from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, diagnosis_traces
 from nnhydro.runtime.files import json_text, whole_folder
 from nnhydro.sheet import Sheet
