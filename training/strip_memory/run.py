@@ -1,0 +1,106 @@
+"""How much of the water's force the strips' own history holds: `python training/strip_memory/run.py [CASE ...]`, from the root.
+
+A memory (net.py) that all strips share is trained on the recordings of a fold: on the true force of every strip (`forces`), which no rig
+measures, or on the joint torques alone (`torques`). `hybrid`: six such nets beside the calibrated constants, each without a third of the
+recordings, used as far as a hybrid uses its members. Cases: config.toml; those in results.json are not run again. Table: README.md.
+"""
+
+import json
+import sys
+import time
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from net import train
+from rows import run_of
+from shares import Known, Model, hybrid
+
+from nnhydro.evaluation.protocols.protocol import Material, protocol_called
+from nnhydro.recordings.campaign import open_campaign
+from nnhydro.recordings.repeats import group_names
+from nnhydro.recordings.splitting import Unit
+from nnhydro.runtime.files import write_json, write_text
+
+HERE = Path(__file__).parent
+CONFIG = tomllib.loads((HERE / "config.toml").read_text())
+HEAD = """# A trained memory of the strips
+
+`python training/strip_memory/run.py`; every choice stands in `config.toml`, the net in `net.py`, every number in `results.json`.
+A small recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. Or on `forces`, the true force of
+every strip, which no rig measures: how much of it the strips' history holds. `/8`: on 8 recordings of each fold. `*3`: three nets' mean.
+`hybrid`: six nets beside the calibrated constants, each without a third of the recordings. Their mean is used as a hybrid uses its own.
+`+whole`: a net of all recordings stands for the mean. `+trusted`: that net by the hybrid's share of each joint, not shrunk by scatter.
+`+gain`: by the share that leaves least N m of what members left out.
+
+error = sum |tau - model| / sum |tau| in % on what is held out, every third row. today, constant: as in `training/independent_tanks`.
+`worst`, `> 1.1`: error on a recording over that of `constant` there. s: processor time of a fold.
+
+| held out | trained on | error | today | constant | worst | > 1.1 | s |
+| --- | --- | --- | --- | --- | --- | --- | --- |"""
+
+
+def plain(fitted: Sequence[Unit], known: Known, forces: bool, count: int) -> dict[str, Model]:
+    """The mean of `count` nets of all recordings, beside the rigid body."""
+    nets = [train([known[unit.name] for unit in fitted], forces, seed, CONFIG) for seed in range(count)]
+    return {"": lambda unit: known[unit.name].y - torch.stack([net(known[unit.name]) for net in nets]).mean(dim=0)}
+
+
+def judge(name: str, protocol: str, case: str) -> dict[str, Any]:
+    """What is left of each recording held out, by variants of the case, and the training's processor time a fold."""
+    campaign = open_campaign(Path("datasets") / name)
+    how, (case_of_all, _, count) = campaign.plan(), case.partition("/")
+    kind, _, nets = case_of_all.partition("*")
+    split = protocol_called(protocol).split(Material((campaign,), (how,), (group_names(campaign),), 5, 0))
+    known = {unit.name: run_of(unit.segments()[0], campaign.arm, Path("datasets") / name / "strips" / f"{unit.name}.npy", CONFIG["stride"])
+             for unit in split.units}
+    found: dict[str, dict[str, Any]] = {}
+    begin = time.process_time()
+    for number, fold in enumerate(split.folds):
+        fitted = [split.units[i] for i in np.random.default_rng(number).permutation(fold.fitted)[:int(count) if count else None]]
+        models = (hybrid(fitted, known, campaign.arm, how, CONFIG) if kind == "hybrid"
+                  else plain(fitted, known, kind == "forces", int(nets or 1)))
+        for variant, left in models.items():
+            entry = found.setdefault(f"{name}:{protocol}:{case}{variant}", {"left": {}, "size": {}})
+            for unit in (split.units[i] for i in fold.held_out):
+                run = known[unit.name]
+                entry["left"][unit.name], entry["size"][unit.name] = (float(z[run.keep].abs().sum()) for z in (left(unit), run.tau))
+            print(name, protocol, f"{case}{variant}", fold.name, f"so far {100 * error_of(entry):.2f} %", flush=True)
+    return {key: entry | {"cpu_s": round((time.process_time() - begin) / len(split.folds), 1)} for key, entry in found.items()}
+
+
+def error_of(entry: dict[str, Any]) -> float:
+    """sum |tau - model| / sum |tau| over recordings."""
+    return float(sum(entry["left"].values()) / sum(entry["size"].values()))
+
+
+def table(results: dict[str, Any]) -> str:
+    """The page; constants' and hybrid's errors are those of training/independent_tanks."""
+    beside = json.loads((HERE.parent / "independent_tanks" / "results.json").read_text())
+    lines = HEAD.splitlines()
+    for key, entry in sorted(results.items(), key=lambda item: (item[0].split(":")[1:], item[0])):
+        name, protocol, case = key.split(":")
+        models = beside[f"{name}:{protocol}"]
+        ratios = [left / entry["size"][unit] / models["constant"]["by_recording"][unit] for unit, left in entry["left"].items()]
+        errors = " | ".join(f"{100 * error:.1f}" for error in (error_of(entry), models["hybrid"]["error"], models["constant"]["error"]))
+        lines.append(f"| {name}, {protocol} | {case} | {errors} | {max(ratios):.2f} | {sum(x > 1.1 for x in ratios)} of {len(ratios)} | "
+                     f"{entry['cpu_s']:.0f} |")
+    return "\n".join([*lines, ""])
+
+
+def main() -> None:
+    """Run what is named, all by default, and is not there yet."""
+    torch.set_num_threads(1)
+    path = HERE / "results.json"
+    results = json.loads(path.read_text()) if path.exists() else {}
+    for key in (key for key in CONFIG["cases"] if key not in results and (not sys.argv[1:] or key in sys.argv[1:])):
+        results |= judge(*key.split(":"))
+        write_json(path, results)
+    write_text(HERE / "README.md", table(results))
+
+
+if __name__ == "__main__":
+    main()
