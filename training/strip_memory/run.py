@@ -34,7 +34,8 @@ A small recurrent net that all strips share is trained on `torques`, the joint t
 every strip, which no rig measures: how much of it the strips' history holds. `/8`: on 8 recordings of each fold. `*3`: three nets' mean.
 `hybrid`: six nets beside the calibrated constants, each without a third of the recordings. Their mean is used as a hybrid uses its own.
 `+whole`: a net of all recordings stands for the mean. `+trusted`: that net by the hybrid's share of each joint, not shrunk by scatter.
-`+gain`: by the share that leaves least N m of what members left out.
+`+gain`: by the share that leaves least N m of what members left out. Size, inputs and passes were chosen on two folds of vortex_tank,
+whose figures are somewhat optimistic.
 
 error = sum |tau - model| / sum |tau| in % on what is held out, every third row. today, constant: as in `training/independent_tanks`.
 `worst`, `> 1.1`: error on a recording over that of `constant` there. s: processor time of a fold.
