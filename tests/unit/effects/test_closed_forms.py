@@ -356,6 +356,16 @@ def test_a_compliant_drive_rings_as_its_equation_of_motion_says_where_the_inerti
     assert np.abs(seen.tau[:, 0].numpy() - spring).max() > 0.2 * np.abs(spring).max(), "it rings"
 
 
+def test_a_compliant_drive_that_holds_a_weight_sags_and_does_not_ring():
+    a, t, k = arm(1, density=0.0, gravity_m_s2=9.81), np.linspace(0, 4, 401), 200.0
+    still = tensor(np.zeros((401, 1)))
+    seen = view(a, Motion(tensor(t), still + 0.3, still, still, still[:, 0], still[:, 0]), "rigid")
+    read = made("joint_elasticity", a, 1, compliance=(1 / k,), damping=(0.05,)).apply(seen)[:, 0].numpy()
+    assert np.ptp(read) < 1e-9 * np.abs(read).max()
+    weight = LINKS[0]["mass_kg"] * 9.81 * LINKS[0]["com_m"]
+    assert read[0] == pytest.approx(weight * np.cos(0.3 - read[0] / k), rel=0.01), "where it has sagged to"
+
+
 def test_the_drives_from_which_a_search_starts_are_the_same_behind_a_belt():
     motion = run(2)
     direct, belt = (made("joint_elasticity", a, 2, compliance=(1e-3,)).extra_starts(view(a, motion))
