@@ -366,6 +366,15 @@ def test_a_compliant_drive_that_holds_a_weight_sags_and_does_not_ring():
     assert read[0] == pytest.approx(weight * np.cos(0.3 - read[0] / k), rel=0.01), "where it has sagged to"
 
 
+def test_a_spring_too_soft_for_the_weight_above_it_runs_away_from_no_reading():
+    a, t = arm(1, density=0.0, gravity_m_s2=9.81), np.linspace(0, 20, 2001)
+    q, qd, qdd = (tensor(x)[:, None] for x in (np.pi / 2 + 0.1 * np.sin(t), 0.1 * np.cos(t), -0.1 * np.sin(t)))  # upright
+    seen = view(a, Motion(tensor(t), q, qd, qdd, 0 * q[:, 0], 0 * q[:, 0]), "rigid")
+    weight = LINKS[0]["mass_kg"] * 9.81 * LINKS[0]["com_m"]
+    read = made("joint_elasticity", a, 1, compliance=(2 / weight,), damping=(0.05,)).apply(seen)
+    assert float(read.abs().max()) < 3 * weight
+
+
 def test_the_drives_from_which_a_search_starts_are_the_same_behind_a_belt():
     motion = run(2)
     direct, belt = (made("joint_elasticity", a, 2, compliance=(1e-3,)).extra_starts(view(a, motion))
