@@ -99,6 +99,21 @@ def hanging():
     return Campaign.of(a, found)
 
 
+def tethered(stiffness=0.25):
+    """A free pendulum in air whose cable over the pivot pulls with a tenth of its weight."""
+    mass, com, inertia = 1.0, 0.25, 0.03
+    a = Arm.model_validate({"fluid": {"density_kg_m3": 0.0}, "gravity_m_s2": 9.81, "links": [
+        {"length_m": 0.5, "diameter_m": 0.03, "mass_kg": mass, "com_m": com, "inertia_kg_m2": inertia, "known_to": 0.01}]})
+    whole, found = inertia + mass * com**2, []
+    for k in range(6):
+        t = np.arange(1000) / 100.0
+        way = solve_ivp(lambda t, x: [x[1], -(mass * 9.81 * com * np.cos(x[0]) + stiffness * (x[0] + np.pi / 2 - 0.3)) / whole],
+                        (0, t[-1]), [-np.pi / 2 + 0.6 + 0.35 * k, 0.0], t_eval=t, rtol=1e-8, atol=1e-10)
+        q = way.y[0][:, None] + 2e-4 * np.random.default_rng(k).standard_normal((len(t), 1))
+        found.append(Recording(f"swing{k}", t, q, np.zeros_like(q)))
+    return Campaign.of(a, found)
+
+
 def springy(resonance=6.0):
     """The link moves as told and the encoder sits on the other side of a spring that resonates at `resonance` Hz with the wet link."""
     inertia = float(Loads(planted(ARM).terms).torque(Flow(ARM, Motion.at([[0.0]], [[0.0]], [[1.0]])))[0, 0])
@@ -224,6 +239,7 @@ CAMPAIGNS = {
     "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=8)),
     "free pendulum": pendulum,
     "hanging in water": hanging,
+    "tethered": tethered,
     "soft drive": springy,
     "drift": drifting,
     "late": late,

@@ -109,6 +109,14 @@ def test_of_a_rod_that_swings_freely_no_load_lifts_the_weight_and_its_friction_i
     assert told.proof.after < 0.5 * told.proof.before
 
 
+def test_a_cable_of_a_free_pendulum_is_as_stiff_as_it_is_though_the_equation_holds_up_to_a_factor():
+    assert named(diagnosed("tethered")) == {("umbilical_stiffness", 1)}
+    stiffness, low, high = value("tethered", "umbilical_stiffness", "stiffness")
+    assert stiffness == pytest.approx(0.25, rel=0.02), "a tenth of the weight: up to a factor it would be a tenth smaller"
+    assert low < 0.25 < high
+    assert value("tethered", "umbilical_stiffness", "rest_angle")[0] == pytest.approx(0.3 - np.pi / 2, abs=0.01)
+
+
 @pytest.mark.slow
 def test_a_free_pendulum_is_judged_by_its_weight_and_shows_both_its_frictions():
     told = diagnosed("free pendulum")

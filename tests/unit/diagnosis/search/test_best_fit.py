@@ -58,3 +58,15 @@ def test_without_laws_it_is_the_baseline_alone():
     fit = best_fit(one, one.score(()))
     assert fit.columns is None
     assert fit.rows.shape == (*one.whitened.y.shape, 2)
+
+
+def test_of_a_machine_that_nothing_drives_baseline_values_are_those_over_the_factor_up_to_which_its_equation_holds():
+    of = design(1)
+    X = columns(of, 4)
+    one = search(of, LAWS, X)
+    driven = best_fit(one, one.score((0,)))
+    assert driven.kept_scale == 1.0
+    of.undriven, of.largest_part = True, X[..., 0]
+    free = fit_at(one, one.score((0,)), driven.whitened.v)
+    assert abs(free.kept_scale - 1.0) > 0.01, "the law has the form of the largest part"
+    np.testing.assert_allclose(free.z, free.posterior.mean[:2] / free.kept_scale)

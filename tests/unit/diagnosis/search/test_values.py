@@ -223,3 +223,14 @@ def test_a_law_without_nonlinear_values_is_asked_for_its_linear_values_alone():
 def test_a_scale_known_to_a_tenth_moves_all_linear_values_together_and_no_other():
     values = Values(np.array([2.0, -4.0]), np.diag([0.01, 0.01, 0.5]), names=("speed",)).with_scale_known_to(0.1)
     np.testing.assert_allclose(values.covariance, [[0.05, -0.08, 0.0], [-0.08, 0.17, 0.0], [0.0, 0.0, 0.5]])
+
+
+def test_of_a_machine_that_nothing_drives_values_and_their_spread_are_those_over_the_factor_that_is_kept():
+    driven, free = with_values(0.8, seed=3), with_values(0.8, seed=3)
+    of = free.whitened.design
+    of.undriven, of.largest_part = True, free.view.library.columns(0)[..., 0]
+    before, after = (found(one) for one in (driven, free))
+    kept = best_fit(free, free.score((0,))).kept_scale
+    assert abs(kept - 1.0) > 0.05
+    np.testing.assert_allclose(after.mean, before.mean / kept)
+    np.testing.assert_allclose(after.covariance, before.covariance / kept**2)
