@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from nnhydro.diagnosis.problem.design import Design
 
 Array = NDArray[np.float64]
+ONE_PART = 0.9  # of the model's torque: where the largest part is all of it, no other part tells how much of that is a law's
+LEAST = 0.1  # of the model's scale: beyond, a law would carry the machine in the place of the model
 
 
 def shares_of_largest(design: "Design", columns: Array) -> Array:
@@ -29,7 +31,7 @@ def shares_of_largest(design: "Design", columns: Array) -> Array:
     return made
 
 
-def kept_scale(design: "Design", columns: Array, values: Array) -> float:
+def scale_factor(design: "Design", columns: Array, values: Array) -> float:
     """Return kappa of the design's `columns` X' (n, joints, K) at the values b (K,): values over it are the machine's; 1 where driven.
 
         a = X'.w / (w.w - M.w)
@@ -37,7 +39,9 @@ def kept_scale(design: "Design", columns: Array, values: Array) -> float:
     if not design.undriven:
         return 1.0
     model = float(shares_of_largest(design, (design.tau - design.y)[..., None])[0])
-    return float(1.0 - shares_of_largest(design, columns) @ values / (1.0 - model))
+    if model > ONE_PART:
+        return 1.0
+    return max(float(1.0 - shares_of_largest(design, columns) @ values / (1.0 - model)), LEAST)
 
 
 def scale_direction(design: "Design") -> Array:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
 from nnhydro.diagnosis.model.sizes import none, without_unknown
 from nnhydro.diagnosis.noise.spectrum import reestimate, white_noise
-from nnhydro.diagnosis.problem.free_machines import kept_scale
+from nnhydro.diagnosis.problem.free_machines import scale_factor
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
 Array = NDArray[np.float64]
@@ -58,17 +58,17 @@ class BestFit:
         return left
 
     @cached_property
-    def kept_scale(self) -> float:
+    def scale_factor(self) -> float:
         """The factor up to which the equation of motion holds: values over it are those of the machine. 1 where something is driven."""
         if self.columns is None:
             return 1.0
         columns = self.columns.Xw / self.whitened.sw[..., None]
-        return kept_scale(self.whitened.design, columns, self.posterior.mean[self.own[self.whitened.p:]])
+        return scale_factor(self.whitened.design, columns, self.posterior.mean[self.own[self.whitened.p:]])
 
     @property
     def z(self) -> Array:
         """The baseline's parameters (p,)."""
-        made: Array = self.posterior.mean[: self.whitened.p] / self.kept_scale
+        made: Array = self.posterior.mean[: self.whitened.p] / self.scale_factor
         return made
 
 

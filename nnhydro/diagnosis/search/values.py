@@ -108,7 +108,7 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
     """
     view, library = search.view, search.view.library
     h, fit, columns = library.hypotheses[k], best_fit(search, found), view.join(found.chosen)
-    place, linear, kept = found.places(view)[k], fit.posterior.mean, fit.kept_scale
+    place, linear, factor = found.places(view)[k], fit.posterior.mean, fit.scale_factor
     at, unit, names = np.arange(place.start, place.stop), np.ones(0), tuple[str, ...]()
     if tangents is not None:
         more = tangents.at(k)
@@ -122,8 +122,8 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
     low, high = library.bounds(k)
     scale = library.scale[library.at(k)]
     bounded = bool(np.any(((mean > high) & (high != 0)) | ((mean < low) & (low != 0))))
-    units = np.concatenate([scale / kept, unit])
-    return Values(np.clip(mean / kept, low, high) * scale, covariance * units[:, None] * units, bounded, names)
+    units = np.concatenate([scale / factor, unit])
+    return Values(np.clip(mean / factor, low, high) * scale, covariance * units[:, None] * units, bounded, names)
 
 
 def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]:

@@ -8,7 +8,7 @@ from rigs import arm
 
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
-from nnhydro.diagnosis.problem.free_machines import kept_scale, scale_direction, shares_of_largest
+from nnhydro.diagnosis.problem.free_machines import scale_direction, scale_factor, shares_of_largest
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -28,11 +28,11 @@ def test_a_free_machine_with_a_tenth_more_weight_than_the_model_keeps_ten_eleven
     w, model = design.largest_part, design.tau - design.y
     lifted = (w - model)[..., None]  # the column of a load of the weight's form: its share of the weight is 1
     for extra in (0.1, -0.2, 0.5):
-        kept = kept_scale(design, lifted, np.array([extra / (1 + extra)]))
+        kept = scale_factor(design, lifted, np.array([extra / (1 + extra)]))
         assert kept == pytest.approx(1 / (1 + extra))
         np.testing.assert_allclose(model + extra / (1 + extra) * lifted[..., 0], kept * (model + extra * w), atol=1e-12)
     driven = of(campaign(ARM, planted(ARM), count=4, noise=0.01))
-    assert kept_scale(driven, lifted, np.array([0.3])) == 1.0, "torque tells the scale of what is driven"
+    assert scale_factor(driven, lifted, np.array([0.3])) == 1.0, "torque tells the scale of what is driven"
 
 
 def test_the_weight_of_a_free_pendulum_is_held_whatever_its_parameters_do():

@@ -230,7 +230,7 @@ def test_of_a_machine_that_nothing_drives_values_and_their_spread_are_those_over
     of = free.whitened.design
     of.undriven, of.largest_part = True, free.view.library.columns(0)[..., 0]
     before, after = (found(one) for one in (driven, free))
-    kept = best_fit(free, free.score((0,))).kept_scale
+    kept = best_fit(free, free.score((0,))).scale_factor
     assert abs(kept - 1.0) > 0.05
     np.testing.assert_allclose(after.mean, before.mean / kept)
     np.testing.assert_allclose(after.covariance, before.covariance / kept**2)
