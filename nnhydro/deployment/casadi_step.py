@@ -21,6 +21,7 @@ from nnhydro.runtime.stamp import refuse_foreign
 NAMED: Final = {"abs": "fabs", "max": "fmax", "min": "fmin", "sign": "sign", "sqrt": "sqrt", "exp": "exp", "log": "log", "tanh": "tanh",
                 "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin", "acos": "acos", "floor": "floor", "ceil": "ceil",
                 "maxof": "fmax", "minof": "fmin"}
+EXTREMES: Final = ("maxof", "minof")  # of any number of values, one included
 
 
 def _atom(casadi: Any, kind: str, given: list[Any]) -> Any:
@@ -32,7 +33,7 @@ def _atom(casadi: Any, kind: str, given: list[Any]) -> Any:
     if kind in plain:
         return plain[kind](*given)
     function = getattr(casadi, NAMED[kind])
-    return reduce(function, given) if len(given) > 1 else function(given[0])
+    return reduce(function, given) if kind in EXTREMES else function(*given)
 
 
 def expressions(casadi: Any, program: Program, outputs: list[Value], inputs: list[Any]) -> list[Any]:

@@ -24,6 +24,7 @@ from nnhydro.physics.flow import Flow
 
 ALONG = 0.1  # sine of the angle below which a strip runs along the other link instead of towards it
 REACHES = (2.0, 8.0)  # diameters over which the wake fades
+NEAREST = 1e-36  # m: lost beside any diameter; at 0 the root below would have no derivative
 
 
 def strip_paths(flow: Flow, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -46,7 +47,7 @@ def shielding(flow: Flow, x: Tensor, p: int, i: int) -> list[Tensor]:
     ahead = -place.imag * course.imag / (course.imag**2 + ALONG**2)
     meets = place.real + ahead * course.real
     D = flow.D[p]
-    far = ahead.clamp(min=0.0)
+    far = ahead.clamp(min=NEAREST)
     half = D / 2 + torch.sqrt(D * far) / 4
     inside = torch.sigmoid(2 * meets / half) * torch.sigmoid(2 * (flow.L[p] - meets) / half)
     behind = torch.sigmoid(4 * (ahead / D - 1))

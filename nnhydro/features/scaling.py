@@ -32,8 +32,8 @@ def acceleration_scale(flow: Flow) -> Tensor:
 
 def rigid_scale(flow: Flow) -> Tensor:
     """Return R (n, links) m/s^2: unlike W it holds the centripetal acceleration, all that loads an arm without water at constant rates."""
-    joint = torch.hypot(flow.N + flow.A * flow.u_x, flow.du_x - flow.A * flow.B)
-    return joint + (flow.M.abs() + flow.A**2) * flow.L
+    joint = torch.complex(flow.N + flow.A * flow.u_x, flow.du_x - flow.A * flow.B)  # 0 on a fixed base, where hypot has no derivative
+    return joint.abs() + (flow.M.abs() + flow.A**2) * flow.L
 
 
 def _reach(flow: Flow) -> Tensor:

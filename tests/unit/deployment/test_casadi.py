@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from campaigns import GIVEN, planted
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm, run
 
 from nnhydro.deployment.casadi_step import casadi_function
@@ -11,6 +11,7 @@ from nnhydro.deployment.step import MemoryStep, inputs_along
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
 from nnhydro.errors import ConfigError
+from nnhydro.fitting.network.train import train
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.travel.state_model import state_loads
 
@@ -24,15 +25,26 @@ def theory(a, loads):
     return StripTheory(a, GIVEN, {}, "physics", loads)
 
 
+def gives_every_step(model, std=False):
+    """Assert that the function gives torques, their standard deviation where there is one, and memory of each step of a run."""
+    step = casadi_function(model)
+    for given, answer in inputs_along(MemoryStep(model, std), run(2, 40)):
+        found = step(*(x.numpy() for x in given))
+        for got, want in zip(found if isinstance(found, tuple) else (found,), answer, strict=False):
+            np.testing.assert_allclose(np.asarray(got).ravel(), want.numpy().ravel(), atol=ROUNDING * 100, rtol=ROUNDING)
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_the_function_gives_every_step_of_a_run(name):
     a = arm(2)
-    model = theory(a, MODELS[name](a))
-    step = casadi_function(model)
-    for given, answer in inputs_along(MemoryStep(model, False), run(2, 40)):
-        found = step(*(x.numpy() for x in given))
-        for got, want in zip(found if isinstance(found, tuple) else (found,), answer, strict=False):
-            np.testing.assert_allclose(np.asarray(got).ravel(), want.numpy(), atol=ROUNDING * 100, rtol=ROUNDING)
+    gives_every_step(theory(a, MODELS[name](a)))
+
+
+@pytest.mark.slow
+def test_a_hybrid_is_a_function_too():
+    a = arm(2)
+    choices = DEFAULT_LAWS.model_copy(update={"baseline": "constant"})
+    gives_every_step(train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), choices), std=True)
 
 
 def test_its_derivatives_are_those_of_the_dynamics():

@@ -264,6 +264,15 @@ def test_numbers_come_back_as_they_were_given():
     assert q.grad is not None
 
 
+@pytest.mark.slow
+def test_a_tensor_s_gradient_through_a_learned_model_is_its_jacobian(hybrid):
+    dynamics = nnhydro.Dynamics(hybrid)
+    q, qd, qdd = np.random.default_rng(5).uniform(-1, 1, (3, 6, 2))
+    moved = torch.tensor(q, requires_grad=True)
+    dynamics.inverse_dynamics(moved, qd, qdd)[:, 1].sum().backward()
+    np.testing.assert_allclose(moved.grad, dynamics.jacobians(q, qd, qdd).q[:, 1], rtol=1e-12, atol=1e-12)
+
+
 def test_sensors_are_no_mechanics_but_currents_and_load_friction_are():
     a = arm(2)
     instruments = (TorqueBias(joint=1, offset=(0.5,)), AmbientCurrent((0.2,), (0.1,)), LoadFriction(joint=2, coefficient=(0.1,)))
