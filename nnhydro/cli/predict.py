@@ -8,9 +8,13 @@ import typer
 from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from nnhydro.models.prediction import PredictedTorque
 
 STRICT = 0.05  # share of the rows that may lie outside where --strict is given
+APART = 1e-3  # of the rms of tau1: hub_Mz_Nm differs by more than the rounding of the files
 
 
 def predict(
@@ -66,7 +70,21 @@ def predict(
         share = prediction.outside_share
         far = "" if not share else f", {share:.0%} of them outside what the model was trained on (column outside)"
         say(f"{path}: {len(prediction.t)} rows{far}")
+    for prediction, wrench in zip(predictions, wrenches, strict=True):
+        _note_moment(prediction, wrench)
     conclude(_verdict(predictions, out), following=_next_steps(model, odd, predictions))
+
+
+def _note_moment(prediction: "PredictedTorque", wrench: "dict[str, NDArray[np.float64]] | None") -> None:
+    """Say how far hub_Mz_Nm is from -tau1_Nm, and why."""
+    import numpy as np
+
+    if wrench is None:
+        return
+    apart, size = (float(np.sqrt((x**2).mean())) for x in (wrench["hub_Mz_Nm"] + prediction.tau[:, 0], prediction.tau[:, 0]))
+    if apart > APART * size:
+        note(f"{prediction.name}: hub_Mz_Nm differs from -tau1_Nm by {apart:.3g} N m rms. Friction, springs and learned torques at "
+             "joint 1, the drive, and sensor faults are not part of the wrench.")
 
 
 def _next_steps(model: Path, odd: list[str], predictions: "list[PredictedTorque]") -> str:

@@ -3,7 +3,11 @@
     wrench on the base = -(what the base supplies):   F = -sum_i (m_i a_i - m_i g) - F_water,    M_z likewise about joint 1     [N, N m]
 
 Friction in the joints, springs across them and motors act between the base and the arm, or between links, and are no part of it: M_z is not
-the torque of motor 1. The forces are found as the loads' own virtual work: every load reaches the hub by the same levers by which it
+the torque of motor 1. What a hybrid learns is a torque at a joint, and may be friction as well as water, so it is no part of it either:
+
+    tau_1 + M_z = friction and springs at joint 1 + what is learned at joint 1     [N m], direct drive, without faults of sensors
+
+The forces are found as the loads' own virtual work: every load reaches the hub by the same levers by which it
 reaches the joints, the virtual motion of the hub along X and along Y beside those of the joints.
 """
 
@@ -72,6 +76,7 @@ def _on_base(supplied: Tensor, joints: int) -> Tensor:
 def wrench_columns(model: TorqueModel, recording: Recording) -> dict[str, NDArray[np.float64]]:
     """Return hub_Fx_N, hub_Fy_N and hub_Mz_Nm (n,) along a recorded motion, row for row, as `predict` returns torques.
 
+    hub_Mz_Nm is not -tau1_Nm: friction, springs and what is learned at joint 1, the drive, and sensor faults are in tau1_Nm only.
     Raises ModelError for a network, RecordingError where the motion cannot be used.
     """
     mechanical = joint_model(model)

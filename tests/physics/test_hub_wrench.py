@@ -200,7 +200,7 @@ def test_a_base_that_turns_is_a_first_joint_that_turns():
     assert Flow(a, run(2), hub=True).lever_normal.shape[1] == 4
 
 
-def test_the_file_of_predict_holds_the_wrench_row_for_row(tmp_path):
+def test_the_file_of_predict_holds_the_wrench_row_for_row(tmp_path, capsys):
     a = arm(2)
     physics = StripTheory(a, GIVEN, {}, "physics", planted(a))
     save_model(physics, tmp_path / "model")
@@ -216,3 +216,11 @@ def test_the_file_of_predict_holds_the_wrench_row_for_row(tmp_path):
     for k, name in enumerate(("hub_Fx_N", "hub_Fy_N", "hub_Mz_Nm")):
         np.testing.assert_allclose(got[name], want[:, k], rtol=1e-5, atol=1e-6 * np.abs(want[:, k]).max())
     np.testing.assert_allclose(got["hub_Mz_Nm"], -got["tau1_Nm"], rtol=1e-5, atol=1e-6)
+    assert "hub_Mz_Nm" not in "".join(capsys.readouterr())
+    rubbing = replace(physics, loads=planted(a).plus("rub", CoulombTerm((0.5, 0.5))))
+    save_model(rubbing, tmp_path / "rubbing")
+    assert run_command(["predict", str(tmp_path / "rubbing"), str(tmp_path / "swing.csv"), "--hub", "--out", str(tmp_path / "out2")]) == 0
+    rubbed = np.genfromtxt(tmp_path / "out2" / "swing.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(rubbed["hub_Mz_Nm"], got["hub_Mz_Nm"], rtol=1e-5, atol=1e-6)
+    apart = np.sqrt(((rubbed["tau1_Nm"] + rubbed["hub_Mz_Nm"]) ** 2).mean())
+    assert f"hub_Mz_Nm differs from -tau1_Nm by {apart:.3g} N m rms" in "".join(capsys.readouterr())

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nnhydro.evaluation.benchmark import BenchmarkResult, model_torque
+from nnhydro.evaluation.benchmark import BenchmarkResult
 from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
+from nnhydro.report.torque_panels import INK, STYLES, history_figure, steady_figure
 from nnhydro.report.widgets.trace import benchmark_traces, with_whole_tables
 
 if TYPE_CHECKING:
@@ -34,19 +34,11 @@ def shown_models(result: BenchmarkResult) -> list[str]:
     return list(dict.fromkeys([ranking[0], *physics[:1], *ranking[1:]]))[:3]
 
 
-def torque_history(result: BenchmarkResult, recording: str, label: str, models: Sequence[str], stem: Path) -> list[Path]:
-    """Draw measured and held-out modelled torque of one recording."""
-    index = next(i for i, unit in enumerate(result.units) if unit.name == recording)
-    fold = max(k for k, held_out in enumerate(result.folds) if index in held_out)
-    segment = max(result.units[index].segments(), key=len)
-    standings = {name: result.standings[name] for name in models}
-    lines = {f"{name} ({100 * s.misfit[recording].error:.1f} %)": model_torque(s.models[fold], segment) for name, s in standings.items()}
-    figure = new_figure(9.0, 2.6 * segment.n_links + 1.4)
-    draw_joint_panels(figure, segment, lines)
-    low_pass = segment.low_pass
-    filtered = "" if low_pass is None else f"; all curves low-passed at {low_pass.cutoff_hz:g} Hz, shaded ends not compared"
-    figure.suptitle(f"{label} held-out recording: {recording}{filtered}", x=0.01, ha="left", fontsize=10)
-    return save_figure(figure, stem)
+def torque_history(result: BenchmarkResult, recording: str, label: str, models: Sequence[str]) -> "Figure":
+    """Return measured and held-out modelled torque of one recording."""
+    trace = max(benchmark_traces(result, [recording]), key=lambda trace: len(trace.segment))
+    labels = {name: f"{name} ({100 * result.standings[name].misfit[recording].error:.1f} %)" for name in models}
+    return history_figure(trace, labels, f"{label} held-out recording: {recording}")
 
 
 def error_figure(result: BenchmarkResult) -> "Figure":
@@ -115,12 +107,6 @@ def coverage_shares(result: BenchmarkResult) -> dict[str, dict[str, float]]:
     return {name: model["coverage"]["shares"] for name, model in result.document()["models"].items() if "coverage" in model}
 
 
-def steady_figure(result: BenchmarkResult, models: Sequence[str], stem: Path) -> list[Path]:
-    """Draw the torque of steady runs against towing speed and joint angles, measured and held-out modelled, a row a joint."""
-    tables = with_whole_tables(benchmark_traces(result, [unit.name for unit in result.units if unit.steady]))
-    return draw_steady(tables[0].segment, {name: tables[0].models[name] for name in models}, stem)
-
-
 def benchmark_figures(result: BenchmarkResult, out: Path) -> list[Path]:
     """Draw every picture of a benchmark into the folder `out`, each as PNG and SVG with its data; returns their paths."""
     paths = save_figure(error_figure(result), out / "errors")
@@ -130,7 +116,8 @@ def benchmark_figures(result: BenchmarkResult, out: Path) -> list[Path]:
         paths += save_figure(reliability_figure(covered), out / "reliability")
     models = shown_models(result)
     for label, recording in typical_recordings(result, models[0]).items():
-        paths += torque_history(result, recording, label, models, out / f"torque_{label}")
-    if any(unit.steady for unit in result.units):
-        paths += steady_figure(result, models, out / "torque_steady")
+        paths += save_figure(torque_history(result, recording, label, models), out / f"torque_{label}")
+    steady = with_whole_tables(benchmark_traces(result, [unit.name for unit in result.units if unit.steady]))
+    if steady:
+        paths += save_figure(steady_figure(steady[0], models), out / "torque_steady")
     return paths

@@ -12,7 +12,7 @@ import numpy as np
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.report.diagnosis.finding_law import DrawnLaw, law_of
 from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.torque_panels import INK, STYLES, draw_joint_panels, draw_steady
+from nnhydro.report.torque_panels import INK, STYLES, history_figure, steady_figure
 from nnhydro.report.widgets.residual_map import ResidualMap, largest, residual_maps
 from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, spread
 
@@ -23,16 +23,6 @@ if TYPE_CHECKING:
 MOST_RECORDINGS = 15  # that a law is drawn from
 DOTS = 600  # single rows in a panel
 OVER = "angle and rate"
-
-
-def history_figure(trace: Trace, stem: Path) -> list[Path]:
-    """Draw measured, baseline and corrected torque of one recording, and what both models leave."""
-    segment, low_pass = trace.segment, trace.segment.low_pass
-    figure = new_figure(9.0, 2.6 * segment.n_links + 1.4)
-    draw_joint_panels(figure, segment, {f"{name} ({100 * trace.error(name):.1f} %)": tau for name, tau in trace.models.items()})
-    filtered = "" if low_pass is None else f"; all curves low-passed at {low_pass.cutoff_hz:.3g} Hz, shaded ends not compared"
-    figure.suptitle(f"{trace.recording}{filtered}", x=0.01, ha="left", fontsize=10)
-    return save_figure(figure, stem)
 
 
 def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
@@ -91,6 +81,13 @@ def laws_of(result: DiagnosisResult, traces: Sequence[Trace]) -> list[DrawnLaw |
     return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
 
 
+def _torque_figure(trace: Trace) -> "Figure":
+    """Measured, baseline and corrected torque of one recording or steady table."""
+    if trace.segment.steady:
+        return steady_figure(trace, list(trace.models))
+    return history_figure(trace, {name: f"{name} ({100 * trace.error(name):.1f} %)" for name in trace.models}, trace.recording)
+
+
 def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None], out: Path,
                       unnamed: Sequence[DrawnLaw] = ()) -> list[Path]:
     """Draw every picture of a diagnosis into the folder `out`, each as PNG and SVG with its data; returns their paths."""
@@ -98,7 +95,7 @@ def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], laws: Se
     for trace in by_change(traces):
         stem = out / ("torque_steady" if trace.segment.steady else "torque_history")
         if not stem.with_suffix(".png").exists():  # the first of its kind is where the correction helps most
-            paths += draw_steady(trace.segment, trace.models, stem) if trace.segment.steady else history_figure(trace, stem)
+            paths += save_figure(_torque_figure(trace), stem)
     maps = residual_maps(traces, [BASELINE, CORRECTED] if result.findings else [BASELINE])
     if maps:
         paths += map_figure(maps, out / "residual_map")

@@ -11,6 +11,7 @@ from rigs import arm, run, states
 from scipy.integrate import solve_ivp
 
 import nnhydro
+from nnhydro.dynamics.hub import hub_wrench
 from nnhydro.dynamics.joint_model import joint_model
 from nnhydro.effects.hypotheses.ambient_current import AmbientCurrent
 from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
@@ -265,6 +266,16 @@ def test_numbers_come_back_as_they_were_given():
 
 
 @pytest.mark.slow
+def test_the_moment_on_the_base_is_the_torque_of_joint_1_but_for_friction_and_what_is_learned(hybrid):
+    motion, mechanical = run(2), joint_model(hybrid)
+    physics = joint_model(hybrid.baseline)
+    learned = (mechanical.torque(motion) - physics.torque(motion))[:, 0]
+    friction = sum(tau[:, 0] for name, tau in hybrid.baseline.loads.by_term(Flow(arm(2), motion)).items() if name.endswith("friction"))
+    assert learned.abs().max() > 1e-3
+    torch.testing.assert_close(mechanical.torque(motion)[:, 0] + hub_wrench(mechanical, motion).total[:, 2], learned + friction,
+                               rtol=0.0, atol=1e-10)
+
+
 def test_a_tensor_s_gradient_through_a_learned_model_is_its_jacobian(hybrid):
     dynamics = nnhydro.Dynamics(hybrid)
     q, qd, qdd = np.random.default_rng(5).uniform(-1, 1, (3, 6, 2))

@@ -21,7 +21,9 @@ from nnhydro.report.benchmark.figures import reliability_figure
 from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of, map_figure
 from nnhydro.report.diagnosis.finding_law import law_of
 from nnhydro.report.figure_file import new_figure, page_figure, save_figure
+from nnhydro.report.torque_panels import history_figure
 from nnhydro.report.widgets.history import history
+from nnhydro.report.widgets.panels import panels, shaded_ends
 from nnhydro.report.widgets.residual_map import residual_maps, shade
 from nnhydro.report.widgets.svg import FINE, Scale, path, round_step, thin
 from nnhydro.report.widgets.trace import diagnosis_traces, spread, traces_of
@@ -227,6 +229,44 @@ def test_a_steady_table_is_drawn_against_what_it_varies_and_nothing_else():
     labels = [h.label for h in history(trace, {"m": 0}, 100, ["m"])]
     assert labels == ["tows against towing speed", "tows against angle of joint 1", "tows against angle of joint 2"]
     assert trace.error("m") < 1e-9
+
+
+def with_wild_ends(trace, rows=20):
+    """The trace with rows at both ends that are not compared, at which the models are far off."""
+    keep, tau = trace.segment.keep.copy(), trace.models["poor"].copy()
+    keep[:rows], keep[-rows:], tau[:rows] = False, False, 100.0
+    return replace(trace, segment=replace(trace.segment, keep=keep), models={**trace.models, "poor": tau})
+
+
+def test_page_and_file_draw_the_same_panels_with_the_same_limits():
+    c, whole, poor = poor_and_whole()
+    trace = with_wild_ends(all_traces(c, whole=whole, poor=poor)[0])
+    figure = history_figure(trace, {"whole": "whole (0 %)", "poor": "poor (50 %)"}, "one")
+    (page,) = history(trace, {"whole": 0, "poor": 1}, 100, ["whole", "poor"])
+    drawn = [group for group in ET.fromstring(page.drawing).iter("g") if group.get("class") == "panel"]
+    assert [group.get("data-label") for group in drawn] == ["torque 1", "residual 1", "torque 2", "residual 2"]
+    for group, axes, panel in zip(drawn, figure.axes, panels(trace, ["whole", "poor"]), strict=True):
+        assert axes.get_ylabel().replace("\n", " ") == panel.label
+        np.testing.assert_allclose([float(x) for x in group.get("data-y").split()[2:]], axes.get_ylim()[::-1], rtol=1e-5)
+        lines = [line for line in axes.lines if not line.get_label().startswith("_")]
+        series = [p.get("data-series") for p in group.iter("path")]
+        assert [line.get_label().split(" (")[0] for line in lines] == series == list(panel.curves)
+        for line, curve in zip(lines, panel.curves.values(), strict=True):
+            np.testing.assert_array_equal(line.get_ydata(), curve)
+    shaded = [rect for rect in ET.fromstring(page.drawing).iter("rect") if rect.get("class") == "ends"]
+    assert len(shaded) == len(figure.axes[0].patches) == len(shaded_ends(trace.segment)) == 2
+    assert figure.axes[0].get_ylim()[1] < 100, "rows that are not compared do not set the scale"
+
+
+def test_a_panel_s_limits_hold_the_compared_rows_of_the_models_shown_first():
+    c, whole, poor = poor_and_whole()
+    trace = all_traces(c, whole=whole, poor=poor)[0]
+    whole_only, both = (panels(trace, ["whole", "poor"], first) for first in (["whole"], []))
+    for narrow, wide in zip(whole_only, both, strict=True):
+        inside = np.concatenate([y[trace.segment.keep] for y in wide.curves.values()])
+        assert wide.limits[0] < inside.min()
+        assert wide.limits[1] > inside.max()
+        assert np.ptp(narrow.limits) < np.ptp(wide.limits) or not narrow.residual
 
 
 def test_many_recordings_are_thinned_evenly():
