@@ -18,14 +18,15 @@ HERE = Path(__file__).parent
 BASES, LEARNED = ("constant", "state"), ("network", "hybrid")
 SHARES_AN_EQUATION = {"rivera_tank": "none exactly: the planted memory is of first order, those of features/wake.py are not"}
 HEAD = ["# Learned models on independent tanks", "",
-        "`python training/independent_tanks/run.py` prints these tables; `config.toml` holds all choices, `results.json` all numbers.",
+        "`python training/independent_tanks/run.py` prints this table; `config.toml` holds all choices, `results.json` all numbers.",
         "No feature uses an equation of the data, except as said below.", "",
         "- `error`: sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit.",
         "- `bar`: the error aimed at. On recordings it is half of that of `state`, or a third of that of `constant`, whichever is less.",
         "  On kinds of motion it is 0.8 of that of the better baseline. For cfd_cylinder and rivera_tank, config.toml states it.",
         "- `worst`: largest error on a recording, relative to that of `constant`; the aim is at most 1.1.",
         "- `> 1.1`: number of recordings on which the error is more than 1.1 times that of `constant`.",
-        "- `95 %`: share of held-out rows within the model's 95 % intervals.", ""]
+        "- `95 %`: share of held-out rows within the model's 95 % intervals.", "",
+        "| tank | protocol | model | error | bar | worst | > 1.1 | 95 % |", f"|{' --- |' * 8}"]
 
 
 def version() -> str:
@@ -46,14 +47,14 @@ def bar(models: dict, kinds: bool, stated: float | None) -> str:
     return f"{100 * (0.8 * min(constant, state) if kinds else min(state / 2, constant / 3)):.1f}"
 
 
-def row(name: str, entry: dict, models: dict, asked: str) -> str:
+def row(key: str, name: str, entry: dict, models: dict, asked: str) -> str:
     """A line of the table."""
     covered, cells, constant = entry.get("coverage", {}).get("shares", {}).get("95"), ("", ""), models.get("constant")
     if constant is not None and name not in BASES:
         ratios = [error / constant["by_recording"][unit] for unit, error in entry["by_recording"].items()]
         cells = (f"{max(ratios):.2f}", f"{sum(ratio > 1.1 for ratio in ratios)} of {len(ratios)}")
     asked = asked if name in LEARNED else ""
-    return (f"| {name} | {100 * entry['error']:.1f} | {asked} | {cells[0]} | {cells[1]} | "
+    return (f"| {key.replace(':', ' | ')} | {name} | {100 * entry['error']:.1f} | {asked} | {cells[0]} | {cells[1]} | "
             f"{'' if covered is None else f'{100 * covered:.0f}'} |")
 
 
@@ -63,12 +64,10 @@ def table(results: dict, now: str, sets: dict) -> str:
     for key, every in results.items():
         models = {name: entry for name, entry in every.items() if entry["version"] == now}
         if models:
-            lines += [f"## {key.replace(':', ', ')}", "", "| model | error | bar | worst | > 1.1 | 95 % |", f"|{' --- |' * 6}"]
             asked = bar(models, key.endswith("leave-kind-out"), sets[key.split(":")[0]].get("bar"))
-            lines += [row(name, entry, models, asked) for name, entry in sorted(models.items(), key=lambda item: item[1]["error"])]
-            lines += ["", *([f"Which feature shares its equation: {SHARES_AN_EQUATION[key.split(':')[0]]}.", ""]
-                            if key.split(":")[0] in SHARES_AN_EQUATION else [])]
-    return "\n".join([*lines, "One version of nnhydro made these tables; results.json holds its hash.", ""])
+            lines += [row(key, name, entry, models, asked) for name, entry in sorted(models.items(), key=lambda item: item[1]["error"])]
+    shared = [f"{name} shares with a feature: {text}." for name, text in SHARES_AN_EQUATION.items() if f"| {name} |" in "".join(lines)]
+    return "\n".join([*lines, "", *shared, "One version of nnhydro made this table; results.json holds its hash.", ""])
 
 
 def main() -> None:
