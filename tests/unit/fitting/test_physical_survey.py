@@ -6,8 +6,7 @@ import pytest
 from campaigns import campaign, dry, planted
 from rigs import arm
 
-from nnhydro.fitting.physical_survey import survey_with_physics
-from nnhydro.fitting.torque_unit import judged_units, torque_unit
+from nnhydro.fitting.physical_survey import judged_units, survey_with_physics, torque_unit
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.recordings.campaign import Campaign
 
