@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, final
 
-from nnhydro.diagnosis.constants import NULL_QUANTILE
+from nnhydro.diagnosis.constants import NULL_QUANTILE, RELEVANT
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.decision.proof import Proof
@@ -103,8 +103,11 @@ class DiagnosisResult:
         with_them = "With this effect in the model" if len(self.findings) == 1 else "With these effects in the model"
         noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot show what else is missing."
                  if self.noise_floor > TOO_NOISY and not self.remainder.detected else "")
-        gained = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {percent(self.proof.before)} to "
-                  f"{percent(self.proof.after)}.{bands}{self._remains()}{noisy}{following}")
+        before, after = percent(self.proof.before), percent(self.proof.after)
+        falls = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
+                 if self.proof.after < (1 - RELEVANT) * self.proof.before else
+                 f"A fit without it leaves as little, {before}, but moves masses or coefficients beyond what is known of them.")
+        gained = f"{falls}{bands}{self._remains()}{noisy}{following}"
         return " ".join([*(f"{f.statement}{f.equivalents()}" for f in self.findings), gained])
 
     def _no_finding_text(self) -> str:

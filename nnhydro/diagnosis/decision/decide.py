@@ -23,9 +23,10 @@ from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, PRECISE, RELEVANT
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, P_ALARM, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.decision.proof import Proof, prove
@@ -157,16 +158,27 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
 
 
+def _contradiction(search: Search, found: ScoredSet) -> float:
+    """Return by how many standard deviations the fit of a set moves the baseline from what arm.yaml states, at most."""
+    return float(np.abs(best_fit(search, found).z).max(initial=0.0))
+
+
 def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
     """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them.
 
     A claim with which held-out recordings are predicted no better is withdrawn: nobody could act on it. One by one the claim goes without
     which the error E is lowest, as long as E does not rise without it. Then all go where together they lower E by less than RELEVANT of it.
+    A claim stays if only without it the fit contradicts arm.yaml, that is where |z| > Phi^-1(1 - P_ALARM / 2): a payload that calibration
+    hides in the masses of a link lowers no error, and is there.
     Raises nothing.
     """
+    believable = float(norm.isf(P_ALARM / 2))
     while True:
         proof = prove(search, decided.claimed, model, seed)
-        without = {k: proof.without[search.key(k)] for k in decided.claimed.chosen}
+        contradicts = {k: _contradiction(search, search.score(tuple(x for x in decided.claimed.chosen if x != k)))
+                       for k in decided.claimed.chosen}
+        free = [k for k, z in contradicts.items() if z <= believable or _contradiction(search, decided.claimed) > believable]
+        without = {k: proof.without[search.key(k)] for k in free}
         worst = min(without, key=lambda k: without[k], default=None)
         if worst is None:
             return decided, proof
@@ -176,7 +188,7 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
             return decided, proof
         reason = (f"the error on held-out {proof.held_out} hardly falls with it, from "
                   f"{percent(without[worst] if burden else proof.before)} to {percent(proof.after)}")
-        gone = (worst,) if burden else decided.claimed.chosen
+        gone = [worst] if burden else free
         keys = set(map(search.key, gone))
         decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
                           for d in decided.decisions)

@@ -74,6 +74,13 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
                                "Noise alone would leave 3.0 %: a systematic residual remains that no known effect explains.")
 
 
+def test_of_a_finding_that_lowers_no_error_the_verdict_says_what_a_fit_without_it_does():
+    made = diagnosis(found=(Told(equivalence_set=("a",), statement="A payload."),))
+    made.proof.after = made.proof.before
+    assert made.verdict() == ("A payload. A fit without it leaves as little, 20.0 %, but moves masses or coefficients beyond what is known "
+                              "of them.")
+
+
 def test_a_verdict_without_findings_says_whether_there_is_a_mismatch_and_what_hums():
     assert diagnosis(0.5).verdict().startswith("No missing physics was detected")
     assert "no known effect explains the difference" in diagnosis(0.001).verdict()

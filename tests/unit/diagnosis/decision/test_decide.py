@@ -261,3 +261,18 @@ def test_claims_that_change_the_error_by_nothing_anybody_would_act_on_are_withdr
 def test_a_useful_claim_stays_where_the_claim_beside_it_spoils_the_prediction(monkeypatch):
     errors = {(): 0.28, (0, 1, 2): 0.32, (1, 2): 0.32, (0, 2): 0.33, (0, 1): 0.31, (1,): 0.29, (0,): 0.21, (2,): 0.4}
     assert left_of(errors, monkeypatch) == (0,)
+
+
+@pytest.mark.parametrize(("size", "stays"), [(8.0, True), (1.0, False)])
+def test_a_claim_that_lowers_no_error_stays_where_only_without_it_the_masses_are_beyond_belief(size, stays, monkeypatch):
+    """A law whose torque is that of a parameter of the baseline, with a prior of 9 against 1."""
+    Y = design(0).Y
+    of = design(0, planted=size * Y[..., 0])
+    one = search(of, (law("payload"),), 30 * Y[..., :1])
+    key = one.key(0)
+    monkeypatch.setattr(deciding, "prove", lambda search, found, model, seed: SimpleNamespace(
+        before=0.1, after=0.1, without={key: 0.1} if found.chosen else {}, held_out="recordings"))
+    made = Claims(one.score((0,)), (Decision(*key, 9.0, 3.0, True, "gains 9 nats"),), {0: 0.1})
+    claims, _ = withdraw_useless(one, made, None, 0)
+    assert claims.claimed.chosen == ((0,) if stays else ())
+    assert [d.claimed for d in claims.decisions] == [stays]
