@@ -87,8 +87,8 @@ class ConcealedCampaign:
     unseen: dict[str, UnseenRun]
 
 
-def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
-    """Return the names of the causes to hide."""
+def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...] | None:
+    """Return the names of the causes to hide; None where the one that is wished for needs two links, and there is one."""
     effect = wish.effect
     if effect == "mixed":
         effect = str(rng.choice(list(MIX), p=list(MIX.values())))
@@ -97,6 +97,8 @@ def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...]:
         return ()
     if effect in ("unlisted", "base_form"):
         return (str(rng.choice(registry.names(effect, links))),)
+    if effect != "random" and effect not in registry.names(effect.rpartition(":")[0], links):
+        return None
     never = ("added_mass",) if wish.acts == "always" else ("added_mass", "torque_drift")
     others = [name for name in registry.names("", links) if name not in (effect, *never)]
     first = (str(rng.choice(others)),) if effect == "random" else (effect,)
@@ -189,6 +191,8 @@ def _attempt(rng: Generator, wish: Wish) -> ConcealedCampaign | None:
     links = wish.links or (2 if rng.random() < 0.75 else 1)
     counts, seconds, rates = SIZES[wish.size]
     names = choose(rng, wish, links)
+    if names is None:
+        return None
     belt = links == 2 and rng.random() < 0.15 and all(registry.takes_belt(name) for name in names)
     arm, stated, known_to = draw_arm(rng, links, belt)
     inertia_hidden = "added_mass" in names

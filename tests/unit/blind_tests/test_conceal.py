@@ -17,7 +17,7 @@ from nnhydro.blind_tests.scoring import score
 from nnhydro.blind_tests.scoring_windows import PlacementError
 from nnhydro.blind_tests.seal import new_key, open_sealed, read_key, seal, write_key, write_sealed
 from nnhydro.blind_tests.summary import summary
-from nnhydro.blind_tests.truth.campaign import Wish
+from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
 from nnhydro.blind_tests.truth.registry import names
 from nnhydro.blind_tests.truth.world import FAMILY
 from nnhydro.errors import ConfigError
@@ -55,6 +55,13 @@ def test_the_truth_imports_numpy_and_scipy_and_nothing_of_the_rest(path):
     for module in modules:
         assert not module.startswith("nnhydro") or module.startswith("nnhydro.blind_tests.truth"), module
         assert module.split(".")[0] not in ("torch", "pandas", "sklearn", "pydantic"), module
+
+
+def test_an_effect_that_needs_two_links_is_never_hidden_on_one():
+    """Seed 3 draws an arm of one link first."""
+    drawn = draw_campaign(3, 0, Wish("link_interference", "strong", None, 1, "small"))
+    assert drawn.answer["links"] == 2
+    assert drawn.answer["seed"] == [3, 0, 1]
 
 
 def test_every_effect_of_the_catalogue_can_be_hidden_and_is_of_the_same_family():
