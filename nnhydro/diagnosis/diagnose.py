@@ -74,7 +74,7 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
     angles = np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches])
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
-                                tuple(np.ptp(angles, axis=0).tolist()))
+                                tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()))
     return tuple(h for h in made if "frequency" not in h.spans or getattr(h.effect, "frequency")[0] < design.problem.edge)  # noqa: B009
 
 

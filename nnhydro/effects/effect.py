@@ -87,6 +87,10 @@ class Effect(ParametricTerm):
         """Return the laws of fewer parameters that are tried besides: what is left out has no values at all; none by default."""
         return ()
 
+    def centre(self, angles: tuple[float, ...]) -> Self:
+        """Return the effect as a law about the mean `angles` (joints,) rad of the campaign; itself where no origin matters."""
+        return self
+
     def plausible(self) -> bool:
         """Return whether the values make sense together, beyond each one's own bounds; a mechanism that cannot be is not claimed."""
         return True

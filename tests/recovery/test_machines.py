@@ -4,6 +4,7 @@
     tau = J qdd + F_v qd + F_c sgn(qd)                          a joint that turns in the horizontal plane, both frictions alike
     tau = J qdd + m g c cos(q) + F_c sgn(qd) + T cos(14 q)      a pendulum on a motor with magnets
     0 = J qdd + m g c cos(q) + b qd                             a hull that rolls out
+    0 = J qdd + m g c cos(q) + b |qd| qd + k (q - q_0)          a rod on a cable
     tau = C_M rho A L du/dt L/2 + drag                          a section that is held in a wave
 """
 
@@ -114,9 +115,22 @@ def rolling_in_view_of_a_camera(seed):
     return {"t_s": t, "q1_rad": roll.y[0] - np.pi / 2 + noise(seed, t, 1.5e-3), "tau1_Nm": 0 * t}
 
 
+def rod_on_a_cable(seed):
+    """A rod that swings in water, an instrument cable across its pivot: a spring that is slack 0.1 rad from hanging."""
+    from scipy.integrate import solve_ivp
+
+    t = np.arange(0, 12, 0.01)
+    drag, added = 1000.0 * 1.1 * 0.06 * 0.5**4 / 8, 1000.0 * 0.9 * np.pi / 4 * 0.06**2 * 0.5**3 / 3
+    def slope(_, y):
+        return [y[1], -(3.2 * 9.81 * 0.33 * np.sin(y[0]) + 2.0 * (y[0] - 0.1) + drag * abs(y[1]) * y[1]) / (0.055 + 3.2 * 0.33**2 + added)]
+
+    swing = solve_ivp(slope, (0, 12), [(1.3 - 0.2 * seed) * (-1) ** seed, 0.0], t_eval=t, rtol=1e-9)
+    return {"t_s": t, "q1_rad": swing.y[0] - np.pi / 2 + noise(seed, t, 4e-4), "tau1_Nm": 0 * t}
+
+
 def link(**keys):
     """A link's document."""
-    return {"length_m": 0.5, "diameter_m": 0.1, **keys}
+    return {"length_m": 0.5, "diameter_m": 0.1} | keys
 
 
 MACHINES = {
@@ -133,6 +147,8 @@ MACHINES = {
                                "known_to": 0.02}, {"viscous_friction": 9.0}),
     rolling_in_view_of_a_camera: (WATER, {}, {"length_m": 0.35, "diameter_m": 0.12, "mass_kg": 70.0, "com_m": 0.04, "inertia_kg_m2": 2.77,
                                               "known_to": 0.02}, {}),
+    rod_on_a_cable: (WATER, {}, link(diameter_m=0.06, mass_kg=3.2, com_m=0.33, inertia_kg_m2=0.055, known_to=0.005),
+                     {"umbilical_stiffness": 2.0}),
     section_in_waves: (WATER, {}, {"length_m": 0.6, "diameter_m": 0.1, "mass_kg": 5.0, "com_m": 0.3, "inertia_kg_m2": 0.15},
                        {"wave_orbital": 0.12}),
 }
@@ -158,5 +174,6 @@ def test_what_loads_a_machine_is_named_with_its_size_and_nothing_else(machine):
     for name, value in hidden.items():
         low, high = found[name].ci95
         assert low <= value <= high, name
-        known = name != "wave_orbital"  # of a wave that a held link meets only the part across it is known
+        # of a wave that a held link meets only the part across it is known; of a spring on a free rod, what the weight does not imitate
+        known = name not in ("wave_orbital", "umbilical_stiffness")
         assert high - low < 0.3 * abs(value) or not known, name

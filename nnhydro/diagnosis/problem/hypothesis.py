@@ -130,11 +130,11 @@ def _thin(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> 
 
 
 def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True,
-                         ranges: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
+                         ranges: tuple[float, ...] = (), means: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
-    `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. Where the arm is not `driven`, no
-    effect that acts on a drive or its sensor can show: these are left out.
+    `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. `means` are their
+    mean angles, about which laws of the angle are written. Where the arm is not `driven`, no effect that acts on a drive or its sensor can show.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():
@@ -142,7 +142,8 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
             continue
         scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid
                   for name, grid in cls.grids().items()}
-        points = [point for point in candidates(cls, arm, peaks) if isinstance(point, LoadEffect | InstrumentEffect)]
+        points = [point.centre(means) if means else point
+                  for point in candidates(cls, arm, peaks) if isinstance(point, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thin(points, scaled)
         points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
         grids = cls.grids() | {name: (0.0, *values) for name, values in cls.details().items()}

@@ -1,7 +1,7 @@
 """Hypothesis: a hose or cable pulls a joint back."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import pi
 from typing import final
 
@@ -28,7 +28,7 @@ class UmbilicalStiffness(LoadEffect):
     family = "restoring"
     name = "hose or cable stiffness"
     mechanism = "A hose, cable or boot across the joint bends with it and pulls it back towards the angle at which it lies slack."
-    equation = "tau_j = k q_j + p, or with k_2 q_j^2 + k_3 q_j^3 besides;  tau_j(q_rest) = 0"
+    equation = "tau_j = k x + p, or with k_2 x^2 + k_3 x^3 besides,  x = q_j - q_mean;  tau_j(q_rest) = 0"
     source = "linear spring, and the first terms of any other: from general knowledge, not checked"
     signature = Signature(
         depends_on=("q",), parity="mixed", region="grows with the distance from the rest angle, in every recording alike",
@@ -37,10 +37,16 @@ class UmbilicalStiffness(LoadEffect):
     )
     acts = "joint"
 
-    stiffness: Values = parameter("N m/rad", 0.5, (-1e4, 1e4), "torque per angle at q = 0: the spring constant of a linear one", per="arm")
-    preload: Values = parameter("N m", 0.0, (-1e4, 1e4), "torque at q = 0: -stiffness times rest angle, where it is linear", per="arm")
+    stiffness: Values = parameter("N m/rad", 0.5, (-1e4, 1e4), "torque per angle at x = 0: the spring constant of a linear one", per="arm")
+    preload: Values = parameter("N m", 0.0, (-1e4, 1e4), "torque at x = 0: stiffness times q_mean - q_rest, where linear", per="arm")
     quadratic: Values = parameter("N m/rad^2", 0.0, (-1e4, 1e4), "how much stiffer it is on one side, k_2", per="arm", absent=True)
     cubic: Values = parameter("N m/rad^3", 0.0, (-1e4, 1e4), "how much stiffer it grows on both sides, k_3", per="arm", absent=True)
+
+    about: float = field(default=0.0, kw_only=True)  # rad: q_mean, so that its size hangs on no choice of the angle's origin
+
+    def centre(self, angles: tuple[float, ...]) -> "UmbilicalStiffness":
+        """Return the law about the mean angle of its joint."""
+        return replace(self, about=angles[self.joint - 1])
 
     def narrower(self) -> tuple["UmbilicalStiffness", ...]:
         """Return the linear spring alone."""
@@ -53,12 +59,12 @@ class UmbilicalStiffness(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (stiffness, preload, quadratic, cubic), (n, joints, 4), or of the first two alone."""
-        q = flow.motion.q[:, self.joint - 1]
-        bent = [q**2] * len(self.quadratic) + [q**3] * len(self.cubic)
-        return at_joint(torch.stack([q, torch.ones_like(q), *bent], dim=1), self.joint, flow.arm.n_links)
+        x = flow.motion.q[:, self.joint - 1] - self.about
+        bent = [x**2] * len(self.quadratic) + [x**3] * len(self.cubic)
+        return at_joint(torch.stack([x, torch.ones_like(x), *bent], dim=1), self.joint, flow.arm.n_links)
 
     def _law(self) -> np.polynomial.Polynomial:
-        """The torque over the angle, without terms that nobody could measure."""
+        """The torque over x, without terms that nobody could measure."""
         c = [self.preload[0], self.stiffness[0], *self.quadratic, *self.cubic]
         sizes = [abs(x) * FURTHEST**n for n, x in enumerate(c)]
         while len(c) > 1 and sizes[len(c) - 1] <= NONE * max(sizes):
@@ -66,7 +72,7 @@ class UmbilicalStiffness(LoadEffect):
         return np.polynomial.Polynomial(c)
 
     def _rest(self) -> tuple[float, float] | None:
-        """Stiffness and angle where it lies slack, the least one of those towards which it pulls; None where it pulls nowhere."""
+        """Stiffness and x where it lies slack, the least one of those towards which it pulls; None where it pulls nowhere."""
         law = self._law()
         slope, zeros = law.deriv(), np.asarray(law.roots(), complex)
         found = [(float(slope(z.real)), float(z.real)) for z in zeros if abs(z.imag) < 1e-9 * (1 + abs(z)) and slope(z.real) > 0]
@@ -82,8 +88,8 @@ class UmbilicalStiffness(LoadEffect):
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the rest angle, and the stiffness there."""
-        k, q = self._rest() or (self.stiffness[0], 0.0)
-        return {"stiffness": Quantity(k, "N m/rad"), "rest_angle": Quantity(q, "rad")}
+        k, x = self._rest() or (self.stiffness[0], 0.0)
+        return {"stiffness": Quantity(k, "N m/rad"), "rest_angle": Quantity(self.about + x, "rad")}
 
     def _grows(self) -> str:
         """How its stiffness changes within a radian of its rest angle, in words."""

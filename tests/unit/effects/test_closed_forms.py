@@ -35,6 +35,17 @@ def bent(k, p, k2, k3):
     return made("umbilical_stiffness", arm(1), 1, stiffness=(k,), preload=(p,), quadratic=(k2,), cubic=(k3,))
 
 
+def test_a_hose_is_the_same_about_any_angle():
+    """k (q - r) about a is k x + k (a - r), x = q - a; its torque is odd about r."""
+    k, rest = 1.3, -1.4
+    motion = steady(np.linspace(-2.2, -0.9, 7)[:, None])
+    about_zero = made("umbilical_stiffness", arm(1), 1, stiffness=(k,), preload=(-k * rest,), quadratic=(), cubic=())
+    about_hanging = replace(about_zero, preload=(k * (-np.pi / 2 - rest),)).centre((-np.pi / 2,))
+    np.testing.assert_allclose(about_hanging.torque(Flow(arm(1), motion)), about_zero.torque(Flow(arm(1), motion)), atol=1e-12)
+    assert about_hanging.quantities()["rest_angle"].value == pytest.approx(rest)
+    assert term_of(about_hanging.document()) == about_hanging
+
+
 def test_a_hose_that_bends_lies_slack_where_its_torque_is_zero_and_is_as_stiff_there_as_its_slope():
     k, rest, hardening = 0.8, 0.3, 0.15  # k (d + 0.15 d^3), d = q - rest, multiplied out
     hose = bent(k * (1 + 3 * hardening * rest**2), -k * (rest + hardening * rest**3), -3 * k * hardening * rest, k * hardening)
