@@ -40,7 +40,7 @@ class Shape:
 
     def quantities(self):
         a, b = (Quantity(value, "N m") for value in self.linear)
-        return {"cosine": a, "sine": b, "damping": Quantity(self.damping[0], "1/s")}
+        return {"cosine": a, "sine": b, "damping": Quantity(self.damping[0], "1/s"), "octave": Quantity(1.0, "1")}
 
     @staticmethod
     def parameters():

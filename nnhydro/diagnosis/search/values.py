@@ -143,13 +143,18 @@ def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]
 
 
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
-    """Return whether member `k` has nonlinear values and the interval of each of its quantities holds 0."""
+    """Return whether member `k` has nonlinear values and the interval of each of its sizes holds 0.
+
+    A size is a quantity that is 0 where the linear values are: that a wall lies in some direction says nothing of whether there is one.
+    """
     tangents, h = tangents_of(search, found), search.view.library.hypotheses[k]
     if tangents is None or not len(tangents.at(k)):
         return False
     values = values_of(search, found, k, tangents)
     spans = quantity_intervals(h.with_values(torch.from_numpy(values.mean.copy())), values)
-    return all(low <= 0 <= high for low, high in spans.values())
+    absent = h.with_values(torch.zeros(len(values.mean), dtype=torch.float64)).quantities()
+    sizes = [span for name, span in spans.items() if absent[name].value == 0]
+    return bool(sizes) and all(low <= 0 <= high for low, high in sizes)
 
 
 def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:

@@ -211,6 +211,7 @@ def test_the_best_fit_of_a_set_is_found_once():
 
 @pytest.mark.parametrize(("beta", "nothing"), [((0.8, 0.4), False), ((0.0, 0.0), True)])
 def test_a_law_says_nothing_where_the_interval_of_each_of_its_values_holds_0_with_all_that_it_hangs_on(beta, nothing):
+    """Its octave is known exactly, whether it is there or not."""
     one = with_oscillation((1.05, 0.6), (1.05, 0.6), beta=beta, seed=2)
     assert says_nothing(one, one.score((0,)), 0) == nothing
 
