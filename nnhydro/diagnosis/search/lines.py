@@ -21,10 +21,10 @@ LOWEST = 0.05  # Hz
 ROUNDS, STEPS = 6, (-2.0, -1.0, 0.0, 1.0, 2.0)  # of finer lines: steps at first in the reciprocal of the recordings' length, then in halves
 
 
-def _periodogram(design: Design, i: int) -> tuple[Array, Array]:
-    """Return frequencies (m,) Hz and the padded periodogram (m,), mean 1, of what the baseline alone leaves in block `i`."""
+def _periodogram(design: Design, i: int, x: Array | None = None) -> tuple[Array, Array]:
+    """Return frequencies (m,) Hz and the padded periodogram (m,), mean 1, of `x` (samples, c) in block `i`: what the baseline alone leaves."""
     problem, block = design.problem, design.problem.blocks[i]
-    x = problem.inverse(block, design.excess[problem.block_of == i])
+    x = problem.inverse(block, design.excess[problem.block_of == i]) if x is None else x
     padded = PADDING * len(x)
     power = (np.abs(np.fft.rfft((x - x.mean(axis=0)) * np.hanning(len(x))[:, None], padded, axis=0)) ** 2).sum(axis=1)
     density: Array = power / max(float(power.mean()), 1e-300)
@@ -46,27 +46,38 @@ def line_frequencies(design: Design) -> tuple[float, ...]:
     return tuple(float(grid[k]) for k in sorted(peaks, key=lambda k: -total[k])[:LINES])
 
 
-def own_lines(design: Design) -> dict[int, float]:
-    """Return the frequency, Hz, of the strongest line of every recording by its number; none where they cannot be told apart.
+def _strongest(f: Array, power: Array, edge: float) -> tuple[float, float]:
+    """Return the power and the frequency, Hz, of the strongest line below `edge`, at the vertex of the parabola through the logarithms."""
+    inside = np.flatnonzero((f >= LOWEST) & (f < edge))[1:-1]
+    if len(inside) == 0:
+        return 0.0, 0.0
+    k = int(inside[np.argmax(power[inside])])
+    before, at, after = np.log(np.maximum(power[k - 1:k + 2], 1e-300))
+    vertex = f[k] + (f[1] - f[0]) * float(np.clip((after - before) / max(2 * (2 * at - before - after), 1e-12), -0.5, 0.5))
+    return float(power[k]), float(vertex)
 
-    Of a wave that is another in each recording, at the vertex of the parabola through the logarithms of the periodogram's highest points.
+
+def own_lines(design: Design) -> dict[int, float]:
+    """Return the frequency, Hz, of the strongest line of every recording by its number, of a wave that is another in each.
+
+    None where the lines cannot be told apart, or where that of most recordings is the strongest line of their own motion: what follows the
+    motion is no wave.
     """
-    problem, found, width = design.problem, dict[int, tuple[float, float]](), 0.0
+    problem, found, width = design.problem, dict[int, tuple[float, float, bool]](), 0.0
     for i, block in enumerate(problem.blocks):
         if block.steady:
             continue
-        stretch = problem.stretches[block.stretch]
-        f, power = _periodogram(design, i)
-        inside = np.flatnonzero((f >= LOWEST) & (f < problem.edge))[1:-1]
-        if len(inside) == 0:
-            continue
-        k = int(inside[np.argmax(power[inside])])
-        before, at, after = np.log(np.maximum(power[k - 1:k + 2], 1e-300))
-        vertex = f[k] + (f[1] - f[0]) * float(np.clip((after - before) / max(2 * (2 * at - before - after), 1e-12), -0.5, 0.5))
-        width = max(width, 1 / (stretch.segment.dt * (block.stop - block.start)))
-        found[stretch.group] = max(found.get(stretch.group, (0.0, 0.0)), (float(power[k]) * (block.stop - block.start), float(vertex)))
-    lines = {g: vertex for g, (_, vertex) in found.items()}
-    return lines if lines and max(lines.values()) - min(lines.values()) > width else {}
+        stretch, samples = problem.stretches[block.stretch], block.stop - block.start
+        power, line = _strongest(*_periodogram(design, i), problem.edge)
+        s = stretch.segment
+        rates = np.column_stack([s.qd, s.u0])[block.start:block.stop]
+        _, swing = _strongest(*_periodogram(design, i, rates), problem.edge)
+        width = max(width, 1 / (s.dt * samples))
+        if power > 0:
+            found[stretch.group] = max(found.get(stretch.group, (0.0, 0.0, False)), (power * samples, line, abs(line - swing) * s.dt * samples < 1))
+    lines = {g: line for g, (_, line, _) in found.items()}
+    follow = 2 * sum(moved for _, _, moved in found.values()) > len(found)
+    return lines if lines and not follow and max(lines.values()) - min(lines.values()) > width else {}
 
 
 def _durations(design: Design) -> dict[int, float]:
