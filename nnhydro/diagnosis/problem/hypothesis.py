@@ -134,7 +134,8 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
     `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. `means` are their
-    mean angles, about which laws of the angle are written. Where the arm is not `driven`, no effect that acts on a drive or its sensor can show.
+    mean angles, about which laws of the angle are written. Where the arm is not `driven`, no effect that acts on a drive or its sensor
+    can show: these are left out.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():

@@ -22,7 +22,7 @@ ROUNDS, STEPS = 6, (-2.0, -1.0, 0.0, 1.0, 2.0)  # of finer lines: steps at first
 
 
 def _periodogram(design: Design, i: int, x: Array | None = None) -> tuple[Array, Array]:
-    """Return frequencies (m,) Hz and the padded periodogram (m,), mean 1, of `x` (samples, c) in block `i`: what the baseline alone leaves."""
+    """Return frequencies (m,) Hz and the padded periodogram (m,), mean 1, of `x` (samples, c) in block `i`: what the baseline leaves."""
     problem, block = design.problem, design.problem.blocks[i]
     x = problem.inverse(block, design.excess[problem.block_of == i]) if x is None else x
     padded = PADDING * len(x)
@@ -73,11 +73,12 @@ def own_lines(design: Design) -> dict[int, float]:
         rates = np.column_stack([s.qd, s.u0])[block.start:block.stop]
         _, swing = _strongest(*_periodogram(design, i, rates), problem.edge)
         width = max(width, 1 / (s.dt * samples))
+        follows = abs(line - swing) * s.dt * samples < 1
         if power > 0:
-            found[stretch.group] = max(found.get(stretch.group, (0.0, 0.0, False)), (power * samples, line, abs(line - swing) * s.dt * samples < 1))
+            found[stretch.group] = max(found.get(stretch.group, (0.0, 0.0, False)), (power * samples, line, follows))
     lines = {g: line for g, (_, line, _) in found.items()}
-    follow = 2 * sum(moved for _, _, moved in found.values()) > len(found)
-    return lines if lines and not follow and max(lines.values()) - min(lines.values()) > width else {}
+    most = 2 * sum(follows for _, _, follows in found.values()) > len(found)
+    return lines if lines and not most and max(lines.values()) - min(lines.values()) > width else {}
 
 
 def _durations(design: Design) -> dict[int, float]:

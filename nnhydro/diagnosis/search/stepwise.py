@@ -11,17 +11,18 @@ Screening scores every law beside the current set at three scales of the unknown
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, SMALLEST_SIZE
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, RHO, SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.library import bound_bonus
+from nnhydro.diagnosis.search.library import bound_bonus, log_mass
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]
@@ -115,17 +116,27 @@ class Search:
         effect = self.view.library.hypotheses[k].effect
         return effect.family, effect.joint
 
+    @cached_property
+    def _most_granted(self) -> Array:
+        """The log prior of every law and the most that its physical bounds can gain: the values within are more probable by as much."""
+        library, made = self.view.library, []
+        for k, h in enumerate(library.hypotheses):
+            low, high = library.bounds(k)
+            free = np.isinf(low) & np.isinf(high)
+            within = 0.0 if free.all() else float(log_mass(low, high, np.zeros(len(low)), np.full(len(low), RHO))[~free].sum())
+            made.append(library.log_prior(k) - within * (len(self.view.acting_groups(k)) if h.per_recording else 1))
+        return np.array(made)
+
     def screen(self, chosen: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the unknown's best scale."""
         now, columns = self.score(chosen), self.view.join(sorted(chosen))
         library, taken = self.view.library, self.occupied_places(chosen)
-        prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
         outdated = np.array([h.key in self.settled and h.working_model is None for h in library.hypotheses], dtype=bool)
         best: dict[Key, tuple[float, int]] = {}
         for scale in SCREENED:
             sizes = none(self.whitened) if scale == 0 else now.sizes.times(scale)
             fit = posterior(self.whitened, columns, sizes.vector(self.whitened))
-            total = np.where(outdated, -np.inf, self.view.gains(sorted(chosen), fit) + prior + fit.log_evidence)
+            total = np.where(outdated, -np.inf, self.view.gains(sorted(chosen), fit) + self._most_granted + fit.log_evidence)
             seen: set[Key] = set()
             for k in np.argsort(-total).tolist():
                 if self.key(k) in seen or self.place(k) in taken or outdated[k]:
@@ -140,12 +151,11 @@ class Search:
 
     def most_gaining(self, base: ScoredSet, among: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
         """Return those of the hypotheses `among` that gain most beside `base`, the unknown at its sizes and switched off."""
-        library, columns = self.view.library, self.view.join(base.chosen)
-        prior = np.array([library.log_prior(k) for k in among])
+        columns, granted = self.view.join(base.chosen), self._most_granted[list(among)]
         best: set[int] = set()
         for sizes in (base.sizes, none(self.whitened)):
             gains = self.view.gains(base.chosen, posterior(self.whitened, columns, sizes.vector(self.whitened)))
-            best |= {among[i] for i in np.argsort(-(gains[list(among)] + prior))[:most].tolist()}
+            best |= {among[i] for i in np.argsort(-(gains[list(among)] + granted))[:most].tolist()}
         return sorted(best)
 
     def gain(self, now: ScoredSet, then: ScoredSet) -> float:
@@ -228,12 +238,11 @@ class Search:
 
     def _grow_sets(self) -> list[tuple[int, ...]]:
         """Return the sets that grow by the law that gains most while the unknown is switched off."""
-        library, off = self.view.library, none(self.whitened).vector(self.whitened)
-        prior = np.array([library.log_prior(k) for k in range(len(library.hypotheses))])
+        off = none(self.whitened).vector(self.whitened)
         sets: list[tuple[int, ...]] = [()]
         while len(sets) <= MOST_EFFECTS:
             columns, taken = self.view.join(sorted(sets[-1])), self.occupied_places(sets[-1])
-            total = self.view.gains(sorted(sets[-1]), posterior(self.whitened, columns, off)) + prior
+            total = self.view.gains(sorted(sets[-1]), posterior(self.whitened, columns, off)) + self._most_granted
             following = next((k for k in np.argsort(-total).tolist() if self.place(k) not in taken), None)
             if following is None or total[following] <= LEAST_GAIN:
                 break
