@@ -12,6 +12,7 @@ from nnhydro.diagnosis.calibration.null_draws import null_gains, null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision import decide as deciding
 from nnhydro.diagnosis.decision.decide import Claims, Decision, _form_bars, decide, gain_on_unseen, torque_shares, withdraw_useless
+from nnhydro.diagnosis.decision.proof import Proof
 
 LAWS = tuple(law(f"law_{k}") for k in range(8))
 
@@ -276,3 +277,21 @@ def test_a_claim_that_lowers_no_error_stays_where_only_without_it_the_masses_are
     claims, _ = withdraw_useless(one, made, None, 0)
     assert claims.claimed.chosen == ((0,) if stays else ())
     assert [d.claimed for d in claims.decisions] == [stays]
+
+
+@pytest.mark.parametrize(("phased", "stay", "after"), [(False, (0,), 0.20), (True, (0, 1), 0.20)])
+def test_what_has_phases_that_wander_stays_and_is_predicted_by_nobody(phased, stay, after, monkeypatch):
+    """The error rises with it from 20 to 25 %: other claims go; phases stay, and the error told is that without them."""
+    of = design(0, groups=6, rows=20)
+    one = search(of, (law("friction"), law("shedding", per_recording=phased)), np.random.default_rng(1).standard_normal((*of.y.shape, 2)))
+    errors = {(): 0.5, (0,): 0.2, (1,): 0.45, (0, 1): 0.25}
+
+    def prove(search, found, model, seed):
+        rest = {search.key(k): errors[tuple(x for x in found.chosen if x != k)] for k in found.chosen}
+        return Proof(errors[()], errors[found.chosen], rest, [], [], 1.0, 6)
+
+    monkeypatch.setattr(deciding, "prove", prove)
+    made = Claims(one.score((0, 1)), tuple(Decision(*one.key(k), 9.0, 3.0, True, "gains 9 nats") for k in range(2)), {0: 0.1, 1: 0.1})
+    claims, proof = withdraw_useless(one, made, None, 0)
+    assert (claims.claimed.chosen, proof.after) == (stay, after)
+    assert proof.without == {one.key(0): 0.5, **({one.key(1): 0.2} if phased else {})}

@@ -52,6 +52,18 @@ def test_where_the_waves_differ_each_recording_has_its_line():
     assert own_lines(design_on(problem_of(campaign("held in a wave")), None)) == {}, "one line in all"
 
 
+def test_a_line_at_which_each_recording_moves_is_no_wave_of_its_own():
+    """A section that is driven to and fro at another frequency in every recording, by a torque of that frequency that no baseline has."""
+    from nnhydro.recordings.campaign import Campaign
+
+    of = campaign("held in other waves")
+    driven = []
+    for recording, f in zip(of.recordings(), OTHER_WAVES, strict=True):
+        w, t = 2 * np.pi * f, recording.t[:, None]
+        driven.append(replace(recording, q=recording.q + 0.3 * np.sin(w * t), qd=0.3 * w * np.cos(w * t), qdd=-0.3 * w**2 * np.sin(w * t)))
+    assert own_lines(design_on(problem_of(Campaign.of(of.arm, driven)), None)) == {}
+
+
 def test_the_law_of_lines_of_their_own_pays_for_every_line_it_could_have_had():
     design = design_on(problem_of(campaign("held in other waves")), None)
     made = at_own_lines(enumerate_hypotheses(arm(1), (3.0,)), design)

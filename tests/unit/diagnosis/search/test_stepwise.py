@@ -155,3 +155,17 @@ def test_no_set_holds_more_effects_than_an_explanation_may():
     X = np.random.default_rng(41).standard_normal((*of.y.shape, len(laws)))
     of.y = of.y + X.sum(axis=2)
     assert len(search(of, laws, X).run().chosen) == MOST_EFFECTS
+
+
+def test_a_law_with_a_phase_of_each_recording_s_own_is_screened_with_what_its_bounds_grant():
+    """Within narrow bounds its values are more probable than the prior of a law without bounds says: else chance comes first."""
+    rng = np.random.default_rng(0)
+    of = design(0, groups=8, rows=60, noise=0.06)
+    others = [law(f"law_{k}") for k in range(9)]
+    X = rng.standard_normal((*of.y.shape, 10))
+    of.y = of.y + 0.010 * X[..., 9]
+    bounded = law("phased", per_recording=True, limits=((-0.03, 0.03),))
+    one = search(of, (*others, bounded), X, level=0.06**2)
+    assert 9 in one.screen(())
+    assert one.gain(one.score(()), one.score((9,))) > max(one.gain(one.score(()), one.score((k,))) for k in range(9))
+    assert 9 not in search(of, (*others, replace(bounded, limits=((-3.0, 3.0),))), X, level=0.06**2).screen(())
