@@ -1,8 +1,8 @@
 """How much of the water's force the strips' own history holds: `python training/strip_memory/run.py [CASE ...]`, from the root.
 
 A memory (net.py) that all strips share is trained on the recordings of a fold: on the true force of every strip (`forces`), which no rig
-measures, or on the joint torques alone (`torques`). `hybrid`: six such nets beside the calibrated constants, each without a third of the
-recordings, used as far as a hybrid uses its members. Cases: config.toml; those in results.json are not run again. Table: README.md.
+measures, or on the joint torques alone (`torques`). `hybrid`, `stacked`: such a net and the calibrated constants, used as far as nets
+without a third of the recordings gain on these (shares.py). Cases: config.toml; those in results.json are not run again. Table: README.md.
 """
 
 import json
@@ -32,10 +32,11 @@ HEAD = """# A trained memory of the strips
 `python training/strip_memory/run.py`; every choice stands in `config.toml`, the net in `net.py`, every number in `results.json`.
 A small recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. Or on `forces`, the true force of
 every strip, which no rig measures: how much of it the strips' history holds. `/8`: on 8 recordings of each fold. `*3`: three nets' mean.
-`hybrid`: six nets beside the calibrated constants, each without a third of the recordings. Their mean is used as a hybrid uses its own.
-`+whole`: a net of all recordings stands for the mean. `+trusted`: that net by the hybrid's share of each joint, not shrunk by scatter.
-`+gain`: by the share that leaves least N m of what members left out. Size, inputs and passes were chosen on two folds of vortex_tank,
-whose figures are somewhat optimistic.
+`hybrid`: a net that has learned what the calibrated constants leave, all of it is used. `stacked`: a net as of `torques`, as far as it is
+used in place of the constants. `+gain`: the share of each joint that gains most N m in the mean of recordings that other nets have not
+seen. There are three of these, each without a third of the recordings. `+sure`: the share whose mean gain less one standard error is
+largest. Size, inputs and passes were chosen on two folds of vortex_tank, and the rule of the share on this table. Its figures are therefore
+somewhat optimistic. Nets of `torques` start from other numbers than those of `hybrid` and `stacked`.
 
 error = sum |tau - model| / sum |tau| in % on what is held out, every third row. today, constant: as in `training/independent_tanks`.
 `worst`, `> 1.1`: error on a recording over that of `constant` there. s: processor time of a fold.
@@ -62,7 +63,7 @@ def judge(name: str, protocol: str, case: str) -> dict[str, Any]:
     begin = time.process_time()
     for number, fold in enumerate(split.folds):
         fitted = [split.units[i] for i in np.random.default_rng(number).permutation(fold.fitted)[:int(count) if count else None]]
-        models = (hybrid(fitted, known, campaign.arm, how, CONFIG) if kind == "hybrid"
+        models = (hybrid(fitted, known, campaign.arm, how, CONFIG, kind == "stacked") if kind in ("hybrid", "stacked")
                   else plain(fitted, known, kind == "forces", int(nets or 1)))
         for variant, left in models.items():
             entry = found.setdefault(f"{name}:{protocol}:{case}{variant}", {"left": {}, "size": {}})

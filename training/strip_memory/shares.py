@@ -1,22 +1,27 @@
-"""Nets used as the package's hybrid uses its members: how much of them, and what is left."""
+"""Calibrated constants and a net, and how much of the net is used: decided on recordings that other nets have not seen.
+
+    share_j = t_j / (t_j + (1 - t_j) f),    t_j maximises   mean(g) - z sd(g)/sqrt(n),    g = sum |left|_j - sum |left - t c|_j
+
+c [N m] is what a net adds to the constants, and left what they leave. The net has learned what they leave, or all that a rigid body leaves:
+then it stands for them as far as it is used (`stacked`). g is what the share t of a net of the other two thirds gains on each of n
+recordings, f = 2/3 the part that this net has seen. z = 0: the largest mean gain. z = 1: the largest that a new set of recordings of this
+kind is likely to confirm. The net of all recordings is used. Source: stacking, Wolpert (1992), Neural Networks 5, 241; the rule of one
+standard error, Breiman et al. (1984), Classification and Regression Trees, section 3.4.3; credit: nnhydro/fitting/network/stacking.py.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import torch
 from net import train
 from rows import Run
 from torch import Tensor
 
-from nnhydro.features.scaling import morison_scale
-from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.linear.several_arms import calibrated_on
-from nnhydro.fitting.network.rows import torque_rms, watched_units
-from nnhydro.fitting.network.stacking import SHARES, credit, held_out, stack
+from nnhydro.fitting.network.stacking import SHARES, credit
 from nnhydro.models.baselines import baseline
-from nnhydro.models.learned.shrinkage import jackknife, shrink
-from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -24,46 +29,48 @@ from nnhydro.recordings.splitting import Unit
 
 Known = dict[str, Run]
 Model = Callable[[Unit], Tensor]  # what a model leaves of a recording's torques (t, joints) N m
+THIRDS = 3
+ERRORS = {"+gain": 0.0, "+sure": 1.0}  # z
 
 
-def shares(runs: list[tuple[Run, Tensor]], nets: list[Callable[[Run], Tensor]], watched: Tensor, left_out: float) -> tuple[Tensor, Tensor]:
-    """The share of each joint that a hybrid chooses on what its members left out, and the one that leaves least N m there."""
-    unit = torch.cat([torch.full((int(run.keep.sum()),), k) for k, (run, _) in enumerate(runs)])
-    members = torch.cat([torch.stack([net(run)[run.keep] for net in nets]) for run, _ in runs], dim=1).double()
-    target, scale = (torch.cat(z).double() for z in ([run.y[run.keep] for run, _ in runs], [scale[run.keep] for run, scale in runs]))
-    seen = watched.any(dim=0)[unit]
-    target, unit, watching = target[seen], unit[seen], watched[:, unit[seen]]
-    shrunk, mean = (held_out(members[:, seen], watching, scale[seen], part) for part in (left_out, None))
-    least = torch.stack([(target - t * mean).abs().sum(dim=0) for t in SHARES]).argmin(dim=0)
-    return tuple(credit(t, 1 - left_out) for t in (stack(target, {1.0: shrunk}, unit)[1], torch.tensor(SHARES).double()[least]))
+def thirds(count: int) -> list[list[bool]]:
+    """Which of `count` recordings each net leaves out: a third, drawn."""
+    order = np.random.default_rng(0).permutation(count)
+    return [[bool(k) for k in np.isin(np.arange(count), order[third::THIRDS])] for third in range(THIRDS)]
 
 
-def hybrid(fitted: Sequence[Unit], known: Known, arm: Arm, how: Preparation, config: dict[str, Any]) -> dict[str, Model]:
-    """Nets beside the calibrated constants, shrunk and trusted as members of the package's hybrid are."""
-    base, floor, stride = calibrated_on(baseline("constant"), fitted, arm, how), 0.1 * torque_rms(fitted), config["stride"]
-    watched = watched_units(fitted, TrainingConfig(), arm)
-    left_out = float(watched.double().mean())
+def shares(left: Tensor) -> dict[str, Tensor]:
+    """The share of each joint by every rule; `left` (recordings, shares, joints) N m is what is left of recordings by nets without them."""
+    gain, t = left[:, :1] - left, torch.tensor(SHARES, dtype=torch.float64)
+    spread = gain.std(dim=0) / len(gain) ** 0.5
+    rules = {name: t[(gain.mean(dim=0) - z * spread).argmax(dim=0)] for name, z in ERRORS.items()}
+    return {"": torch.ones(left.shape[2], dtype=torch.float64)} | {name: credit(own, 1 - 1 / THIRDS) for name, own in rules.items()}
 
-    def beside(unit: Unit) -> tuple[Run, Tensor]:
-        segment = unit.segments()[0]
-        motion = Motion.of(segment)
-        torque = torch.from_numpy(segment.filter(base.torque(motion).numpy()))[::stride].float()
-        return replace(known[unit.name], y=known[unit.name].tau - torque), morison_scale(Flow(arm, motion), floor)[::stride].float()
 
-    runs = [beside(unit) for unit in fitted]
-    mine = [[run for (run, _), left in zip(runs, member, strict=True) if not left] for member in watched]
-    *nets, whole = [train(some, False, seed, config) for seed, some in enumerate([*mine, [run for run, _ in runs]])]
-    own, share = shares(runs, nets, watched, left_out)
+def hybrid(fitted: Sequence[Unit], known: Known, arm: Arm, how: Preparation, config: dict[str, Any], stacked: bool) -> dict[str, Model]:
+    """The net of all recordings beside the calibrated constants, whole and by every rule's share."""
+    base = calibrated_on(baseline("constant"), fitted, arm, how)
 
-    def left(one: Unit, of_all: bool) -> Tensor:
-        run, scale = beside(one)
-        members = own * torch.stack([net(run) for net in nets]).double()
-        mean = own * whole(run).double() if of_all else members.mean(dim=0)
-        return run.y - shrink(mean, jackknife(members, left_out), scale.double())
+    def both(unit: Unit) -> tuple[Run, Tensor, Tensor]:
+        """The run with the target of the net, what the constants leave, and what the net's torque exceeds its correction by."""
+        segment, run = unit.segments()[0], known[unit.name]
+        torque = torch.from_numpy(segment.filter(base.torque(Motion.of(segment)).numpy()))[::config["stride"]]
+        left = run.tau - torque.float()
+        return (run, left, run.y - left) if stacked else (replace(run, y=left), left, torch.zeros_like(left))
 
-    def unshrunk(one: Unit, share: Tensor) -> Tensor:
-        run, _ = beside(one)
-        return run.y - share * whole(run).double()
+    runs, left = [both(unit) for unit in fitted], []
+    for seed, out in enumerate(thirds(len(runs))):
+        net = train([run for (run, _, _), mine in zip(runs, out, strict=True) if not mine], False, seed, config)
+        for run, rest, other in (three for three, mine in zip(runs, out, strict=True) if mine):
+            c = net(run) - other
+            left.append(torch.stack([(rest - t * c)[run.keep].abs().sum(dim=0) for t in SHARES]).double())
+    whole = train([run for run, _, _ in runs], False, THIRDS, config)
 
-    return {"": lambda one: left(one, False), "+whole": lambda one: left(one, True), "+trusted": lambda one: unshrunk(one, own),
-            "+gain": lambda one: unshrunk(one, share)}
+    def used(share: Tensor) -> Model:
+        def rest_of(one: Unit) -> Tensor:
+            run, rest, other = both(one)
+            return rest - share * (whole(run) - other).double()
+
+        return rest_of
+
+    return {name: used(share) for name, share in shares(torch.stack(left)).items()}
