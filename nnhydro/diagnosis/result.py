@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, final
 
+import numpy as np
+
 from nnhydro.diagnosis.constants import NULL_QUANTILE, RELEVANT
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.other_bands import OtherBand
@@ -11,6 +13,7 @@ from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
+from nnhydro.models.stated_terms import STATED_COULOMB, stated_values
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.sheet import percent
 
@@ -108,7 +111,16 @@ class DiagnosisResult:
                  if self.proof.after < (1 - RELEVANT) * self.proof.before else
                  f"A fit without it leaves as little, {before}, but moves masses or coefficients beyond what is known of them.")
         gained = f"{falls}{bands}{self._remains()}{noisy}{following}"
-        return " ".join([*(f"{f.statement}{f.equivalents()}" for f in self.findings), gained])
+        return " ".join([*(f"{f.statement}{f.equivalents()}{self._stated_friction(f)}" for f in self.findings), gained])
+
+    def _stated_friction(self, finding: Finding) -> str:
+        """How much of the dry friction in arm.yaml a fit leaves beside a dry friction that was found; empty where none is stated."""
+        stated, _ = stated_values(self.baseline.arm).get(STATED_COULOMB, (np.zeros(0), None))
+        loads = getattr(self.corrected, "loads", None)
+        if finding.family != "dry_friction" or loads is None or not finding.joint or not any(stated[finding.joint - 1:finding.joint]):
+            return ""
+        left = loads.terms[STATED_COULOMB].level[finding.joint - 1]
+        return f" Beside it, the fit leaves {left:.2g} N m of the {stated[finding.joint - 1]:.2g} N m that arm.yaml states."
 
     def _no_finding_text(self) -> str:
         if self.detected:

@@ -1,5 +1,6 @@
 """What a diagnosis tells: its document, its verdict, and that both say the same."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,8 @@ from nnhydro.diagnosis.decision.proof import states
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Dependence, Remainder
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 
 
@@ -50,6 +53,8 @@ def test_a_simulation_that_recalibration_mends_is_told_with_its_own_error_and_wi
 class Told(SimpleNamespace):
     """A finding or proposal that knows its statement."""
 
+    family, joint = None, None
+
     def equivalents(self):
         return " Or B." if len(self.equivalence_set) > 1 else ""
 
@@ -72,6 +77,17 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
     assert alone.verdict() == ("A. Or B. With this effect in the model, the error on recordings held out of the fit falls from 20.0 % to "
                                "5.0 %. "
                                "Noise alone would leave 3.0 %: a systematic residual remains that no known effect explains.")
+
+
+@pytest.mark.parametrize(("family", "joint", "told"), [
+    ("dry_friction", 1, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states."),
+    ("dry_friction", 2, ""), ("inertia", 1, "")])
+def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_of_that(family, joint, told):
+    rubbing = arm(2, friction=[{"coulomb_Nm": 9.0}, {}])
+    left = SimpleNamespace(loads=Loads({"stated_coulomb_friction": CoulombTerm((0.45, 0.0), 0.01)}))
+    found = Told(equivalence_set=("a",), statement="Friction.", family=family, joint=joint)
+    made = replace(diagnosis(found=(found,)), baseline=SimpleNamespace(arm=rubbing), corrected=left)
+    assert made.verdict().startswith(f"Friction.{told} With this effect")
 
 
 def test_of_a_finding_that_lowers_no_error_the_verdict_says_what_a_fit_without_it_does():
