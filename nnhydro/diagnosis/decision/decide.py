@@ -29,7 +29,7 @@ from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, P_ALARM, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
-from nnhydro.diagnosis.decision.proof import Proof, prove
+from nnhydro.diagnosis.decision.proof import Proof, fitted_error, prove
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
@@ -158,12 +158,12 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
 
 
-def _stays(search: Search, claimed: ScoredSet) -> set[int]:
+def _stays(search: Search, claimed: ScoredSet, proof: Proof) -> set[int]:
     """Return the members of the set that no error on held-out recordings judges.
 
     Without some the fit moves the baseline beyond belief from what arm.yaml states, |z| > Phi^-1(1 - P_ALARM / 2), and with them it does
     not: a payload that calibration hides in the masses of a link is there. And phases of each recording's own wander: what has them is
-    not predicted by the corrected model, and is there all the same.
+    not predicted by the corrected model, and is there if without it the fit leaves more by FORM.
     """
     believable = float(norm.isf(P_ALARM / 2))
 
@@ -171,8 +171,10 @@ def _stays(search: Search, claimed: ScoredSet) -> set[int]:
         """Return whether the fit of a set moves the baseline beyond belief."""
         return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > believable
 
-    phased = {k for k in claimed.chosen if search.view.library.hypotheses[k].per_recording}
-    return phased | {k for k in claimed.chosen if not moves(claimed) and moves(search.score(tuple(x for x in claimed.chosen if x != k)))}
+    rests = {k: search.score(tuple(x for x in claimed.chosen if x != k)) for k in claimed.chosen}
+    phased = {k for k, rest in rests.items() if search.view.library.hypotheses[k].per_recording
+              and fitted_error(search, claimed, proof) < (1 - FORM) * fitted_error(search, rest, proof)}
+    return phased | {k for k, rest in rests.items() if not moves(claimed) and moves(rest)}
 
 
 def _prove_what_is_predicted(search: Search, claimed: ScoredSet, model: StripTheory, seed: int) -> Proof:
@@ -194,7 +196,8 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
     Raises nothing.
     """
     while True:
-        proof, stay = _prove_what_is_predicted(search, decided.claimed, model, seed), _stays(search, decided.claimed)
+        proof = _prove_what_is_predicted(search, decided.claimed, model, seed)
+        stay = _stays(search, decided.claimed, proof)
         without = {k: proof.without[search.key(k)] for k in decided.claimed.chosen if k not in stay}
         worst = min(without, key=lambda k: without[k], default=None)
         if worst is None:
