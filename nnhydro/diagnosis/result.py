@@ -13,6 +13,7 @@ from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
+from nnhydro.effects.catalogue import catalogue
 from nnhydro.models.stated_terms import STATED_COULOMB, stated_values
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.sheet import percent
@@ -106,20 +107,25 @@ class DiagnosisResult:
         with_them = "With this effect in the model" if len(self.findings) == 1 else "With these effects in the model"
         noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot show what else is missing."
                  if self.noise_floor > TOO_NOISY and not self.remainder.detected else "")
-        before, after = percent(self.proof.before), percent(self.proof.after)
-        falls = (f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
-                 if self.proof.after < (1 - RELEVANT) * self.proof.before else
-                 f"A fit without it leaves as little, {before}, but moves masses or coefficients beyond what is known of them.")
-        gained = f"{falls}{bands}{self._remains()}{noisy}{following}"
+        gained = f"{self._error_text(with_them)}{bands}{self._remains()}{noisy}{following}"
         return " ".join([*(f"{f.statement}{f.equivalents()}{self._stated_friction(f)}" for f in self.findings), gained])
+
+    def _error_text(self, with_them: str) -> str:
+        """What the findings do to the error on what was held out, or why they do nothing to it."""
+        before, after = percent(self.proof.before), percent(self.proof.after)
+        if self.proof.after < (1 - RELEVANT) * self.proof.before:
+            return f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
+        if any(catalogue()[f.effect].per_recording for f in self.findings):
+            return f"Its phase wanders, and cannot be predicted: the error on {self.proof.held_out} held out of the fit stays {before}."
+        return f"A fit without it leaves as little, {before}, but moves masses or coefficients beyond what is known of them."
 
     def _stated_friction(self, finding: Finding) -> str:
         """How much of the dry friction in arm.yaml a fit leaves beside a dry friction that was found; empty where none is stated."""
         stated, _ = stated_values(self.baseline.arm).get(STATED_COULOMB, (np.zeros(0), None))
-        loads = getattr(self.corrected, "loads", None)
-        if finding.family != "dry_friction" or loads is None or not finding.joint or not any(stated[finding.joint - 1:finding.joint]):
+        fitted = getattr(getattr(self.corrected, "loads", None), "terms", {}).get(STATED_COULOMB)
+        if finding.family != "dry_friction" or fitted is None or not finding.joint or not any(stated[finding.joint - 1:finding.joint]):
             return ""
-        left = loads.terms[STATED_COULOMB].level[finding.joint - 1]
+        left = fitted.level[finding.joint - 1]
         return f" Beside it, the fit leaves {left:.2g} N m of the {stated[finding.joint - 1]:.2g} N m that arm.yaml states."
 
     def _no_finding_text(self) -> str:
