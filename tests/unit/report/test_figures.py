@@ -255,6 +255,8 @@ def test_page_and_file_draw_the_same_panels_with_the_same_limits():
             np.testing.assert_array_equal(line.get_ydata(), curve)
     shaded = [rect for rect in ET.fromstring(page.drawing).iter("rect") if rect.get("class") == "ends"]
     assert len(shaded) == len(figure.axes[0].patches) == len(shaded_ends(trace.segment)) == 2
+    t, compared = trace.segment.t, trace.segment.t[trace.segment.keep]
+    assert shaded_ends(trace.segment) == [(t[0], compared[0]), (compared[-1], t[-1])], "the rows before and after those compared"
     assert figure.axes[0].get_ylim()[1] < 100, "rows that are not compared do not set the scale"
 
 

@@ -264,11 +264,11 @@ def test_a_useful_claim_stays_where_the_claim_beside_it_spoils_the_prediction(mo
     assert left_of(errors, monkeypatch) == (0,)
 
 
-@pytest.mark.parametrize(("size", "stays"), [(8.0, True), (1.0, False)])
-def test_a_claim_that_lowers_no_error_stays_where_only_without_it_the_masses_are_beyond_belief(size, stays, monkeypatch):
-    """A law whose torque is that of a parameter of the baseline, with a prior of 9 against 1."""
+@pytest.mark.parametrize(("size", "other", "stays"), [(8.0, 0.0, True), (1.0, 0.0, False), (8.0, 8.0, False)])
+def test_a_claim_that_lowers_no_error_stays_where_only_without_it_the_masses_are_beyond_belief(size, other, stays, monkeypatch):
+    """A law whose torque is that of a parameter of the baseline, with a prior of 9 against 1; `other` moves a parameter that it cannot."""
     Y = design(0).Y
-    of = design(0, planted=size * Y[..., 0])
+    of = design(0, planted=size * Y[..., 0] + other * Y[..., 1])
     one = search(of, (law("payload"),), 30 * Y[..., :1])
     key = one.key(0)
     monkeypatch.setattr(deciding, "prove", lambda search, found, model, seed: SimpleNamespace(
