@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import atan2, floor, hypot, isfinite, log10
+from math import atan2, floor, hypot, inf, isfinite, log10
 from typing import final
 
 import torch
@@ -44,20 +44,23 @@ def format_quantity(quantity: Quantity, interval: Interval | None = None) -> str
     return f"{_round_to(quantity.value, half)} +- {_round_to(half, half)}{unit}"
 
 
-def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Tensor, covariance: Tensor) -> dict[str, Interval]:
+def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Tensor, covariance: Tensor,
+              limits: Mapping[int, tuple[float, float]] | None = None) -> dict[str, Interval]:
     """Return the 95 % interval of each quantity by the delta method.
 
-    `quantities(values)` with the linear values (p,), `covariance` (p, p) theirs. Good where a quantity is nearly linear over the interval.
+    `quantities(values)` with the values (p,), `covariance` (p, p) theirs. Good where a quantity is nearly linear over the interval.
+    Values with `limits` by their index are not moved beyond them: at a limit the derivative is that of the one side.
     """
     centre, deviations = quantities(values), covariance.diagonal().clamp(min=0).sqrt()
     gradient = {name: torch.zeros(len(values), dtype=torch.float64) for name in centre}
     for p, deviation in enumerate(deviations.tolist()):
         if deviation > 0:
-            shift = torch.zeros(len(values), dtype=torch.float64)
-            shift[p] = STEP * deviation
-            up, down = quantities(values + shift), quantities(values - shift)
+            low, high = (limits or {}).get(p, (-inf, inf))
+            ends = [values.clone(), values.clone()]
+            ends[0][p], ends[1][p] = max(float(values[p]) - STEP * deviation, low), min(float(values[p]) + STEP * deviation, high)
+            down, up = map(quantities, ends)
             for name in centre:
-                gradient[name][p] = (up[name].value - down[name].value) / (2 * STEP * deviation)
+                gradient[name][p] = (up[name].value - down[name].value) / float(ends[1][p] - ends[0][p])
     halves = {name: Z95 * float((g @ covariance @ g).clamp(min=0).sqrt()) for name, g in gradient.items()}
     return {name: (centre[name].value - half, centre[name].value + half) for name, half in halves.items()}
 

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mclain import swing
 from rigs import arm, assert_close, hub_at_rest, run, states
+from scipy.special import erf
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.history_force import HistoryForce, half_derivative
@@ -21,8 +22,8 @@ def tow(t, u0, du0):
     return Flow(arm(1), Motion(tensor(t), still, still, still, tensor(u0), tensor(du0)))
 
 
-def force_per_metre(flow):
-    return HistoryForce.at_start(flow.arm).loads(flow)[0][:, 0] / flow.L
+def force_per_metre(flow, decay=()):
+    return HistoryForce((1.0,), decay).loads(flow)[0][:, 0] / flow.L
 
 
 def test_uniform_acceleration_from_rest_has_the_closed_form():
@@ -38,12 +39,21 @@ def test_a_ramp_that_ends_leaves_a_force_that_fades_as_its_closed_form():
     assert_close(force_per_metre(flow), tensor(wanted), atol=1e-10)
 
 
-def test_even_and_uneven_rows_give_the_same_force():
+def test_a_layer_that_the_flow_carries_away_comes_to_a_steady_force():
+    t = np.linspace(0, 4, 401)
+    flow = tow(t, 0.7 * t, np.full(401, 0.7))
+    wanted = 2 * 1000.0 * 0.07 * np.sqrt(pi * 1e-6) * 0.7 * np.sqrt(pi / 3.0) * erf(np.sqrt(3.0 * t))
+    assert_close(force_per_metre(flow, (3.0,)), tensor(wanted), atol=1e-10)
+    assert_close(force_per_metre(flow, (1e-9,)), force_per_metre(flow), rtol=1e-8)
+
+
+@pytest.mark.parametrize("decay", [0.0, 2.0])
+def test_even_and_uneven_rows_give_the_same_force(decay):
     rng = np.random.default_rng(1)
     t = np.sort(np.concatenate([np.linspace(0, 3, 901), rng.uniform(0, 3, 500)]))
     even = np.linspace(0, 3, 901)
-    ours = half_derivative(tensor(t), tensor(np.interp(t, even, np.sin(even)))[:, None])[np.searchsorted(t, even)]
-    assert_close(ours, half_derivative(tensor(even), tensor(np.sin(even))[:, None]), rtol=1e-9, atol=1e-10)
+    ours = half_derivative(tensor(t), tensor(np.interp(t, even, np.sin(even)))[:, None], decay)[np.searchsorted(t, even)]
+    assert_close(ours, half_derivative(tensor(even), tensor(np.sin(even))[:, None], decay), rtol=1e-9, atol=1e-10)
 
 
 def test_a_long_oscillation_has_the_phase_and_size_of_stokes_and_wang():

@@ -24,7 +24,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
+from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS, PRECISE
 from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
@@ -46,7 +46,7 @@ class Values:
 
     mean: Array
     covariance: Array  # (p + names, p + names)
-    bounded: bool = False  # whether a value was cut at a physical bound other than 0
+    bounded: bool = False  # whether a value lies beyond a physical bound other than 0, by PRECISE standard deviations
     names: tuple[str, ...] = ()
 
     def with_scale_known_to(self, spread: float) -> "Values":
@@ -121,7 +121,8 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
         mean, covariance = _pool(mean.reshape(-1, h.width), covariance)
     low, high = library.bounds(k)
     scale = library.scale[library.at(k)]
-    bounded = bool(np.any(((mean > high) & (high != 0)) | ((mean < low) & (low != 0))))
+    sure = PRECISE * np.sqrt(np.maximum(np.diag(covariance)[: len(mean)], 0.0))
+    bounded = bool(np.any(((mean - sure > high) & (high != 0)) | ((mean + sure < low) & (low != 0))))
     units = np.concatenate([scale / factor, unit])
     return Values(np.clip(mean / factor, low, high) * scale, covariance * units[:, None] * units, bounded, names)
 
@@ -131,15 +132,15 @@ def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]
     p = len(effect.linear_names())
     at = [*range(p), *range(len(values.covariance) - len(values.names), len(values.covariance))]  # without a constant of its own
     mean = np.concatenate([values.mean[:p], [getattr(effect, name)[0] for name in values.names]])
-    limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
+    bounds = {f.name: f.metadata["bounds"] for f in effect.parameters()}
+    limits = {p + i: bounds[name] for i, name in enumerate(values.names)}
 
     def quantities(x: torch.Tensor) -> Mapping[str, Quantity]:
-        """Return the effect's quantities at linear values and shape parameters `x`, shapes held within their bounds."""
-        changes: dict[str, Any] = {name: (float(np.clip(float(v), *limits[name])),) * len(getattr(effect, name))
-                                   for name, v in zip(values.names, x[p:], strict=True)}
+        """Return the effect's quantities at linear values and shape parameters `x`."""
+        changes: dict[str, Any] = {name: (float(v),) * len(getattr(effect, name)) for name, v in zip(values.names, x[p:], strict=True)}
         return replace(effect.with_linear(x[:p]), **changes).quantities()
 
-    return intervals(quantities, torch.from_numpy(mean), torch.from_numpy(values.covariance[np.ix_(at, at)]))
+    return intervals(quantities, torch.from_numpy(mean), torch.from_numpy(values.covariance[np.ix_(at, at)]), limits)
 
 
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:

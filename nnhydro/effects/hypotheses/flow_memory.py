@@ -8,10 +8,11 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import unit_drag
-from nnhydro.physics.travel.wake_memory import relax
+from nnhydro.physics.travel.wake_memory import lag_behind, share_kept
 
 STRIPS = 10  # a link
 TINY = 1e-12  # m: water at rest has no travel
@@ -49,16 +50,30 @@ class FlowMemory(LoadEffect):
         drag, w = unit_drag(strips), strips.w.abs()
         memory, carried = self.response[0] * w + self.travel[0] * flow.D[:, None], flow.motion.carried
         if carried is not None:  # stepped through time
+            rate = carried.steps(3) * w / (memory + TINY)
+
+            def following(old: Tensor) -> Tensor:
+                """Return drag and lag (n, links, strips, 2) after a step from `old`."""
+                lag = old[..., 1] * torch.exp(-rate) + (drag - old[..., 0]) * share_kept(rate)
+                return torch.stack([drag, lag], dim=-1)
+
             name = f"lagging drag/{self.response[0]}/{self.travel[0]}"
-            share = torch.exp(-carried.steps(3) * w / (memory + TINY))
-            return strips.to_joints(carried.value(name, lambda: drag, lambda old: drag + (old - drag) * share) - drag)
+            return strips.to_joints(-carried.value(name, lambda: torch.stack([drag, torch.zeros_like(drag)], dim=-1), following)[..., 1])
         if flow.motion.steady or len(w) < 2:
             return strips.to_joints(torch.zeros_like(drag))
         steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None]
-        return strips.to_joints(relax(drag, steps * w / (memory + TINY), drag[0]) - drag)
+        return strips.to_joints(-lag_behind(drag, steps * w / (memory + TINY)))
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Return the values, and by link share times response and share times travel: all that changes slower than the lag tell of it."""
+        made, links = super().quantities(), range(1, len(self.share) + 1)
+        slow = {f"{name}[{i}]": Quantity(self.share[i - 1] * lag[0], unit)
+                for name, lag, unit in (("late", self.response, "s"), ("behind", self.travel, "1")) for i in links}
+        return made | slow
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        parts = [text for name, text in said.items() if name not in ("response", "travel")]
+        links = range(1, len(self.share) + 1)
+        parts, late = ([said[f"{name}[{i}]"] for i in links] for name in ("share", "late"))
         return (f"Drag lags the motion by {said['response']} and {said['travel']} diameters of travel (flow memory). "
-                f"The lagging part of C_D, link by link: {', '.join(parts)}.")
+                f"The lagging part of C_D, link by link: {', '.join(parts)}. Times the response, it is {', '.join(late)}.")

@@ -21,8 +21,8 @@ class HistoryForceEffect(LoadEffect):
     family = "wake"
     name = "viscous memory (Basset force)"
     mechanism = "Friction drags a thickening layer of water along: past accelerations are felt long after, fading slowly."
-    equation = "f = C_H 2 rho D sqrt(pi nu) int dw/dt' / sqrt(t - t') dt'"
-    source = "Stokes' first problem (physics/loads/history_force.py)"
+    equation = "f = C_H 2 rho D sqrt(pi nu) int dw/dt' exp(-lambda (t - t')) / sqrt(t - t') dt'"
+    source = "Stokes' first problem; a kernel that fades: Mei & Adrian (1992) (physics/loads/history_force.py)"
     signature = Signature(
         depends_on=("dw", "t"), parity="odd", region="after quick starts and stops, fading with 1/sqrt(t)",
         excited_by="quick starts and stops with long holds between",
@@ -32,11 +32,14 @@ class HistoryForceEffect(LoadEffect):
     needs_water = True
 
     C_H: Values = parameter("1", 1.0, (0.0, 200.0), "history coefficient (1: thin laminar boundary layer)", per="arm")
+    decay: Values = parameter("1/s", 0.0, (0.0, 100.0), "rate lambda at which the flow carries the memory away (0: Basset's)", per="arm",
+                              linear=False, grid=(0.0, 1.0, 8.0))
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d C_H, (n, joints, 1)."""
-        return HistoryForce(self.C_H).columns(flow).sum(-1, keepdim=True)
+        return HistoryForce(self.C_H, self.decay).columns(flow).sum(-1, keepdim=True)
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The Basset history force acts on the links, with C_H = {said['C_H']} (1 for a laminar boundary layer)."
+        fades = f" It fades at a rate of {said['decay']}." if any(self.decay) else ""
+        return f"The Basset history force acts on the links, with C_H = {said['C_H']} (1 for a laminar boundary layer).{fades}"

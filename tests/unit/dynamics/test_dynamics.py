@@ -162,9 +162,10 @@ def test_a_run_of_steps_is_the_run_as_a_whole(name):
     assert float(far) < STEPPED
 
 
-def test_the_boundary_layer_remembers_by_a_sum_of_exponentials():
+@pytest.mark.parametrize("decay", [(), (2.0,)])
+def test_the_boundary_layer_remembers_by_a_sum_of_exponentials(decay):
     a = arm(2)
-    model = joint_model(theory(a, Loads({"history": HistoryForce((50.0, 50.0))})))
+    model = joint_model(theory(a, Loads({"history": HistoryForce((50.0, 50.0), decay)})))
     motion = run(2, 120)
     want = model.torque(motion)
     assert float((along(model, motion) - want).abs().max() / want.square().mean().sqrt()) < PAST

@@ -22,8 +22,20 @@ def test_drag_that_lags_follows_a_step_of_the_tow_exponentially():
     flow = Flow(a, Motion(tensor(t), still, still, still, u0, torch.zeros_like(u0)))
     change = made("flow_memory", a, share=(1.0,), response=(0.2,)).torque(flow)[:, 0]
     drag = NormalDrag((1.0,)).torque(flow)[:, 0]
-    since = tensor(np.maximum(t - 0.495, 0))
-    assert_close(change, torch.where(tensor(t) < 0.5, 0.0, (drag[0] - drag[-1]) * torch.exp(-since / 0.2)), rtol=1e-8, atol=1e-10)
+    since, step = tensor(np.maximum(t - 0.5, 0)), 0.005 / 0.2
+    risen = (drag[0] - drag[-1]) * (1 - np.exp(-step)) / step  # over the row in which the speed grows
+    assert_close(change, torch.where(tensor(t) < 0.4999, 0.0, risen * torch.exp(-since / 0.2)), rtol=1e-8, atol=1e-10)
+
+
+@pytest.mark.parametrize("rows", [11, 201])
+def test_drag_that_grows_evenly_lags_by_the_response_however_few_the_rows(rows):
+    a, t = arm(1), np.linspace(0, 2, rows)
+    still = torch.zeros(rows, 1, dtype=torch.float64)
+    flow = Flow(a, Motion(tensor(t), still, still, still, tensor(np.sqrt(0.3 * t)), still[:, 0]))
+    change = made("flow_memory", a, share=(1.0,), response=(0.04,)).torque(flow)[1:, 0]
+    drag = NormalDrag((1.0,)).torque(flow)[:, 0]
+    grown = 0.04 * (1 - torch.exp(-tensor(t[1:]) / 0.04))
+    assert_close(change, -(drag[-1] / 2) * grown, rtol=1e-7, atol=1e-9)
 
 
 def test_the_wake_that_develops_is_over_after_its_reach():
