@@ -72,9 +72,10 @@ def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
 def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm and the torques of `design`; what has a frequency has it within the band."""
     measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
-    angles = np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches])
+    angles, rates = (np.concatenate([getattr(s.segment, name)[s.segment.keep] for s in design.problem.stretches]) for name in ("q", "qd"))
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
-                                tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()))
+                                tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
+                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()))
     return tuple(h for h in made if "frequency" not in h.spans or getattr(h.effect, "frequency")[0] < design.problem.edge)  # noqa: B009
 
 

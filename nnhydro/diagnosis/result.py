@@ -136,5 +136,6 @@ class DiagnosisResult:
                     f"{hum}{self._depends('The difference')}")
         if self.noise_floor > TOO_NOISY:
             return (f"These recordings are too noisy for a diagnosis: noise alone is {100 * self.noise_floor:.0f} % of the torque, and no "
-                    "effect exceeds it. Record stronger motions, or repeat these.")
+                    "effect exceeds it. Record longer or stronger motions, or repeat these. If the motion is quicker than the cut-off that "
+                    "`nnhydro check` prints, state a higher one (`--cutoff`).")
         return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."

@@ -78,11 +78,16 @@ def load_plugin(path: Path) -> tuple[str, ...]:
     return added
 
 
-def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | None = None) -> tuple[Effect, ...]:
+USUAL_RATE = 0.5  # rad/s
+
+
+def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | None = None,
+               rates: tuple[float, ...] = ()) -> tuple[Effect, ...]:
     """Return every (joint, grid point) of `effect` and of its narrower laws that makes sense for `arm`, linear values at their start.
 
     `torque_peak` (joints,) N m, the largest torque measured at each joint, sets the grids that are given in shares of it
     (`Effect.torque_scaled`): without it, and at a joint that reads nothing at all, such an effect is left out.
+    `rates` (joints,) rad/s, the rms rates of the joints, make what happens at low rates happen at lower ones where a joint is slow.
     """
     if effect.torque_scaled and torque_peak is None:
         return ()
@@ -93,6 +98,10 @@ def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | 
         grids = {name: tuple(share * torque_peak[place - 1] for share in grid) if torque_peak and name in effect.torque_scaled else grid
                  for name, grid in effect.grids().items()}
         started = effect.at_start(arm, joint=place)
+        if rates:
+            started = started.at_pace(rates)
+            slow = min(1.0, rates[place - 1] / USUAL_RATE) or 1.0
+            grids |= {name: tuple(slow * value for value in grids[name]) for name in effect.rate_scaled}
         found += [_with(law, dict(zip(grids, point, strict=True)))
                   for law in (started, *started.narrower()) for point in product(*grids.values())]
     return tuple(found)

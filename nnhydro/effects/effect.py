@@ -49,6 +49,7 @@ class Effect(ParametricTerm):
     random_intercept: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
     predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can predict where it is the cause, as far as that is known
     dissipates: ClassVar[bool] = False  # with the hub at rest no sample gives the drive energy back, but for what a contact was bent
+    rate_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid shrinks with the joint's rate, below USUAL_RATE
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
     spread: ClassVar[Mapping[str, tuple[float, ...]]] = {}  # multiples of a parameter over which a law of other form spreads what it does
 
@@ -89,6 +90,10 @@ class Effect(ParametricTerm):
 
     def centre(self, angles: tuple[float, ...]) -> Self:
         """Return the effect as a law about the mean `angles` (joints,) rad of the campaign; itself where no origin matters."""
+        return self
+
+    def at_pace(self, rates: tuple[float, ...]) -> Self:
+        """Return the effect for joints whose rms `rates` (joints,) are these, rad/s; itself where no rate matters."""
         return self
 
     def plausible(self) -> bool:

@@ -14,7 +14,8 @@ A member k of the best set S is claimed if
     5. it moves the torque by RELEVANT of its rms, or makes FORM of the energy of what remains without it; in a part of the campaign also
        FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
-Members that fail leave the set, the one that gains least first, and the others are judged again.
+Members that fail leave the set, the one that gains least first, and the others are judged again. Those that would only be the form of
+another leave last: the other may fail itself.
 """
 
 from collections.abc import Sequence
@@ -99,10 +100,12 @@ def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
         bars = _form_bars(search, now, rests)
         judged = [_judge(search, now, rest, k, held[:, i], shares, max(threshold, bars[i]))
                   for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
-        failed = [(search.gain(rest, now), k, d) for k, rest, d in zip(now.chosen, rests, judged, strict=True) if not d.claimed]
+        gained = [search.gain(rest, now) for rest in rests]
+        failed = [(threshold < gain <= bar, gain, k, d) for gain, bar, k, d in zip(gained, bars, now.chosen, judged, strict=True)
+                  if not d.claimed]
         if not failed:
             return Claims(now, (*decisions, *judged), shares)
-        _, worst, decision = min(failed, key=lambda failure: failure[0])
+        *_, worst, decision = min(failed, key=lambda failure: failure[:2])
         decisions.append(decision)
         now = search.score(tuple(x for x in now.chosen if x != worst))
     return Claims(now, tuple(decisions), {})

@@ -72,7 +72,7 @@ def _fourier(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
     joints, seconds = len(rig.q), rig.seconds
     centre = rig.q.mean(axis=1) + rng.uniform(-0.3, 0.3, joints) * np.ptp(rig.q, axis=1)
     reach = np.minimum(rig.q[:, 1] - centre, centre - rig.q[:, 0])
-    w = 2 * np.pi * np.exp(rng.uniform(np.log(1.5 / seconds), np.log(1.5), SINES))
+    w = 2 * np.pi * np.exp(rng.uniform(np.log(1.5 / seconds), np.log(max(1.5, 3.0 / seconds)), SINES))
     a = rng.uniform(0.2, 1.0, (joints, SINES)) / w
     if rng.random() < 0.4:
         a *= rng.permutation(np.eye(joints)[0])[:, None] * 0.98 + 0.02

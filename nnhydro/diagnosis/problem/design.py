@@ -136,9 +136,13 @@ class Design:
 
     @cached_property
     def _recalibrated(self) -> Array:
-        """The baseline's values (p,) by a ridge fit in which no joint outweighs the other."""
+        """The baseline's values (p,) by a ridge fit in which no joint outweighs the other, over an error as large as the torque at most.
+
+        Where coefficients start far from what they are, the torque to explain is many times what was measured.
+        """
         n, joints, p = self.Y.shape
-        size = np.maximum(np.sqrt((self.y**2).mean(axis=0)), 1e-300)
+        to_explain, measured = (np.sqrt((x**2).mean(axis=0)) for x in (self.y, self.tau))
+        size = np.maximum(np.where(measured > 0, np.minimum(to_explain, measured), to_explain), 1e-300)
         return ridge((self.Y / size[:, None]).reshape(n * joints, p), (self.y / size).ravel())
 
     @cached_property

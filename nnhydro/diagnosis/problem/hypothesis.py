@@ -113,10 +113,16 @@ def grid_neighbours(values: Sequence[float], value: float) -> Span:
             2 * value - low if high is None and low is not None else high or 0.0)
 
 
-def _shapes(effect: AnyEffect) -> Iterator[AnyEffect]:
+def _details(effect: AnyEffect, ranges: tuple[float, ...]) -> dict[str, tuple[float, ...]]:
+    """The values of the parameters that refine its shape, smaller where its joint turns through less than a radian."""
+    scale = min(1.0, ranges[effect.joint - 1] or 1.0) if ranges and effect.joint else 1.0
+    return {name: tuple(scale * value for value in values) for name, values in effect.details().items()}
+
+
+def _shapes(effect: AnyEffect, ranges: tuple[float, ...]) -> Iterator[AnyEffect]:
     """The effect, and with each value of the parameters that refine its shape."""
     yield effect
-    details = effect.details()
+    details = _details(effect, ranges)
     for point in product(*details.values()):
         if details:
             values: dict[str, Any] = {name: (value,) for name, value in zip(details, point, strict=True)}
@@ -130,12 +136,13 @@ def _thin(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> 
 
 
 def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True,
-                         ranges: tuple[float, ...] = (), means: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
+                         ranges: tuple[float, ...] = (), means: tuple[float, ...] = (),
+                         rates: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
     `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. `means` are their
-    mean angles, about which laws of the angle are written. Where the arm is not `driven`, no effect that acts on a drive or its sensor
-    can show: these are left out.
+    mean angles, about which laws of the angle are written, `rates` their rms rates, rad/s. Where the arm is not `driven`, no effect
+    that acts on a drive or its sensor can show: these are left out.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():
@@ -144,11 +151,11 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
         scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid
                   for name, grid in cls.grids().items()}
         points = [point.centre(means) if means else point
-                  for point in candidates(cls, arm, peaks) if isinstance(point, LoadEffect | InstrumentEffect)]
+                  for point in candidates(cls, arm, peaks, rates) if isinstance(point, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thin(points, scaled)
         points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
-        grids = cls.grids() | {name: (0.0, *values) for name, values in cls.details().items()}
-        for effect in (shape for point in points for shape in _shapes(point)):
+        for effect in (shape for point in points for shape in _shapes(point, ranges)):
+            grids = cls.grids() | {name: (0.0, *values) for name, values in _details(effect, ranges).items()}
             same = [point for point in points if point.joint == effect.joint]
             values = {name: sorted({getattr(point, name)[0] for point in same} | set(grids[name] if name in cls.details() else ()))
                       for name in grids if getattr(effect, name)}

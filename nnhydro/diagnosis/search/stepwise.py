@@ -164,24 +164,17 @@ class Search:
         return then.score - now.score - granted
 
     def admits(self, now: ScoredSet, then: ScoredSet) -> bool:
-        """Return whether `then` is more probable than `now` and replaces the unknown as a true law would.
-
-        What has a phase of its own in every recording is no function of the state, and takes nothing from the unknown: it must gain more.
-        """
-        gain = self.gain(now, then)
-        if gain <= 1e-6:
-            return False
-        more = set(then.chosen) - set(now.chosen)
-        phased = any(self.view.library.hypotheses[k].per_recording for k in more)
-        return self.share_left(now, then) <= LEAVES or (phased and gain > self.unknown_beside(now, more))
+        """Return whether `then` is more probable than `now` and replaces the unknown as a true law would."""
+        return self.gain(now, then) > 1e-6 and self.share_left(now, then) <= LEAVES
 
     def share_left(self, now: ScoredSet, then: ScoredSet) -> float:
-        """Return the share that `then` leaves of what the unknown beside `now` makes of the laws added: 0 of a cause, near 1 of others.
+        """Return the share that `then` leaves of what there is to explain beside `now`: 0 of a cause, near 1 of what only resembles it.
 
-            1 - (u(now) - u(then)) / min(u(now), (u'u - |u less what the unknown makes of it|^2) / 2)
+            (u - (u(now) - u(then))) / (u + gain),    u = min(u(now), (u'u - |u less what the unknown makes of it|^2) / 2)
 
-        u(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. A standard term of a joint is asked for
-        no more than its own, however large the unknown: that it is there, and small, was probable before.
+        u(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. The gain is what the unknown cannot make
+        of it: of what clips, or has a phase of its own in every recording, that is most. A standard term of a joint is asked for no more
+        than its own, however large the unknown: that it is there, and small, was probable before.
         """
         more = sorted(set(then.chosen) - set(now.chosen))
         before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
@@ -191,7 +184,7 @@ class Search:
             theirs = min(before, sum(self.imitated_nats(then, k) for k in more))
         else:
             theirs = before
-        return 1.0 - (before - after) / max(theirs, FEW_NATS)
+        return (theirs - (before - after)) / max(theirs + max(self.gain(now, then), 0.0), FEW_NATS)
 
     def unknown_beside(self, found: ScoredSet, laws: Iterable[int]) -> float:
         """Return the nats that the unknown gains beside `found` at the joints that `laws` load: what other joints hold is not theirs."""

@@ -1,7 +1,7 @@
 """Hypothesis: a joint rubs with a constant torque against its rotation."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import final
 
 from torch import Tensor
@@ -9,7 +9,7 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, require_bending
+from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, dry_width, require_bending
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 
 
@@ -23,7 +23,7 @@ class CoulombFriction(LoadEffect):
     family = "dry_friction"
     name = "Coulomb friction"
     mechanism = "Dry contact in a seal, bearing or gear: the joint drags with the same torque at any speed, against the way it turns."
-    equation = ("tau_j = T_C z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  v_0 = 0.005 rad/s;  z_0 = 0: z = tanh(qd_j / v_0)")
+    equation = ("tau_j = T_C z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  v_0 <= 0.005 rad/s;  z_0 = 0: z = tanh(qd_j / v_0)")
     source = ("Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation; bristles that bend: Dahl (1968), Aerospace Corporation "
               "TOR-0158(3107-18), from general knowledge, not checked")
     signature = Signature(
@@ -36,15 +36,21 @@ class CoulombFriction(LoadEffect):
 
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque while the joint turns", per="arm")
     bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
-                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03, 0.1))
+                                linear=False, grid=(0.0,), absent=True, detail=(0.0003, 0.003, 0.01, 0.03, 0.1))
+
+    width: float = field(default=DRY_WIDTH, kw_only=True)  # rad/s: v_0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require_bending(self.kind, self.bending)
 
+    def at_pace(self, rates: tuple[float, ...]) -> "CoulombFriction":
+        """Return the law whose step is narrow beside the rate of its joint."""
+        return replace(self, width=dry_width(rates[self.joint - 1]))
+
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, 1)."""
-        z = CoulombTerm(self.level, DRY_WIDTH, sum(self.bending)).sign(flow.motion, self.joint)
+        z = CoulombTerm(self.level, self.width, sum(self.bending)).sign(flow.motion, self.joint)
         return at_joint(z[:, None], self.joint, flow.arm.n_links)
 
     def quantities(self) -> dict[str, Quantity]:

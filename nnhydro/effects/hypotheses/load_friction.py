@@ -1,7 +1,7 @@
 """Hypothesis: a joint rubs the harder the more torque it carries."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import torch
@@ -9,7 +9,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, smooth_sign
+from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, dry_width, smooth_sign
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 
 
@@ -23,7 +23,7 @@ class LoadFriction(InstrumentEffect):
     family = "dry_friction"
     name = "load-dependent friction"
     mechanism = "Gear teeth and bearings are pressed together by the torque that they pass on, and rub the harder for it."
-    equation = "reading_j = tau_j + T_0 tanh(qd_j / v_1) + mu |tau_j| tanh(qd_j / v_0),  v_0 = 0.02 rad/s, v_1 = 0.005 rad/s"
+    equation = "reading_j = tau_j + T_0 tanh(qd_j / v_1) + mu |tau_j| tanh(qd_j / v_0),  v_0 = 4 v_1,  v_1 <= 0.005 rad/s"
     source = ("Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load; "
               "T_0: Hamon, Gautier & Garrec (2010), from general knowledge, not checked")
     signature = Signature(
@@ -37,14 +37,21 @@ class LoadFriction(InstrumentEffect):
     coefficient: Values = parameter("1", 0.05, (0.0, 0.9), "friction torque per unit of torque carried", per="arm")
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque without load, T_0", per="arm", absent=True)
 
+    width: float = field(default=DRY_WIDTH, kw_only=True)  # rad/s: v_1
+
+    def at_pace(self, rates: tuple[float, ...]) -> "LoadFriction":
+        """Return the law whose steps are narrow beside the rate of its joint."""
+        return replace(self, width=dry_width(rates[self.joint - 1]))
+
     def narrower(self) -> tuple["LoadFriction", ...]:
         """Return the law without a level."""
         return (replace(self, level=()),)
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return |tau_j| sgn(qd_j) and sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
-        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * smooth_sign(seen.motion.qd[:, self.joint - 1], SIGN_WIDTH)
-        unloaded = [CoulombTerm(self.level, DRY_WIDTH).sign(seen.motion, self.joint)] if self.level else []
+        sign = smooth_sign(seen.motion.qd[:, self.joint - 1], self.width * SIGN_WIDTH / DRY_WIDTH)
+        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * sign
+        unloaded = [CoulombTerm(self.level, self.width).sign(seen.motion, self.joint)] if self.level else []
         shapes = torch.stack([load, *unloaded], dim=1)
         return seen.as_read(at_joint(shapes, self.joint, seen.arm.n_links))
 

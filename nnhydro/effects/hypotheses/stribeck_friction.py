@@ -1,7 +1,7 @@
 """Hypothesis: a joint grips at low speed and lets go as it turns faster."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import torch
@@ -10,10 +10,10 @@ from torch import Tensor
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import MOST_BENDING, SIGN_WIDTH, bent_sign, require_bending
+from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, bent_sign, dry_width, require_bending
 
 LEAST_EXCESS = 0.2  # excess over sliding level below which the law is Coulomb's
-SHARP = 2 * SIGN_WIDTH  # rad/s: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
+SHARP = 8.0  # widths of the step: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
 
 
 @effect
@@ -27,38 +27,45 @@ class StribeckFriction(LoadEffect):
     name = "Stribeck friction"
     mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
     equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  "
-                "v_0 = 0.005 rad/s;  m = 0: exp(-(qd_j / v_S)^2);  z_0 = 0: z = tanh(qd_j / v_0)")
+                "v_0 <= 0.005 rad/s;  m = 0: exp(-(qd_j / v_S)^2);  z_0 = 0: z = tanh(qd_j / v_0)")
     source = "the usual forms after Armstrong-Helouvry, and Hess and Soom (1990; m = 1): from general knowledge, not checked"
     signature = Signature(
         depends_on=("qd",), parity="odd", region="|qd_j| below about twice v_S", excited_by="very slow turning with reversals",
         mistaken_for=("coulomb_friction", "load_friction", "viscous_friction", "backlash"),
     )
     acts = "joint"
+    rate_scaled = ("speed",)
     dissipates = True
 
     sliding: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque of fast sliding, T_C", per="arm")
     excess: Values = parameter("N m", 0.1, (0.0, 1e3), "what breakaway takes beyond that, T_S - T_C", per="arm")
-    speed: Values = parameter("rad/s", 0.1, (0.005, 3.0), "speed over which the grip is lost, v_S", per="arm", linear=False,
+    speed: Values = parameter("rad/s", 0.1, (1e-5, 3.0), "speed over which the grip is lost, v_S", per="arm", linear=False,
                               grid=(0.05, 0.1, 0.2, 0.4, 0.8))
     tail: Values = parameter("1", 0.0, (0.0, 1.0), "how slowly the grip is lost, m", per="arm", linear=False, grid=(0.0, 1.0),
                              absent=True)
     bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
-                                linear=False, grid=(0.0,), absent=True, detail=(0.003, 0.01, 0.03, 0.1))
+                                linear=False, grid=(0.0,), absent=True, detail=(0.0003, 0.003, 0.01, 0.03, 0.1))
+
+    width: float = field(default=DRY_WIDTH, kw_only=True)  # rad/s: v_0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require_bending(self.kind, self.bending)
 
+    def at_pace(self, rates: tuple[float, ...]) -> "StribeckFriction":
+        """Return the law whose step is narrow beside the rate of its joint."""
+        return replace(self, width=dry_width(rates[self.joint - 1]))
+
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (sliding, excess), (n, joints, 2)."""
         qd = flow.motion.qd[:, self.joint - 1]
-        sign, fast, m = bent_sign(flow.motion, self.joint, sum(self.bending)), (qd / self.speed[0]) ** 2, sum(self.tail)
+        sign, fast, m = bent_sign(flow.motion, self.joint, sum(self.bending), self.width), (qd / self.speed[0]) ** 2, sum(self.tail)
         grip = torch.exp(-torch.log1p(m * fast) / m if m else -fast)
         return at_joint(torch.stack([sign, sign * grip], dim=1), self.joint, flow.arm.n_links)
 
     def plausible(self) -> bool:
         """Return whether it is more than Coulomb friction."""
-        return self.excess[0] >= LEAST_EXCESS * self.sliding[0] and self.speed[0] >= SHARP
+        return self.excess[0] >= LEAST_EXCESS * self.sliding[0] and self.speed[0] >= SHARP * self.width
 
     def quantities(self) -> dict[str, Quantity]:
         """Return sliding level, breakaway level and speed."""

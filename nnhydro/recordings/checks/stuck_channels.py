@@ -84,9 +84,13 @@ class StuckTorque(RecordingCheck):
     remedy = "the torque channel is dead or not updated: leave these cells empty or record again"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
-        """Yield one finding a joint: the longest span."""
+        """Yield one finding a joint: the longest span; a note alone where all torques are exactly 0, as of what nothing drives."""
         tau = reading.recording.tau
         if tau is None:
+            return
+        if not np.nan_to_num(tau, nan=1.0).any():
+            yield Oddity(reading.name, "note", "", "all torques are exactly 0 N m: nothing drives this machine",
+                         "if something does, the torque channel is dead or not updated: leave its cells empty or record again")
             return
         for joint in range(reading.arm.n_links):
             spans = [span for span in _frozen_rows(tau[:, joint], reading.dt) if self._range_moved(reading, span) > 0.1]

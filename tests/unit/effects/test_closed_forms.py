@@ -168,6 +168,21 @@ def test_dry_friction_has_its_level_at_a_hundredth_of_a_radian_a_second():
         assert_close(tau, tensor([0.2, -0.2]), rtol=0.04)
 
 
+@pytest.mark.parametrize("name", ["coulomb_friction", "stribeck_friction", "load_friction"])
+def test_dry_friction_of_a_joint_ten_times_as_slow_is_the_same_law_of_a_tenth_of_the_rate(name):
+    a, qd = arm(1), torch.linspace(-0.002, 0.002, 41, dtype=torch.float64)[:, None]
+
+    def columns(pace):
+        """The columns at rates that are `pace` times as fast, of the law for joints as fast as that."""
+        law = candidates(REGISTER[name], a, (5.0,), (0.1 * pace,))[0]
+        flow = Flow(a, Motion(*(torch.zeros(41, 1, dtype=torch.float64) if x is None else x for x in (
+            torch.arange(41, dtype=torch.float64), None, pace * qd, None)), torch.zeros(41), torch.zeros(41)))
+        return (law.columns(flow) if name != "load_friction" else law.columns(view(a, flow.motion))[..., 1:])
+
+    assert_close(columns(0.1), columns(1.0))
+    assert float((columns(0.1) - columns(1e3)).abs().max()) > 0.1, "beyond half a radian a second the step is as wide at any rate"
+
+
 def swept(rows=6000, step=0.002):
     """One joint that swings with several reversals and pauses: the flow and its velocity (n,) rad/s."""
     t = np.arange(rows) * step
@@ -363,6 +378,23 @@ def test_the_interval_of_a_derived_quantity_follows_from_the_covariance():
     low, high = intervals(lambda v: spring.with_linear(v).quantities(), spring.linear_values(), covariance)["rest_angle"]
     gradient = np.array([-0.25, -0.5])  # of -preload/stiffness
     assert (high - low) / 2 == pytest.approx(1.96 * np.sqrt(gradient @ covariance.numpy() @ gradient), rel=1e-5)
+
+
+def test_at_a_limit_the_interval_follows_from_the_slope_on_its_inner_side():
+    def quantities(x):
+        return {"square": Quantity(float(max(x[0], 0.0)) * 3.0, "1")}
+
+    at, covariance = torch.zeros(1, dtype=torch.float64), torch.tensor([[0.04]], dtype=torch.float64)
+    low, high = intervals(quantities, at, covariance, {0: (0.0, 1.0)})["square"]
+    assert (high - low) / 2 == pytest.approx(1.96 * 0.2 * 3.0, rel=1e-3)
+
+
+def test_of_a_short_lag_share_times_response_is_known_where_neither_is():
+    law = made("flow_memory", arm(1), share=(1.3,), response=(0.005,), travel=(0.0,))
+    q = law.quantities()
+    assert q["late[1]"] == Quantity(1.3 * 0.005, "s")
+    assert q["behind[1]"] == Quantity(0.0, "1")
+    assert "0.0065 s" in law.statement()
 
 
 def test_a_strip_lies_in_the_shadow_exactly_where_its_way_meets_the_neighbour():

@@ -218,6 +218,15 @@ def test_a_value_that_might_as_well_be_0_is_not_claimed():
     assert abs(float(values.fit.mean[at][0])) < PRECISE * sd
 
 
+def test_what_may_be_the_form_of_another_is_judged_once_that_one_has_been(monkeypatch):
+    one = with_planted([0.5, 0.45], laws=(law("law_0", predictable_share=0.0), *LAWS[1:]))
+    both = one.score((0, 1))
+    alone = decide(one, both, 0)
+    assert alone.claimed.chosen == (0,), "all of the other may be the form of what can be predicted in no part"
+    monkeypatch.setattr(deciding, "says_nothing", lambda search, now, k: k == 0)
+    assert decide(one, both, 0).claimed.chosen == (1,)
+
+
 def test_every_member_that_fails_is_told_with_the_first_test_that_it_fails():
     one = with_planted([0.6], 2)
     decided = decide(one, one.score((0, 4, 5)), 0)

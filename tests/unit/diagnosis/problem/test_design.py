@@ -8,7 +8,7 @@ import pytest
 from campaigns import campaign, planted, recording
 from diagnosed import hanging
 from hypotheses import made
-from rigs import arm
+from rigs import LINKS, arm
 
 from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.activity import ActivityWindow
@@ -18,6 +18,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
+from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -41,6 +42,13 @@ def test_what_the_true_model_leaves_of_computed_torques_is_a_thousandth_of_them(
     problem = problem_of(logged(100.0), edge=3.0)
     design = design_of(problem, baseline_of("constant", ARM, problem.units(), Preparation(LowPass(3.0))))
     assert (design.excess**2).sum() < 1e-5 * (design.tau**2).sum()
+
+
+def test_what_the_recalibrated_baseline_leaves_does_not_hang_on_the_diameter_that_arm_yaml_states():
+    """A coefficient that starts at thirty times its value: the error of a fit must not become noise."""
+    thick = Arm.model_validate({"fluid": {"density_kg_m3": 1000.0}, "links": [{**LINKS[0], "diameter_m": 30 * LINKS[0]["diameter_m"]}]})
+    left = [(of(Campaign.of(a, list(WHOLE.recordings()))).excess ** 2).sum() for a in (ARM, thick)]
+    assert left[1] < 1.5 * left[0]
 
 
 def test_a_stationary_torque_of_the_drive_is_told_from_a_free_arm():

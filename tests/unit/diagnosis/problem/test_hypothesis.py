@@ -56,6 +56,18 @@ def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tr
     assert {hypothesis.key[1] for hypothesis in made} <= {0, 1, 2}
 
 
+def test_a_joint_that_moves_little_and_slowly_bends_less_and_loses_its_grip_at_lower_rates():
+    def tried(**of):
+        """Bendings and speeds of Stribeck's law that are tried."""
+        laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), **of) if h.key[0] == "stribeck_friction"]
+        return [np.array(sorted({law.bending[0] for law in laws if law.bending} - {0.0})), np.array(sorted({law.speed[0] for law in laws}))]
+
+    usual, slow, fast = tried(), tried(ranges=(0.1,), rates=(0.05,)), tried(ranges=(3.0,), rates=(2.0,))
+    for a, b, c in zip(usual, slow, fast, strict=True):
+        np.testing.assert_allclose(b, 0.1 * a)
+        np.testing.assert_array_equal(c, a)
+
+
 @pytest.mark.parametrize("left_out", ["torque_bias", "coulomb_friction"])
 def test_an_effect_that_is_taken_out_of_the_catalogue_is_no_hypothesis(left_out):
     whole, part = (enumerate_hypotheses(arm(2), PEAKS, without) for without in ((), (left_out,)))
