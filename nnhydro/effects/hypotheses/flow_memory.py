@@ -12,7 +12,7 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import unit_drag
-from nnhydro.physics.travel.wake_memory import lag_behind, share_kept
+from nnhydro.physics.travel.wake_memory import lag_behind, share_missed
 
 STRIPS = 10  # a link
 TINY = 1e-12  # m: water at rest has no travel
@@ -54,7 +54,7 @@ class FlowMemory(LoadEffect):
 
             def following(old: Tensor) -> Tensor:
                 """Return drag and lag (n, links, strips, 2) after a step from `old`."""
-                lag = old[..., 1] * torch.exp(-rate) + (drag - old[..., 0]) * share_kept(rate)
+                lag = old[..., 1] * torch.exp(-rate) + (drag - old[..., 0]) * share_missed(rate)
                 return torch.stack([drag, lag], dim=-1)
 
             name = f"lagging drag/{self.response[0]}/{self.travel[0]}"

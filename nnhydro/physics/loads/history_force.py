@@ -80,7 +80,7 @@ def carried_half_derivative(v: Tensor, carried: StepMemory, decay: float = 0.0) 
     slowest, weights = _exponentials()
     rates, width = slowest + decay, len(slowest)
 
-    def grown(rates: Tensor, fades: Tensor, dt: Tensor) -> Tensor:
+    def integral(rates: Tensor, fades: Tensor, dt: Tensor) -> Tensor:
         """Return int_0^dt exp(-rates s) ds."""
         return torch.where(rates > 0, (1 - fades) / rates.clamp(min=1e-30), dt[..., None])
 
@@ -93,9 +93,9 @@ def carried_half_derivative(v: Tensor, carried: StepMemory, decay: float = 0.0) 
         dt = carried.steps(2)
         past, slope = old[:, :, :width], (v - old[:, :, width]) / (dt + 1e-12)
         fades = torch.exp(-rates * dt)[:, None, :]
-        growth, step = grown(rates, fades, dt), 2 * torch.sqrt(dt)
+        growth, step = integral(rates, fades, dt), 2 * torch.sqrt(dt)
         if decay:
-            step = step + (growth - grown(slowest, torch.exp(-slowest * dt)[:, None, :], dt)) @ weights
+            step = step + (growth - integral(slowest, torch.exp(-slowest * dt)[:, None, :], dt)) @ weights
         half = (past * fades) @ weights + slope * step
         return torch.cat([past * fades + slope[..., None] * growth, v[..., None], half[..., None]], dim=2)
 

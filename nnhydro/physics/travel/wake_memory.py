@@ -26,11 +26,11 @@ def lag_behind(target: Tensor, rate: Tensor) -> Tensor:
 
     Exact where target and rate are linear and constant between the rows: however short the memory is beside the step.
     """
-    risen = torch.diff(target, dim=0, prepend=target[:1]) * share_kept(rate)
+    risen = torch.diff(target, dim=0, prepend=target[:1]) * share_missed(rate)
     return _accumulate(risen.numpy(), np.broadcast_to(torch.exp(-rate).numpy(), target.shape).copy())
 
 
-def share_kept(rate: Tensor) -> Tensor:
+def share_missed(rate: Tensor) -> Tensor:
     """Return (1 - exp(-rate))/rate, 1 at rate 0: what a memory has not yet taken up of a rise over the step."""
     return torch.where(rate > 0, -torch.expm1(-rate) / torch.where(rate > 0, rate, 1.0), 1.0)
 
