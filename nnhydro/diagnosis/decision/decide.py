@@ -5,7 +5,7 @@ A member k of the best set S is claimed if
        the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, max_l max(FORM, 1 - p_l)^2 gain_l)
        where p_l is the share of l's torque that can be predicted at all (its card: what rings, clips or crosses a gap),
        and FORM of what a larger one gains for which its card may be taken, unless it is a standard term that every joint has: what another
-       form leaves looks like it first. A law beside which FORM of the unknown remains at most needs neither: it is no form of another
+       form leaves looks like it first. A law that takes as much from the unknown needs neither, if it leaves FORM of it at most
     2. it replaces the unknown as a true law does                                      (search.stepwise.admits)
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
@@ -27,11 +27,12 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from nnhydro.diagnosis.calibration.null_draws import null_threshold
-from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, P_ALARM, PRECISE, RELEVANT
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, P_ALARM, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.decision.proof import Proof, fitted_error, prove
 from nnhydro.diagnosis.problem.design import relevant_share
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import says_nothing, values_of
@@ -114,20 +115,26 @@ def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
 def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> list[float]:
     """What each member must gain not to be another's form: FORM^2 of the other's gain, FORM where cards take one for the other.
 
-    Of a law that can be predicted in part only, the form is the rest. A member beside which next to nothing remains, FORM of what the
-    unknown gains without it, is no other's form: what a law errs by is no other law exactly.
+    Of a law that can be predicted in part only, the form is the rest. A member that also takes from the unknown more than such a share of
+    what the other explains with all that it takes, and leaves FORM of it at most, is no form: what a law errs by is no other law exactly.
     """
     gains = [search.gain(rest, now) for rest in rests]
+    before, after = ([search.unknown_beside(s, [k]) for k, s in zip(now.chosen, sets, strict=True)] for sets in (rests, [now] * len(rests)))
+    explained = [gain + more - less for gain, more, less in zip(gains, before, after, strict=True)]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
+    exactly = [less <= FORM * more and whole > bar
+               for less, more, whole, bar in zip(after, before, explained, _shares_of_form(effects, explained), strict=True)]
+    return [0.0 if exact else bar for exact, bar in zip(exactly, _shares_of_form(effects, gains), strict=True)]
+
+
+def _shares_of_form(effects: Sequence[AnyEffect], nats: Sequence[float]) -> list[float]:
+    """Return how much of each member's `nats` the form of the others could be."""
     bars = []
-    for i, (k, effect, rest) in enumerate(zip(now.chosen, effects, rests, strict=True)):
-        if search.unknown_beside(now, [k]) <= FORM * search.unknown_beside(rest, [k]) > FORM * FEW_NATS:
-            bars.append(0.0)
-            continue
-        alike = [gains[j] for j, other in enumerate(effects) if j != i and gains[j] > gains[i] and not effect.standard
+    for i, effect in enumerate(effects):
+        alike = [nats[j] for j, other in enumerate(effects) if j != i and nats[j] > nats[i] and not effect.standard
                  and (other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for)]
-        missed = [max(FORM, 1 - other.predictable_share) ** 2 * gains[j] for j, other in enumerate(effects) if j != i]
-        bars.append(max(*missed, FORM**2 * gains[i], FORM * max(alike, default=0.0)))
+        missed = [max(FORM, 1 - other.predictable_share) ** 2 * nats[j] for j, other in enumerate(effects) if j != i]
+        bars.append(max(*missed, FORM**2 * nats[i], FORM * max(alike, default=0.0)))
     return bars
 
 

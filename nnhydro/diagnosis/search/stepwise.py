@@ -173,8 +173,9 @@ class Search:
             (u - (u(now) - u(then))) / (u + gain),    u = min(u(now), (u'u - |u less what the unknown makes of it|^2) / 2)
 
         u(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. The gain is what the unknown cannot make
-        of it: of what clips, or has a phase of its own in every recording, that is most. A standard term of a joint is asked for no more
-        than its own, however large the unknown: that it is there, and small, was probable before.
+        of it: of what clips, or has a phase of its own in every recording, that is most. In a part of the campaign, which was chosen for
+        its gain, it counts nothing. A standard term of a joint is asked for no more than its own, however large the unknown: that it is
+        there, and small, was probable before.
         """
         more = sorted(set(then.chosen) - set(now.chosen))
         before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
@@ -184,7 +185,8 @@ class Search:
             theirs = min(before, sum(self.imitated_nats(then, k) for k in more))
         else:
             theirs = before
-        return (theirs - (before - after)) / max(theirs + max(self.gain(now, then), 0.0), FEW_NATS)
+        whole = all(self.view.library.hypotheses[k].activity is None for k in more)
+        return (theirs - (before - after)) / max(theirs + (max(self.gain(now, then), 0.0) if whole else 0.0), FEW_NATS)
 
     def unknown_beside(self, found: ScoredSet, laws: Iterable[int]) -> float:
         """Return the nats that the unknown gains beside `found` at the joints that `laws` load: what other joints hold is not theirs."""

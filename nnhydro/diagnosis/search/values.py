@@ -24,7 +24,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS, PRECISE
+from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
 from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
@@ -46,7 +46,7 @@ class Values:
 
     mean: Array
     covariance: Array  # (p + names, p + names)
-    bounded: bool = False  # whether a value lies beyond a physical bound other than 0, by PRECISE standard deviations
+    bounded: bool = False  # whether a value was cut at a physical bound other than 0
     names: tuple[str, ...] = ()
 
     def with_scale_known_to(self, spread: float) -> "Values":
@@ -121,8 +121,7 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
         mean, covariance = _pool(mean.reshape(-1, h.width), covariance)
     low, high = library.bounds(k)
     scale = library.scale[library.at(k)]
-    sure = PRECISE * np.sqrt(np.maximum(np.diag(covariance)[: len(mean)], 0.0))
-    bounded = bool(np.any(((mean - sure > high) & (high != 0)) | ((mean + sure < low) & (low != 0))))
+    bounded = bool(np.any(((mean > high) & (high != 0)) | ((mean < low) & (low != 0))))
     units = np.concatenate([scale / factor, unit])
     return Values(np.clip(mean / factor, low, high) * scale, covariance * units[:, None] * units, bounded, names)
 

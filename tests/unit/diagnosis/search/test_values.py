@@ -216,16 +216,6 @@ def test_a_law_says_nothing_where_the_interval_of_each_of_its_values_holds_0_wit
     assert says_nothing(one, one.score((0,)), 0) == nothing
 
 
-@pytest.mark.parametrize(("deviations", "beyond"), [(1.0, False), (3.0, True)])
-def test_a_value_lies_beyond_a_bound_where_noise_alone_does_not_put_it_there(deviations, beyond):
-    free = found(with_values(0.5, seed=3))
-    sd = float(np.sqrt(free.covariance[0, 0]))
-    bounded = law("law_0", limits=((0.0, float(free.mean[0]) - deviations * sd),))
-    got = found(with_values(0.5, seed=3, laws=(bounded, *LAWS[1:])))
-    assert got.bounded == beyond
-    assert got.mean[0] == pytest.approx(bounded.bounds()[0][1])
-
-
 def test_a_law_without_nonlinear_values_is_asked_for_its_linear_values_alone():
     one = with_values(0.0, seed=3)
     assert not says_nothing(one, one.score((0,)), 0)
