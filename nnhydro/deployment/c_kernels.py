@@ -2,164 +2,168 @@
 
 from typing import Final
 
-# a long sum in eight parts side by side: one part alone would wait for each addition
-DOTTED: Final = """#define DOTTED(out, c, at, n) { real s[8] = {0}; int i = 0; \\
-    for (; i + 8 <= n; i += 8) for (int j = 0; j < 8; ++j) s[j] += c[i + j]*v[at[i + j]]; \\
-    for (; i < n; ++i) s[0] += c[i]*v[at[i]]; \\
+# a long sum in eight parts side by side: one part alone would wait for each addition; its values lie in a row or at places of v
+DOT: Final = """#define FROM(p, i) p[i]
+#define AT(p, i) v[p[i]]
+#define DOT(out, c, X, p, n) { real s[8] = {0}; int i = 0; \\
+    for (; i + 8 <= n; i += 8) for (int j = 0; j < 8; ++j) s[j] += c[i + j]*X((p), i + j); \\
+    for (; i < n; ++i) s[0] += c[i]*X((p), i); \\
     out = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7])); }"""
 # as long as a square root may report an error, gcc computes one at a time
 ROOTS: Final = """#if defined(__SSE2__) && defined(OPTIONS_PUSHED) && !defined(SINGLE)
-typedef real {prefix}pair __attribute__((vector_size(2*sizeof(real)), aligned(sizeof(real)), may_alias));
-#define ROOTS for (; i + 2 <= n; i += 2) *({prefix}pair *)(y + i) = __builtin_ia32_sqrtpd(*(const {prefix}pair *)(x + i));
+typedef real {at}pair __attribute__((vector_size(2*sizeof(real)), aligned(sizeof(real)), may_alias));
+#define ROOTS for (; i + 2 <= n; i += 2) *({at}pair *)(y + i) = __builtin_ia32_sqrtpd(*(const {at}pair *)(x + i));
 #else
 #define ROOTS
 #endif
-static inline void {prefix}roots(const real *RESTRICT x, real *RESTRICT y, int n) {
+static inline void {at}roots(const real *RESTRICT x, real *RESTRICT y, int n) {
     int i = 0;
     ROOTS
     for (; i < n; ++i) y[i] = f_sqrt(x[i]);
 }
 #undef ROOTS"""
-# loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too. Without flags for
-# the processor, gcc and glibc on x86-64 choose a function's version when the program starts: wide vectors where there are some
+# loops alike share one function, so that the program stays in the cache of instructions; vectors are worth it at -O2 too
 OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
 #pragma GCC optimize ("O3,fp-contract=fast,no-trapping-math")
 #define OPTIONS_PUSHED
-#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__AVX__) && !defined(NO_DISPATCH)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#if defined(__x86_64__) && !defined(__AVX__) && !defined(NO_DISPATCH)
+#define DISPATCH
 #endif
-#endif
-#ifndef CLONES
-#define CLONES
-#else
-#define WIDER (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 #if defined(__GNUC__)
 #define NOINLINE __attribute__((noinline))
 #define RESTRICT __restrict
-#if defined(__AVX__) || defined(SINGLE)
+#else
+#define NOINLINE
+#define RESTRICT restrict
+#endif"""
+# without flags for the processor, gcc writes the program for wider vectors as well, and the processor is asked at each call
+WIDER: Final = {"x512": ("avx512f,avx512vl,fma", ("avx512f", "avx512vl")), "x256": ("avx2,fma", ("avx2", "fma"))}
+# numbers in a vector: 0 where the compiler knows none
+LANES: Final = """#if !defined(__GNUC__)
+#define LANES 0
+#elif defined(__AVX__) || defined(SINGLE)
 #define LANES 4
 #else
 #define LANES 2
 #endif
-typedef real {prefix}lanes __attribute__((vector_size(LANES*sizeof(real)), aligned(sizeof(real)), may_alias));
-typedef real {prefix}wide __attribute__((vector_size(4*sizeof(real)), aligned(sizeof(real)), may_alias));
-#else
-#define NOINLINE
-#define RESTRICT restrict
-#define LANES 0
+#if LANES
+typedef real {at}lanes __attribute__((vector_size(LANES*sizeof(real)), aligned(sizeof(real)), may_alias));
 #endif"""
 END: Final = """#ifdef OPTIONS_PUSHED
 #pragma GCC pop_options
 #undef OPTIONS_PUSHED
 #endif
-#undef CLONES
-#undef WIDER
-#undef LANES
+#undef DOT
+#undef FROM
+#undef AT
+#undef DISPATCH
 #undef SINGLE
 #undef NOINLINE
 #undef RESTRICT"""
 
 
-def _in_registers(m: int, per: int, lanes: str) -> str:
-    """The sums of `m` rows in vectors of `per` numbers."""
-    sums = range(m // per)
-    return f"""    {lanes} {", ".join(f"a{j} = {{0}}" for j in sums)};
+def dispatch(core: str, head: str, prefix: str) -> str:
+    """Return `core`, in whose names {at} stands, for each kind of processor, and the function `head`(in, out), which chooses its own.
+
+    `prefix` begins the names.
+    """
+    name, wider, asked = head.split()[-1], [], []
+    for at, (target, parts) in WIDER.items():
+        wider.append(f"""#pragma GCC push_options
+#pragma GCC target ("{target}")
+{core.replace("{at}", f"{prefix}{at}_")}
+#pragma GCC pop_options""")
+        able = " && ".join(f'__builtin_cpu_supports("{part}")' for part in parts)
+        asked.append(f"    if ({able}) {{ {prefix}{at}_{name}(in, out); return; }}")
+    return "\n".join(["#ifdef DISPATCH", *wider, "#endif", core.replace("{at}", f"{prefix}plain_"), f"{head}(const real *in, real *out) {{",
+                      "#ifdef DISPATCH", *asked, "#endif", f"    {prefix}plain_{name}(in, out);", "}"])
+
+
+def _in_registers(m: int, per: int, given: int) -> str:
+    """The sums of `m` rows in vectors of `per` numbers, for each of `given` columns x."""
+    sums, columns = range(m // per), range(given)
+    names = [f"a{j}_{q}" for q in columns for j in sums]
+    return f"""    {{at}}lanes {", ".join(f"{name} = {{0}}" for name in names)};
     for (int i = 0; i < k; ++i, W += {m}) {{
-        const real c = x[i];
-        const {lanes} *w = (const {lanes} *)W;
-        {" ".join(f"a{j} += c*w[{j}];" for j in sums)}
+        const real {", ".join(f"c{q} = x{q}[i]" for q in columns)};
+        const {{at}}lanes *w = (const {{at}}lanes *)W;
+        {" ".join(f"a{j}_{q} += c{q}*w[{j}];" for j in sums for q in columns)}
     }}
-    const {lanes} a[{m // per}] = {{{", ".join(f"a{j}" for j in sums)}}};
-    for (int j = 0; j < n; ++j) y[j] = a[j/{per}][j%{per}];"""
+    const {{at}}lanes a[{len(names)}] = {{{", ".join(names)}}};
+    for (int j = 0; j < n; ++j) {{ {" ".join(f"y{q}[j] = a[{m // per * q} + j/{per}][j%{per}];" for q in columns)} }}"""
 
 
-def dense(m: int, prefix: str) -> str:
-    """The product of a matrix of `m` rows, a multiple of PAD, with k numbers x into n numbers y."""
-    given = "(const real *RESTRICT x, int k, const real *RESTRICT W, real *RESTRICT y, int n)"
-    return f"""#ifdef WIDER
-static NOINLINE __attribute__((target("avx2,fma"))) void {prefix}wide{m}{given} {{
-{_in_registers(m, 4, f"{prefix}wide")}
-}}
-#endif
-static NOINLINE void {prefix}dense{m}{given} {{
-#ifdef WIDER
-    if (WIDER) {{ {prefix}wide{m}(x, k, W, y, n); return; }}
-#endif
+def dense(m: int, given: int) -> str:
+    """The product of a matrix of `m` rows, a multiple of PAD, with one or two (`given`) columns of k numbers x into n numbers y each."""
+    columns = range(given)
+    plain = " ".join(f"a{q}[j] += x{q}[i]*W[j];" for q in columns)
+    return f"""static NOINLINE void {{at}}dense{m}x{given}({", ".join(f"const real *RESTRICT x{q}, real *RESTRICT y{q}" for q in columns)},
+                                 int k, const real *RESTRICT W, int n) {{
 #if LANES == 4
-{_in_registers(m, 4, f"{prefix}lanes")}
+{_in_registers(m, 4, given)}
 #elif LANES == 2
-{_in_registers(m, 2, f"{prefix}lanes")}
+{_in_registers(m, 2, given)}
 #else
-    real a[{m}] = {{0}};
-    for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) a[j] += x[i]*W[j];
-    for (int j = 0; j < n; ++j) y[j] = a[j];
+    real {", ".join(f"a{q}[{m}] = {{0}}" for q in columns)};
+    for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) {{ {plain} }}
+    for (int j = 0; j < n; ++j) {{ {" ".join(f"y{q}[j] = a{q}[j];" for q in columns)} }}
 #endif
 }}"""
 
 
-def together(vectors: int) -> int:
-    """Return how many rows of `vectors` vectors `beside` sums at once: as many as there are registers for."""
-    return min(8, 12 // vectors)
+def together(rows: int, vectors: int) -> int:
+    """Return how many of `rows` rows of `vectors` vectors `beside` sums at once: as registers allow, with few rows filled up."""
+    return min(range(1, min(8, 12 // vectors) + 1), key=lambda n: (-(-rows // n) * n + -(-rows // n), -n))
 
 
-def _beside_body(vectors: int, wide: str) -> str:
-    """The sums of a few rows at a time over vectors of columns, the last of which overlaps the one before it."""
-    rows, columns = range(together(vectors)), range(vectors)
+def _beside_wide(vectors: int, high: int) -> str:
+    """The sums of `high` rows at a time over vectors of columns, the last of which overlaps the one before it."""
+    rows, columns = range(high), range(vectors)
     places = [f"({4*j} < last ? {4*j} : last)" for j in columns]
-    return f"""    for (int r = 0; r < m; r += {len(rows)}) {{
-        {wide} {", ".join(f"a{i}_{j} = {{0}}" for i in rows for j in columns)};
-        for (int i = 0; i < k; ++i, W += {len(rows)}) {{
-            const real *at = x + rows[i];
-            {" ".join(f"const {wide} x{j} = *(const {wide} *)(at + {places[j]});" for j in columns)}
+    return f"""    for (int r = 0; r < m; r += {high}) {{
+        {{at}}lanes {", ".join(f"a{i}_{j} = {{0}}" for i in rows for j in columns)};
+        for (int i = 0; i < k; ++i, W += {high}) {{
+            const real *from = x + rows[i];
+            {" ".join(f"const {{at}}lanes x{j} = *(const {{at}}lanes *)(from + {places[j]});" for j in columns)}
             {" ".join(f"a{i}_{j} += W[{i}]*x{j};" for i in rows for j in columns)}
         }}
         {" ".join(f"if (r + {i} < m) {{ real *to = y + jump*(r + {i}); "
-                  + " ".join(f"*({wide} *)(to + {places[j]}) = a{i}_{j};" for j in columns) + " }" for i in rows)}
+                  + " ".join(f"*({{at}}lanes *)(to + {places[j]}) = a{i}_{j};" for j in columns) + " }" for i in rows)}
     }}"""
 
 
-def _beside_narrow(vectors: int, lanes: str) -> str:
+def _beside_narrow(vectors: int, high: int) -> str:
     """The same in vectors of two numbers: four columns at a time."""
-    rows = range(together(vectors))
-    return f"""    for (int r = 0; r < m; r += {len(rows)}, W += {len(rows)}*k)
+    rows = range(high)
+    return f"""    for (int r = 0; r < m; r += {high}, W += {high}*k)
         for (int j = 0; j < {vectors}; ++j) {{
             const real *from = x + (4*j < last ? 4*j : last), *w = W;
-            {lanes} {", ".join(f"a{i} = {{0}}, b{i} = {{0}}" for i in rows)};
-            for (int i = 0; i < k; ++i, w += {len(rows)}) {{
-                const {lanes} p = *(const {lanes} *)(from + rows[i]), q = *(const {lanes} *)(from + rows[i] + 2);
+            {{at}}lanes {", ".join(f"a{i} = {{0}}, b{i} = {{0}}" for i in rows)};
+            for (int i = 0; i < k; ++i, w += {high}) {{
+                const {{at}}lanes p = *(const {{at}}lanes *)(from + rows[i]), q = *(const {{at}}lanes *)(from + rows[i] + 2);
                 {" ".join(f"a{i} += w[{i}]*p; b{i} += w[{i}]*q;" for i in rows)}
             }}
             real *to = y + jump*r + (4*j < last ? 4*j : last);
-            {" ".join(f"if (r + {i} < m) {{ *({lanes} *)(to + jump*{i}) = a{i}; *({lanes} *)(to + jump*{i} + 2) = b{i}; }}" for i in rows)}
+            {" ".join(f"if (r + {i} < m) {{ *({{at}}lanes *)(to + jump*{i}) = a{i}; *({{at}}lanes *)(to + jump*{i} + 2) = b{i}; }}"
+                      for i in rows)}
         }}"""
 
 
-def name_beside(vectors: int, kind: str) -> str:
+def name_beside(vectors: int, high: int, kind: str) -> str:
     """Return the name of the function `beside` writes for places of the C type `kind`."""
-    return f"beside{vectors}{'wide' if kind == 'int' else ''}"
+    return f"{{at}}beside{vectors}x{high}{'wide' if kind == 'int' else ''}"
 
 
-def beside(vectors: int, kind: str, prefix: str) -> str:
+def beside(vectors: int, high: int, kind: str) -> str:
     """The product of a matrix W with a matrix of k rows, which begin at the places `rows`, into m rows of y, `jump` apart."""
-    given = (f"(const real *RESTRICT x, const {kind} *RESTRICT rows, int k, const real *RESTRICT W, real *RESTRICT y, int jump, "
-             "int m, int last)")
-    name, body = name_beside(vectors, kind), _beside_body(vectors, f"{prefix}wide")
-    high = together(vectors)
-    return f"""#ifdef WIDER
-static NOINLINE __attribute__((target("avx2,fma"))) void {prefix}fused_{name}{given} {{
-{body}
-}}
-#endif
-static NOINLINE void {prefix}{name}{given} {{
-#ifdef WIDER
-    if (WIDER) {{ {prefix}fused_{name}(x, rows, k, W, y, jump, m, last); return; }}
-#endif
+    return f"""static NOINLINE void {name_beside(vectors, high, kind)}(const real *RESTRICT x, const {kind} *RESTRICT rows, int k,
+                              const real *RESTRICT W, real *RESTRICT y, int jump, int m, int last) {{
 #if LANES == 4
-{body}
+{_beside_wide(vectors, high)}
 #elif LANES == 2
-{_beside_narrow(vectors, f"{prefix}lanes")}
+{_beside_narrow(vectors, high)}
 #else
     for (int r = 0; r < m; r += {high}, W += {high}*k)
         for (int q = 0; q < {high} && r + q < m; ++q)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from functools import reduce
 from typing import Any, Final
 
-from nnhydro.deployment.c_kernels import END, OPTIONS
+from nnhydro.deployment.c_kernels import END, OPTIONS, dispatch
 from nnhydro.deployment.c_tables import table_program
 from nnhydro.deployment.compiled.source import Writer
 from nnhydro.deployment.onnx.expressions import Program, Value
@@ -109,7 +109,7 @@ def _functions(precision: str, own_sine: bool) -> str:
     return FAST.format(**values) + (SINE if own_sine else "") + "\n" + library
 
 
-def _statements(program: Program, outputs: Sequence[Value], precision: str) -> tuple[list[str], list[str], list[str]]:
+def _statements(program: Program, outputs: Sequence[Value], precision: str) -> tuple[list[str], list[str]]:
     """One statement a scalar."""
     lines, results = Writer(program, FORMS, [f"in[{k}]" for k in range(program.n_inputs)]).statements(outputs)
 
@@ -120,7 +120,7 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
             text = re.sub(rf"(?<![\w.]){name}\(", f"f_{name}(", text)
         return LITERAL.sub(lambda found: found[1] + ("" if precision == "double" else "f"), text)
 
-    return [], [f"const real {c(line)};" for line in lines], [c(result) for result in results]
+    return [f"const real {c(line)};" for line in lines], [c(result) for result in results]
 
 
 def _terms(program: Program, outputs: Sequence[Value]) -> int:
@@ -130,14 +130,17 @@ def _terms(program: Program, outputs: Sequence[Value]) -> int:
 def c_function(head: str, program: Program, outputs: Sequence[Value], precision: str, prefix: str = "") -> str:
     """Return C text of the function `head`, such as `void run`; `prefix` begins what else is defined, where two stand in one file."""
     large = _terms(program, outputs) >= MANY
-    tables, body, results = (table_program(program, outputs, _literal(precision), prefix) if large
-                             else _statements(program, outputs, precision))
     single = ["#define SINGLE"] if precision == "single" else []
-    options = [*single, OPTIONS.replace("{prefix}", prefix)] if large else []  # what is inlined must have the options of its caller
-    lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
     own_sine = large and precision == "double"  # in a loop it is faster than the library's, alone it is not
     renamed = (*OWN, "part", *(("turn", *TURNING) if own_sine else ())) if prefix else ()
     begin = [f"#define real {PRECISIONS[precision]}", "#define R(x) ((real)(x))", *(f"#define f_{f} {prefix}f_{f}" for f in renamed)]
-    end = [END, "#undef real", "#undef R", "#undef DOTTED", *(f"#undef f_{f}" for f in (*PLAIN, *renamed))]
-    function = f"{head}(const real *in, real *out) {{\n    {lines}\n}}"
-    return "\n".join([*begin, *options, _functions(precision, own_sine), *tables, function, *end])
+    end = ["#undef real", "#undef R", *(f"#undef f_{f}" for f in (*PLAIN, *renamed))]
+    functions = _functions(precision, own_sine)
+    if not large:
+        body, results = _statements(program, outputs, precision)
+        lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
+        return "\n".join([*begin, functions, f"{head}(const real *in, real *out) {{\n    {lines}\n}}", *end])
+    name = head.split()[-1]
+    tables, core = table_program(program, outputs, _literal(precision), prefix, name)
+    # what is inlined must have the options of its caller
+    return "\n".join([*begin, *single, OPTIONS, functions, *tables, dispatch(core, head, prefix), END, *end])

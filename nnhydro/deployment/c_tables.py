@@ -6,12 +6,13 @@ that differ in the signs of some atoms only (a network and its mirror image) is 
 
     y = E x_even + O x_odd,   y' = E x_even - O x_odd
 
-Equal matrices over different atoms (a law on every strip) are one product, the strips side by side. Atoms lie in the order of what they
-are made of, so that a loop or a product reads what lies side by side.
+Equal matrices over different atoms (a law on every strip) are one product, the strips side by side; two of them (a network's second layer
+and that of its mirror image) read each weight once. Atoms and sums lie in the order of what they are made of, so that a loop or a product
+reads what lies side by side: an index read for each number costs more than the sum itself.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any, Final, final
@@ -19,7 +20,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.deployment.c_kernels import DOTTED, ROOTS, beside, dense, name_beside, together
+from nnhydro.deployment.c_kernels import DOT, LANES, ROOTS, beside, dense, name_beside, together
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
 from nnhydro.deployment.onnx.mirror import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
@@ -28,6 +29,7 @@ LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 RUN: Final = 5  # places that follow each other: shorter runs go one by one
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
+TWICE: Final = 16  # rows of a matrix for two columns
 FIXED: Final = 32  # places: shorter runs are loops of a fixed length
 SIDE: Final = 4  # equal matrices from which on they are one product, PAD at least
 BESIDE: Final = 5  # vectors of strips side by side, in registers
@@ -57,6 +59,27 @@ def _stretches(at: list[list[int]]) -> list[Stretch]:
         found.append((start, stop, width, steps))
         start = stop
     return found
+
+
+def _slots(places: Iterable[Sequence[Any]]) -> list[list[Any]]:
+    """What belongs to each operand, from what belongs to each atom."""
+    return [list(slot) for slot in zip(*places, strict=True)]
+
+
+def _alike_together(order: Sequence[Any], at: list[list[int]]) -> tuple[list[Any], list[list[int]]]:
+    """The same atoms and their places with all runs of one kind behind each other."""
+    lengths, starts = list(_runs(at)), [0]
+    for width, _ in lengths:
+        starts.append(starts[-1] + width)
+    first = {kind: k for k, kind in reversed(list(enumerate(lengths)))}
+    chosen = [i for k in sorted(range(len(lengths)), key=lambda k: first[lengths[k]]) for i in range(starts[k], starts[k + 1])]
+    return [order[i] for i in chosen], [[places[i] for i in chosen] for places in at]
+
+
+def _fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[list[Any], list[list[int]]]:
+    """Of several orders of the same atoms, each with its places, the one that makes fewest loops and, of these, fewest runs."""
+    orders = [*orders, *(_alike_together(*order) for order in orders)]
+    return min(orders, key=lambda order: 4 * len(_stretches(order[1])) + sum(1 for _ in _runs(order[1])))
 
 
 @final
@@ -95,37 +118,37 @@ class Tables:
             self._known[key], self.kinds[name] = name, kind
         return self._known[key]
 
-    def _matrix(self, atoms: Sequence[int | None], W: NDArray[np.float64], out: str) -> None:
-        """out[0..m) = W x for the atoms x: `WIDE` rows side by side."""
-        k = W.shape[1]
-        at = [self.places[((a, 1.0),)] for a in atoms]
-        running = at == list(range(at[0], at[0] + k))
-        source = f"v + {at[0]}" if running else "x"
-        if not running:
-            self.lines.append(f"for (int i = 0; i < {k}; ++i) x[i] = v[{self.table(at, True)}[i]];")
-        for start, table, wide, n in self._blocks_of(W):
-            self.lines.append(f"{self.prefix}dense{wide}({source}, {k}, {table}, {out} + {start}, {n});")
-        self.gathered = max(self.gathered, k)
+    def _matrix(self, blocks: Sequence[tuple[Sequence[int | None], int]], W: NDArray[np.float64]) -> None:
+        """W x, x being the atoms of each of one or two `blocks`, into the places from the block's number on."""
+        k, sources = W.shape[1], []
+        for atoms, _ in blocks:
+            at = [self.places[((a, 1.0),)] for a in atoms]
+            if at != list(range(at[0], at[0] + k)):
+                self.lines.append(f"for (int i = 0; i < {k}; ++i) v[{self.size} + i] = v[{self.table(at, True)}[i]];")
+                at, self.size = [self.size], self.size + k
+            sources.append(f"v + {at[0]}")
+        for start, table, high, n in self._rows_of(W, WIDE if len(blocks) == 1 else TWICE):
+            columns = ", ".join(f"{source}, v + {out + start}" for source, (_, out) in zip(sources, blocks, strict=True))
+            self.lines.append(f"{{at}}dense{high}x{len(blocks)}({columns}, {k}, {table}, {n});")
+            self.products.add((high, len(blocks)))
 
-    widths: set[int] = field(default_factory=set)
-    beside: set[tuple[int, str]] = field(default_factory=set)
+    products: set[tuple[int, int]] = field(default_factory=set)
+    beside: set[tuple[int, int, str]] = field(default_factory=set)
     alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
-    gathered: int = 1
 
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
         """Rows over the same atoms."""
         W = np.array([[c for _, c in row] for row in rows])
         paired = mirror_pairs(W)
         if paired is None:
-            first = self.slots(rows)
-            self._matrix(atoms, W, f"v + {first}")
+            self._matrix([(atoms, self.slots(rows))], W)
             return
         pairs, s = paired
         ahead, mirror = [rows[a] for a, _ in pairs], [rows[b] for _, b in pairs]
         m, first = len(pairs), self.slots([*ahead, *mirror])
         half = W[[a for a, _ in pairs]]
         for sign, out in ((s > 0, first), (s < 0, first + m)):
-            self._matrix([a for a, chosen in zip(atoms, sign, strict=True) if chosen], half[:, sign], f"v + {out}")
+            self._matrix([([a for a, chosen in zip(atoms, sign, strict=True) if chosen], out)], half[:, sign])
         self.lines.append(f"for (int i = 0; i < {m}; ++i) {{ const real e = v[{first} + i], o = v[{first + m} + i]; "
                           f"v[{first} + i] = e + o; v[{first + m} + i] = e - o; }}")
 
@@ -142,21 +165,20 @@ class Tables:
         first = self.slots([rows[i] for i in range(m) for _, rows in blocks])
         columns = np.array_split(np.arange(g), -(-g // (PAD * BESIDE)))
         vectors = -(-len(columns[0]) // PAD)
-        high = together(vectors)
+        high = together(m, vectors)
         W = np.zeros((-(-m // high) * high, k))
         W[:m] = [[c for _, c in row] for row in blocks[0][1]]
         table, starts = self.table(W.reshape(-1, high, k).transpose(0, 2, 1), False), self.table(at[:, 0], True)
-        self.beside.add((vectors, self.kinds[starts]))
-        kernel = self.prefix + name_beside(vectors, self.kinds[starts])
+        self.beside.add((vectors, high, self.kinds[starts]))
+        kernel = name_beside(vectors, high, self.kinds[starts])
         for part in columns:
             self.lines.append(f"{kernel}(v + {part[0]}, {starts}, {k}, {table}, v + {first + part[0]}, {g}, {m}, {len(part) - PAD});")
 
-    def _blocks_of(self, W: NDArray[np.float64]) -> Iterator[tuple[int, str, int, int]]:
-        """Rows of W (m, k) summed together: number of the first, table, how many with those filled up, how many."""
-        for part in np.array_split(np.arange(len(W)), -(-len(W) // WIDE)):
+    def _rows_of(self, W: NDArray[np.float64], most: int) -> Iterator[tuple[int, str, int, int]]:
+        """Rows of W (m, k) summed together, `most` at most: number of the first, table, how many with those filled up, how many."""
+        for part in np.array_split(np.arange(len(W)), -(-len(W) // most)):
             padded = np.zeros((-(-len(part) // PAD) * PAD, W.shape[1]))
             padded[:len(part)] = W[part]
-            self.widths.add(len(padded))
             yield int(part[0]), self.table(padded.T, False), len(padded), len(part)
 
     def sums(self, wanted: Sequence[Row]) -> None:
@@ -177,6 +199,8 @@ class Tables:
         for blocks in alike.values():
             if len(blocks) >= SIDE:
                 self._side_by_side(blocks)
+            elif len(blocks) == 2 and mirror_pairs(W := np.array([[c for _, c in row] for row in blocks[0][1]])) is None:
+                self._matrix([(atoms, self.slots(rows)) for atoms, rows in blocks], W)
             else:
                 for atoms, rows in blocks:
                     self._block(atoms, rows)
@@ -185,14 +209,20 @@ class Tables:
 
     def _short(self, rows: list[Row], width: int) -> None:
         """Rows of the same few terms each: one loop."""
-        first = self.slots(rows)
         if width > LONG:
+            first = self.slots(rows)
             for k, row in enumerate(rows):
-                table, c = self.table([self.places[((a, 1.0),)] for a, _ in row], True), self.table([c for _, c in row], False)
-                self.lines.append(f"DOTTED(v[{first + k}], {c}, {table}, {width})")
+                terms, c = [self.places[((a, 1.0),)] for a, _ in row], self.table([c for _, c in row], False)
+                running = terms == list(range(terms[0], terms[0] + width))
+                values = f"FROM, v + {terms[0]}" if running else f"AT, {self.table(terms, True)}"
+                self.lines.append(f"DOT(v[{first + k}], {c}, {values}, {width})")
             return
-        at = [[self.places[((row[place][0], 1.0),)] for row in rows] for place in range(width)]
-        weights = [[row[place][1] for row in rows] for place in range(width)]
+        places = {row: [self.places[((atom, 1.0),)] for atom, _ in row] for row in rows}
+        signs = {row: [c for _, c in row if abs(c) == 1.0] for row in rows}
+        orders = [rows, sorted(rows, key=places.__getitem__), sorted(rows, key=lambda row: (signs[row], places[row]))]
+        rows, at = _fewest_runs([(order, _slots(places[row] for row in order)) for order in orders])
+        first = self.slots(rows)
+        weights = _slots([c for _, c in row] for row in rows)
         for stretch in _stretches(at):
             self._loop(at, first, stretch, " + ".join(f"{{{k}}}" for k in range(width)), weights)
 
@@ -208,18 +238,18 @@ class Tables:
             if kind == "same":
                 self.places |= {((k, 1.0),): self.places[operands[k][0]] for k in atoms}
                 continue
-            atoms, at = self._order(atoms, operands)
+            atoms, at = self._order(kind, atoms, operands)
             first = self.slots([((k, 1.0),) for k in atoms])
             text = LOOPS[kind] if kind in LOOPS else f"f_{kind}({', '.join(f'{{{k}}}' for k in range(len(at)))})"
             for stretch in _stretches(at):
                 self._loop(at, first, stretch, text)
 
-    def _order(self, atoms: list[int], operands: dict[int, list[Row]]) -> tuple[list[int], list[list[int]]]:
+    def _order(self, kind: str, atoms: list[int], operands: dict[int, list[Row]]) -> tuple[list[int], list[list[int]]]:
         """Atoms of one kind and the places of their operands, in the order that makes fewer runs: as they come, or by places."""
-        by_place = sorted(atoms, key=lambda k: [self.places[row] for row in operands[k]])
-        orders = [(order, [list(slot) for slot in zip(*([self.places[row] for row in operands[k]] for k in order), strict=True)])
-                  for order in (atoms, by_place)]
-        return min(orders, key=lambda order: 4 * len(_stretches(order[1])) + sum(1 for _ in _runs(order[1])))
+        places = {k: [self.places[row] for row in operands[k]] for k in atoms}
+        turned = {k: sorted(at) if kind == "mul" else at for k, at in places.items()}
+        return _fewest_runs([(order, _slots(at[k] for k in order)) for at in (places, turned)
+                             for order in (atoms, sorted(atoms, key=lambda k: at[k]))])
 
     def _loop(self, at: list[list[int]], first: int, stretch: Stretch, text: str, weights: Sequence[Sequence[float]] = ()) -> None:
         """v[first...) = `text` of the values at the places `at`, each times its weights: a call of a kernel that loops like it share."""
@@ -244,8 +274,8 @@ class Tables:
         head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {few.replace('< n', f'< {width}')}"
         body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};"
         if given == ["p0[i]"] and text == "f_sqrt({0})":
-            body = f"    (void)v; {self.prefix}roots(p0, y, n);"
-        kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"{self.prefix}loop{len(self.kernels)}")
+            body = "    (void)v; {at}roots(p0, y, n);"
+        kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"{{at}}loop{len(self.kernels)}")
         count = n if alone or width == 1 else n // width
         self.lines.append(f"{kernel}(v, v + {first + start}, {count}, {', '.join(x for _, x in known)});")
 
@@ -268,8 +298,8 @@ def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None,
     return {atoms: list(rows) for atoms, rows in found.items()}
 
 
-def table_program(program: Program, outputs: Sequence[Value], number: Any, prefix: str = "") -> tuple[list[str], list[str], list[str]]:
-    """Return tables, statements and the C text of each output of a program; inputs are read from `in[]`."""
+def table_program(program: Program, outputs: Sequence[Value], number: Any, prefix: str, name: str) -> tuple[list[str], str]:
+    """Return the tables of a program as C, and the function {at}`name`(in, out) with what it calls; {at} begins each of their names."""
     made = Tables(program, number, prefix, alike=_alike(program, outputs))
     made.slots([((k, 1.0),) for k in range(program.n_inputs)])
     made.slots([((None, 1.0),)])
@@ -277,10 +307,10 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
         made.round(kinds)
     rows = [row_of(x) for x in outputs]
     made.sums(rows)
-    begin = [f"real v[{made.size}], x[{made.gathered}];", "(void)x;",
-             f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
-    products = [*(dense(m, prefix) for m in sorted(made.widths)), *(beside(n, kind, prefix) for n, kind in sorted(made.beside))]
-    loops = [f"static NOINLINE CLONES void {name}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
-             for (known, body), name in made.kernels.items()]
-    text = [*made.tables, DOTTED, ROOTS.replace("{prefix}", prefix), *products, *loops]
-    return text, [*begin, *made.lines], [f"v[{made.places[row]}]" for row in rows]
+    begin = [f"real v[{made.size}];", f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
+    products = [*(dense(*kind) for kind in sorted(made.products)), *(beside(*kind) for kind in sorted(made.beside))]
+    loops = [f"static NOINLINE void {kernel}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
+             for (known, body), kernel in made.kernels.items()]
+    end = [f"out[{k}] = v[{made.places[row]}];" for k, row in enumerate(rows)]
+    whole = "\n    ".join([f"static NOINLINE void {{at}}{name}(const real *in, real *out) {{", *begin, *made.lines, *end])
+    return [*made.tables, DOT], "\n".join([LANES, ROOTS, *products, *loops, f"{whole}\n}}", "#undef LANES"])

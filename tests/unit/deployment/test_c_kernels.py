@@ -6,14 +6,14 @@ import subprocess
 import numpy as np
 import pytest
 
-from nnhydro.deployment import c_program
+from nnhydro.deployment import c_kernels, c_program
 from nnhydro.deployment.c_program import c_function
 from nnhydro.deployment.native import compiler
 from nnhydro.deployment.onnx.expressions import Program, Value, combine
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 REAL = {"double": np.float64, "single": np.float32}
-ALONE = {"fused": (), "plain": ("-DNO_DISPATCH",), "any compiler": ("-DANY_COMPILER",)}
+ALONE = {"wide": (), "plain": ("-DNO_DISPATCH",), "any compiler": ("-DANY_COMPILER",)}
 
 
 def compiled(folder, program, outputs: list[Value], precision="double", flags=()):
@@ -76,7 +76,60 @@ def test_equal_matrices_over_many_strips_are_one_product(strips, flags, tmp_path
     at = np.concatenate([first, beside * strips + others])
     sums = [combine([(c, program.input(int(k))) for c, k in zip(row, at[:, s], strict=True)]) for s in range(strips) for row in W]
     text = c_function("void run", program, sums, "double")
-    assert "    beside" in text
+    assert "    plain_beside" in text
     x = rng.standard_normal(program.n_inputs)
     got = compiled(tmp_path, program, sums, flags=flags)(x)
     np.testing.assert_allclose(got.reshape(strips, rows).T, W @ x[at], rtol=1e-13, atol=1e-14)
+
+
+@pytest.mark.parametrize("flags", ALONE.values(), ids=ALONE)
+@pytest.mark.parametrize("rows", [3, 16, 21])
+def test_the_same_matrix_over_two_sets_of_values_is_read_once(rows, flags, tmp_path, monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)
+    rng, columns = np.random.default_rng(rows), 11
+    program, W = Program(2 * columns), rng.standard_normal((rows, columns))
+    x = rng.standard_normal(2 * columns).reshape(columns, 2)  # the two sets lie in turns
+    sums = [combine([(c, program.input(2 * i + side)) for i, c in enumerate(row)]) for side in (0, 1) for row in W]
+    text = c_function("void run", program, sums, "double")
+    assert text.count("    plain_dense") == -(-rows // 16)
+    got = compiled(tmp_path, program, sums, flags=flags)(x.ravel())
+    np.testing.assert_allclose(got.reshape(2, rows).T, W @ x, rtol=1e-13, atol=1e-14)
+
+
+def test_what_a_network_and_its_mirror_image_add_and_take_off_by_turns_is_read_without_an_index_for_each_number(tmp_path, monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)
+    n = 40
+    program, x = Program(2 * n), np.random.default_rng(0).standard_normal(2 * n)
+    even, odd = (range(start, start + n) for start in (0, n))
+    turns = [combine([(1.0, program.input(e)), (sign, program.input(o))]) for e, o in zip(even, odd, strict=True) for sign in (1.0, -1.0)]
+    outputs = [program.unary("tanh", y) for y in turns]
+    text = c_function("void run", program, outputs, "double")
+    loops = text.partition("static inline void plain_roots")[2]
+    assert loops.count("    plain_loop") == 2, "both signs in one loop of two runs, then one loop over all tanh"
+    assert "v[p0[r] + i]" in loops
+    assert "[i]]" not in loops
+    want = np.tanh(np.stack([x[:n] + x[n:], x[:n] - x[n:]], axis=1)).ravel()
+    np.testing.assert_allclose(compiled(tmp_path, program, outputs)(x), want, rtol=1e-14)
+
+
+def test_factors_change_places_where_that_saves_an_index_for_each_number(tmp_path, monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)
+    n = 40
+    program, x = Program(2 * n), np.random.default_rng(0).standard_normal(2 * n)
+    pairs = [(program.input(k), program.input(n + k)) for k in range(n)]
+    outputs = [program.apply("mul", *(pair if k % 3 else reversed(pair))) for k, pair in enumerate(pairs)]
+    assert "[i]]" not in c_function("void run", program, outputs, "double").partition("static inline void plain_roots")[2]
+    np.testing.assert_allclose(compiled(tmp_path, program, outputs)(x), x[:n] * x[n:], rtol=1e-15)
+
+
+@pytest.mark.parametrize("without", [(), ("x512",), ("x512", "x256")], ids=["any", "256 bits", "none"])
+def test_each_processor_s_own_program_gives_the_same(without, tmp_path, monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)
+    for kind in without:
+        monkeypatch.delitem(c_kernels.WIDER, kind)
+    rng, program = np.random.default_rng(0), Program(30)
+    W, x = rng.standard_normal((24, 30)), rng.standard_normal(30)
+    outputs = [program.unary("tanh", combine([(c, program.input(k)) for k, c in enumerate(row)])) for row in W]
+    text = c_function("void run", program, outputs, "double")
+    assert text.count("__builtin_cpu_supports") == 4 - 2 * len(without)
+    np.testing.assert_allclose(compiled(tmp_path, program, outputs)(x), np.tanh(W @ x), rtol=1e-13)
