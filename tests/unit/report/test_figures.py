@@ -269,6 +269,8 @@ def test_a_panel_s_limits_hold_the_compared_rows_of_the_models_shown_first():
         assert wide.limits[0] < inside.min()
         assert wide.limits[1] > inside.max()
         assert np.ptp(narrow.limits) < np.ptp(wide.limits) or not narrow.residual
+    of_another = panels(trace, ["whole", "poor"], ["no model of this picture"])
+    assert [panel.limits for panel in of_another] == [panel.limits for panel in both], "where none of them is drawn, all count"
 
 
 def test_many_recordings_are_thinned_evenly():
