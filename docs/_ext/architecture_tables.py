@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE, PAGE, PICTURE = ROOT / "nnhydro", ROOT / "docs" / "architecture.md", ROOT / "docs" / "architecture.svg"
-ORDER = ["problem", "model", "noise", "search", "calibration", "decision", "findings", "unexplained", "experiment"]  # of the method
+ORDER = ["problem", "model", "noise", "search", "decision", "findings", "calibration", "unexplained", "experiment"]  # of the method
 CELL = 26  # pixels
 
 

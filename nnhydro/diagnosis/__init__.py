@@ -6,9 +6,9 @@
     noise         e ~ N(0, v): a spectrum a joint, a scale a recording, errors of form and of timing
     model         Phi eta: a smooth unknown law that competes with every effect; log p(y | S) in closed form
     search        the set S with the highest score: log p(y | S) + log prior + mass within physical bounds
-    calibration   what chance alone would gain in this campaign; what would be found
-    decision      `decide`: gain, relevance, precision, bounds, held-out recordings, a cause without a card -> Decision with reason
+    decision      `decide`: gain beyond chance, relevance, precision, bounds, held-out recordings, a cause without a card -> Decision
     findings      equivalent effects, confidence, values with intervals, sentences
+    calibration   the confidence by injection into these motions; what would be found
     unexplained   what no finding explains: on what it depends, spectral lines, recordings unlike others
     experiment    the motion that most likely tells equivalent effects apart
 

@@ -25,9 +25,8 @@ from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import NOISE_ROUNDS, Noise, calibrated_noise, reestimate
-from nnhydro.diagnosis.problem.design import Design, design_on
-from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
-from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.design import Design, design_on, hypotheses_for
+from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_of
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
@@ -46,8 +45,6 @@ from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import copied_recordings
 
-MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
-
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -60,23 +57,6 @@ class SearchedCampaign:
     decided: Claims
     model: StripTheory
     null: ScoredSet
-
-
-def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
-    """Return at most `most` of `names`, one drawn from each of as many consecutive stretches."""
-    rng = np.random.default_rng(seed)
-    stretches = np.array_split(np.arange(len(names)), min(most, max(len(names), 1)))
-    return tuple(names[int(rng.choice(stretch))] for stretch in stretches if len(stretch))
-
-
-def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
-    """Return every hypothesis that makes sense for the arm and the torques of `design`; what has a frequency has it within the band."""
-    measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
-    angles, rates = (np.concatenate([getattr(s.segment, name)[s.segment.keep] for s in design.problem.stretches]) for name in ("q", "qd"))
-    made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
-                                tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
-                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()))
-    return tuple(h for h in made if "frequency" not in h.spans or getattr(h.effect, "frequency")[0] < design.problem.edge)  # noqa: B009
 
 
 def _explore(design: Design, without: Sequence[str],

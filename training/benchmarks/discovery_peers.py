@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.diagnosis.decision.proof import states
-from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names
 from nnhydro.diagnosis.noise.spectrum import first_noise
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.design import columns_on, design_of
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
-from nnhydro.diagnosis.problem.problem import Stretch, problem_of
+from nnhydro.diagnosis.problem.problem import MOST_STUDIED, Stretch, draw_names, problem_of
 from nnhydro.fitting.linear.least_squares import ridge
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.torque_model import TorqueModel

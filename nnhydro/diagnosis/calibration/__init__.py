@@ -1,1 +1,1 @@
-"""What chance alone would gain, and what would be found: null draws, injection, confidence, power."""
+"""How far the findings can be trusted, and what would be found: injection, confidence, power."""

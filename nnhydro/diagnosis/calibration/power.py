@@ -20,16 +20,15 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.calibration.null_draws import null_threshold
 from nnhydro.diagnosis.constants import LEAST_GAIN, RHO
-from nnhydro.diagnosis.diagnose import MOST_STUDIED, draw_names, hypotheses_for
+from nnhydro.diagnosis.decision.null_draws import null_threshold
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import FIRST_SIZE, Noise, calibrated_noise
-from nnhydro.diagnosis.problem.design import Design, design_on, relevant_share
+from nnhydro.diagnosis.problem.design import Design, design_on, hypotheses_for, relevant_share
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
-from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_of
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary

@@ -1,1 +1,1 @@
-"""The one place where a claim is decided, and the errors on held-out recordings."""
+"""The one place where a claim is decided: what chance alone would gain, and the errors on held-out recordings."""

@@ -19,11 +19,21 @@ from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
-from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """The residual of one segment: `r` (n, joints) N m at `state` {name: (n,)}, rows `dt` s apart (0 for steady runs)."""
+
+    recording: str
+    r: Array
+    state: dict[str, Array]
+    dt: float
 
 
 @final

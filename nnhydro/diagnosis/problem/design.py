@@ -22,7 +22,7 @@ from torch import Tensor
 from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.free_machines import scale_direction, shares_of_largest
-from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.effects.effect import LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
@@ -285,3 +285,13 @@ def design_on(problem: Problem, baseline: str | None) -> Design:
     moving = any(not stretch.segment.steady for stretch in problem.stretches)
     how = Preparation(LowPass(problem.edge) if moving else None)
     return design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
+
+
+def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
+    """Return every hypothesis that makes sense for the arm and the torques of `design`; what has a frequency has it within the band."""
+    measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
+    angles, rates = (np.concatenate([getattr(s.segment, name)[s.segment.keep] for s in design.problem.stretches]) for name in ("q", "qd"))
+    made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
+                                tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
+                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()))
+    return tuple(h for h in made if "frequency" not in h.spans or getattr(h.effect, "frequency")[0] < design.problem.edge)  # noqa: B009

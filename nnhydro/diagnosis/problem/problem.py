@@ -7,7 +7,7 @@ not depend on the sampling rate. Rows above the band's edge are left out on both
 Source: Ahmed, Natarajan & Rao (1974), IEEE Trans. Computers C-23.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import final
@@ -32,6 +32,7 @@ Index = NDArray[np.int64]
 FEWEST_BLOCKS = 16  # in all: noise, left-out scores and sign tests need so many independent stretches
 FEWEST_PERIODS = 6.0  # of the band's edge in a block
 MARGIN = 0.5  # periods of the band's edge at either end of a stretch: there a spline's second derivative is known worst
+MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
 PAUSE = 1.0  # s between recordings whose times of the day are not known
 
 
@@ -184,6 +185,13 @@ class Problem:
     def units(self) -> tuple[Unit, ...]:
         """Return the stretches as units for fits of the baseline."""
         return tuple(Unit(s.name, s.name, s.segment.steady, partial(tuple, [s.segment])) for s in self.stretches)
+
+
+def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
+    """Return at most `most` of `names`, one drawn from each of as many consecutive stretches."""
+    rng = np.random.default_rng(seed)
+    stretches = np.array_split(np.arange(len(names)), min(most, max(len(names), 1)))
+    return tuple(names[int(rng.choice(stretch))] for stretch in stretches if len(stretch))
 
 
 def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: Band | float | None = None) -> Problem:

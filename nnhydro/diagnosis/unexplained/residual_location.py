@@ -12,20 +12,11 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.diagnosis.decision.proof import Residual
+
 Array = NDArray[np.float64]
 BINS = 10
 LEAST_EXPLAINED = 0.05  # share of the residual's variance that bins must explain before a region is named
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Residual:
-    """The residual of one segment: `r` (n, joints) N m at `state` {name: (n,)}, rows `dt` s apart (0 for steady runs)."""
-
-    recording: str
-    r: Array
-    state: dict[str, Array]
-    dt: float
 
 
 @final

@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.diagnosis.decision.proof import Residual
 from nnhydro.diagnosis.result import DiagnosisResult
-from nnhydro.diagnosis.unexplained.residual_location import Residual
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
 
 Array = NDArray[np.float64]

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import design, law, search, unknown
 
-from nnhydro.diagnosis.calibration.null_draws import null_gains, null_threshold
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision import decide as deciding
 from nnhydro.diagnosis.decision.decide import Claims, Decision, _form_bars, decide, gain_on_unseen, torque_shares, withdraw_useless
+from nnhydro.diagnosis.decision.null_draws import null_gains, null_threshold
 from nnhydro.diagnosis.decision.proof import Proof
 
 LAWS = tuple(law(f"law_{k}") for k in range(8))

@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import arm
 
-from nnhydro.diagnosis.diagnose import draw_names, hypotheses_for
 from nnhydro.diagnosis.problem.baseline import baseline_of
-from nnhydro.diagnosis.problem.design import design_of
-from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, problem_of
+from nnhydro.diagnosis.problem.design import design_of, hypotheses_for
+from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, draw_names, problem_of
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from problems import design, law, search
 
-from nnhydro.diagnosis.calibration.null_draws import null_gains
 from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.decision.null_draws import null_gains
 
 SEEDS = 12
 
