@@ -97,7 +97,7 @@ class JudgedRows:
         columns = linear.columns[index].permute(2, 1, 0).double()  # (p, joints, rows)
         scale, unit, mine = rows.scale[index].double(), rows.unit[index], watched[:, rows.unit[index]]
         target, left_out = rows.target_of(index, mine), float(watched.double().mean()) if fades else None
-        places = [(tier[:linear.shared] == one).nonzero().ravel() for one in torch.unique(tier[:linear.shared])]
+        places = [(tier[:linear.shared] == number).nonzero().ravel() for number in torch.unique(tier[:linear.shared])]
         own = torch.arange(linear.shared, len(tier)).reshape(columns.shape[1], -1)
         return JudgedRows((columns.shape[1], columns.shape[2]), [(place, columns[place].flatten(1)) for place in places],
                           [(place, columns[linear.shared:, j].contiguous()) for j, place in enumerate(own)],
