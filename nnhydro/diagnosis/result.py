@@ -63,7 +63,7 @@ class DiagnosisResult:
                              "noise_floor": self.noise_floor, "scale": self.proof.scale, **given},
                 "decisions": [decision.document() for decision in self.decisions],
                 "other_bands": [band.document() for band in self.other_bands],
-                "location": [place.document() for place in self.location] if self.detected else [],
+                "location": [place.document() | {"where": self.baseline.arm.text(place.where)} for place in self.location if self.detected],
                 "findings": [f.document() for f in self.findings],
                 "indistinguishable": [list(f.equivalence_set) for f in self.findings if len(f.equivalence_set) > 1],
                 "unexplained": self.remainder.document(self.baseline.arm.text), "proof": self.checks, "recalibrated": self.recalibrated,

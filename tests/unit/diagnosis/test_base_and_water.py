@@ -71,13 +71,13 @@ AXIS = parse_arm({"schema": "nnhydro/arm/1", "name": "ball screw", "fluid": {"de
                   "links": [{"mass_kg": 12.0, "known_to": 0.05}]}, "arm.yaml")
 
 
-def slid(k):
-    """A run of a carriage of 12 kg with 20 N of dry friction."""
+def slid(k, reach=1.0):
+    """A run of a carriage of 12 kg with 20 N of dry friction, over `reach` times some 0.2 m."""
     rng = np.random.default_rng(k)
-    w, a = 2 * np.pi * rng.uniform(0.2, 0.6, 2), np.array([0.12, -0.1])
+    w, a = 2 * np.pi * rng.uniform(0.2, 0.6, 2), reach * np.array([0.12, -0.1])
     phase = w * T[:, None]
     x, v, acc = ((a * y).sum(1) for y in (1 - np.cos(phase), w * np.sin(phase), w**2 * np.cos(phase)))
-    force = 12.0 * acc + 20.0 * np.tanh(v / 1e-3) + 0.3 * rng.standard_normal(len(T))
+    force = 12.0 * acc + 20.0 * np.tanh(v / (1e-3 * reach)) + 0.3 * rng.standard_normal(len(T))
     return Recording(f"run{k}", T, x[:, None], force[:, None], v[:, None], acc[:, None])
 
 
@@ -96,6 +96,17 @@ def test_a_finding_on_a_linear_axis_is_told_in_newtons(slide):
     assert "N m" not in finding.statement + found.verdict()
     assert "rad" not in finding.statement
     assert {parameter.unit for parameter in finding.parameters.values()} == {"N"}
+    assert found.document()["location"]
+    assert not [place for place in found.document()["location"] if "rad" in place["where"]]
+
+
+@pytest.mark.slow
+def test_dry_friction_is_found_on_an_axis_that_creeps():
+    """At half a millimetre a second: beside a step of dry friction of 0.005 rad/s it would never come to its level."""
+    found = diagnose(Campaign.of(AXIS, [slid(k, reach=0.003) for k in range(1, 5)]))
+    assert [finding.effect for finding in found.findings] == ["coulomb_friction"]
+    assert found.findings[0].parameters["level"].value == pytest.approx(20.0, rel=0.05)
+    assert found.proof.after < 0.1
 
 
 @pytest.mark.slow
