@@ -121,12 +121,14 @@ class DiagnosisResult:
 
     def _stated_friction(self, finding: Finding) -> str:
         """How much of the dry friction in arm.yaml a fit leaves beside a dry friction that was found; empty where none is stated."""
-        stated, _ = stated_values(self.baseline.arm).get(STATED_COULOMB, (np.zeros(0), None))
+        stated, known = stated_values(self.baseline.arm).get(STATED_COULOMB, (np.zeros(0), np.zeros(0)))
         fitted = getattr(getattr(self.corrected, "loads", None), "terms", {}).get(STATED_COULOMB)
         if finding.family != "dry_friction" or fitted is None or not finding.joint or not any(stated[finding.joint - 1:finding.joint]):
             return ""
-        left = fitted.level[finding.joint - 1]
-        return f" Beside it, the fit leaves {left:.2g} N m of the {stated[finding.joint - 1]:.2g} N m that arm.yaml states."
+        left, said, sd = fitted.level[finding.joint - 1], stated[finding.joint - 1], known[finding.joint - 1]
+        level = next(iter(finding.parameters.values())).value
+        same = ": in all, it is as large as stated, and sets in otherwise" if abs(left + level - said) <= sd else ""
+        return f" Beside it, the fit leaves {left:.2g} N m of the {said:.2g} N m that arm.yaml states{same}."
 
     def _no_finding_text(self) -> str:
         if self.detected:

@@ -10,6 +10,7 @@ from rigs import arm
 
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.proof import states
+from nnhydro.diagnosis.findings.finding import Parameter
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Dependence, Remainder
@@ -79,13 +80,16 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
                                "Noise alone would leave 3.0 %: a systematic residual remains that no known effect explains.")
 
 
-@pytest.mark.parametrize(("family", "joint", "told"), [
-    ("dry_friction", 1, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states."),
-    ("dry_friction", 2, ""), ("inertia", 1, "")])
-def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_of_that(family, joint, told):
-    rubbing = arm(2, friction=[{"coulomb_Nm": 9.0}, {}])
+@pytest.mark.parametrize(("family", "joint", "level", "told"), [
+    ("dry_friction", 1, 3.0, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states."),
+    ("dry_friction", 1, 9.0, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states: in all, it is as large as stated, "
+                             "and sets in otherwise."),
+    ("dry_friction", 2, 3.0, ""), ("inertia", 1, 3.0, "")])
+def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_of_that(family, joint, level, told):
+    rubbing = arm(2, friction=[{"coulomb_Nm": 9.0, "known_to": 0.1}, {}])
     left = SimpleNamespace(loads=Loads({"stated_coulomb_friction": CoulombTerm((0.45, 0.0), 0.01)}))
-    found = Told(equivalence_set=("a",), statement="Friction.", family=family, joint=joint)
+    found = Told(equivalence_set=("a",), statement="Friction.", family=family, joint=joint,
+                 parameters={"level": Parameter(level, "N m", (level, level))})
     made = replace(diagnosis(found=(found,)), baseline=SimpleNamespace(arm=rubbing), corrected=left)
     assert made.verdict().startswith(f"Friction.{told} With this effect")
 
