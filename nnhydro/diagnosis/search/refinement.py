@@ -48,8 +48,9 @@ def _finer(search: Search, found: ScoredSet, k: int, model: StripTheory, first: 
     if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
         return made
     alone = first and not h.rough and len(h.spans) == 1
-    ends = [_at_end(h, name, end) for name, span in h.spans.items() for end in span if alone]
-    return _about_fit(search, found, k, [h, *made, *filter(_within_bounds, ends)], model, again=first)
+    limits = {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
+    ends = [_at_end(h, name, end) for name, span in h.spans.items() for end in span if alone and limits[name][0] <= end <= limits[name][1]]
+    return _about_fit(search, found, k, [h, *made, *ends], model, again=first)
 
 
 def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
@@ -57,12 +58,6 @@ def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
     value = getattr(h.effect, name)[0]
     beyond = end**2 / value if min(value, end) > 0 else 2 * end - value
     return h.with_nonlinear({name: (end,)}, {name: (min(value, beyond), max(value, beyond))})
-
-
-def _within_bounds(h: Hypothesis) -> bool:
-    """Return whether the nonlinear values of `h` lie within their physical bounds."""
-    limits = {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
-    return all(limits[name][0] <= getattr(h.effect, name)[0] <= limits[name][1] for name in h.spans)
 
 
 def _about_fit(search: Search, found: ScoredSet, k: int, laws: Sequence[Hypothesis], model: StripTheory, again: bool) -> list[Hypothesis]:

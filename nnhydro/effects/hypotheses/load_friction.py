@@ -8,9 +8,9 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH, dry_width, smooth_sign
-from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, SIGN_WIDTH, bent_sign, dry_width, require_bending
 
 
 @effect
@@ -23,7 +23,8 @@ class LoadFriction(InstrumentEffect):
     family = "dry_friction"
     name = "load-dependent friction"
     mechanism = "Gear teeth and bearings are pressed together by the torque that they pass on, and rub the harder for it."
-    equation = "reading_j = tau_j + T_0 tanh(qd_j / v_1) + mu |tau_j| tanh(qd_j / v_0),  v_0 = 4 v_1,  v_1 <= 0.005 rad/s"
+    equation = ("reading_j = tau_j + (T_0 + mu |tau_j|) z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0;  "
+                "z_0 = 0: z = tanh(qd_j / v),  v <= 0.005 rad/s, under load <= 0.02 rad/s")
     source = ("Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load; "
               "T_0: Hamon, Gautier & Garrec (2010), from general knowledge, not checked")
     signature = Signature(
@@ -37,7 +38,14 @@ class LoadFriction(InstrumentEffect):
     coefficient: Values = parameter("1", 0.05, (0.0, 0.9), "friction torque per unit of torque carried", per="arm")
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque without load, T_0", per="arm", absent=True)
 
+    bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
+                                linear=False, grid=(0.0,), absent=True, detail=(0.0003, 0.003, 0.03))
+
     width: float = field(default=DRY_WIDTH, kw_only=True)  # rad/s: v_1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_bending(self.kind, self.bending)
 
     def at_pace(self, rates: tuple[float, ...]) -> "LoadFriction":
         """Return the law whose steps are narrow beside the rate of its joint."""
@@ -49,9 +57,9 @@ class LoadFriction(InstrumentEffect):
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return |tau_j| sgn(qd_j) and sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
-        sign = smooth_sign(seen.motion.qd[:, self.joint - 1], self.width * SIGN_WIDTH / DRY_WIDTH)
-        load = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * sign
-        unloaded = [CoulombTerm(self.level, self.width).sign(seen.motion, self.joint)] if self.level else []
+        widths = self.width * SIGN_WIDTH / DRY_WIDTH, self.width
+        signs = [bent_sign(seen.motion, self.joint, sum(self.bending), width) for width in widths]
+        load, unloaded = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * signs[0], signs[1:] if self.level else []
         shapes = torch.stack([load, *unloaded], dim=1)
         return seen.as_read(at_joint(shapes, self.joint, seen.arm.n_links))
 
@@ -59,7 +67,12 @@ class LoadFriction(InstrumentEffect):
         """Return the reading with the friction."""
         return seen.tau + self.change(seen)
 
+    def quantities(self) -> dict[str, Quantity]:
+        """Return coefficient and level and, where the contact bends, over how much of turning."""
+        return {name: q for name, q in super().quantities().items() if name != "bending" or any(self.bending)}
+
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
         more = f", plus {said['level']} without load" if self.level else ""
-        return f"Joint {self.joint} has load-dependent friction: {said['coefficient']} times the torque that it carries{more}."
+        bent = f" It sets in over {said['bending']} after a reversal (presliding)." if any(self.bending) else ""
+        return f"Joint {self.joint} has load-dependent friction: {said['coefficient']} times the torque that it carries{more}.{bent}"

@@ -355,6 +355,15 @@ def test_friction_under_load_is_a_level_and_a_share_of_the_torque_carried(level)
     assert_close(extra, 0.1 * seen.tau.abs() * torch.tanh(motion.qd / 0.02) + sum(level) * torch.tanh(motion.qd / 0.005))
 
 
+def test_friction_under_load_sets_in_as_the_contact_bends():
+    flow, _ = swept(rows=2000)
+    seen = view(arm(1), flow.motion)
+    law = made("load_friction", arm(1), 1, coefficient=(0.2,), level=(0.3,), bending=(0.02,))
+    z = made("coulomb_friction", arm(1), 1, level=(1.0,), bending=(0.02,)).torque(flow)
+    assert_close(law.apply(seen) - seen.tau, (0.3 + 0.2 * seen.tau.abs()) * z, atol=1e-9)
+    assert law.statement().endswith("It sets in over 0.02 rad after a reversal (presliding).")
+
+
 def test_folding_back_changes_the_sheltered_links_drag_alone():
     a = arm(2)
     drag = NormalDrag((0.0, 1.0)).torque
