@@ -5,6 +5,7 @@
 Where the amplitudes a_m fall into some near 1 and some near 0, the law with the mask of the former competes with the whole law by the same
 score, its prior shared between the parts that are tried; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
 part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from clocks alone.
+Sectors are those of the joint at which an effect sits (a worn tooth, a tight spot): what acts on the whole arm, as weight, knows of none.
 """
 
 from collections.abc import Sequence
@@ -94,6 +95,8 @@ def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: St
     problem, h = design.problem, search.view.library.hypotheses[k]
     made = []
     for joint in range(problem.arm.n_links):
+        if joint + 1 != h.effect.joint:
+            continue
         q = np.concatenate([s.segment.q[s.segment.keep, joint] for s in problem.stretches])
         edges = np.quantile(q, np.linspace(0, 1, BINS + 1))
         if not np.all(np.diff(edges) > 1e-3):
@@ -131,6 +134,8 @@ def _confine(library: Library, laws: Sequence[int], windows: Sequence[ActivityWi
         acts = np.isin(problem.group_of, [problem.names.index(name) for name in w.recordings])[:, None, None]
         for k in laws:
             h = replace(library.hypotheses[k], activity=w)
+            if w.sector is not None and w.sector.joint != h.effect.joint:
+                continue
             hypotheses.append(h)
             X.append(library.columns(k) / np.maximum(library.scale[library.at(k)], 1e-300) * acts if w.sector is None
                      else library.design.columns([h], model))

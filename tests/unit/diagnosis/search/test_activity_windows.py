@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from problems import design, law, search
 
-from nnhydro.diagnosis.search.activity_windows import CLEAR, _amplitudes, _best_run, _silent, in_parts
+from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
+from nnhydro.diagnosis.search.activity_windows import CLEAR, _amplitudes, _best_run, _confine, _of_sectors, _silent, in_parts
 
 
 def test_the_run_of_bins_in_which_a_law_acts_is_found_from_its_products_alone():
@@ -100,3 +101,16 @@ def test_a_law_that_may_only_be_late_is_not_asked_for_its_parts(card):
     one, parts = campaign([0, 2, 5], **card)
     assert parts.search is one
     assert parts.best.chosen == (0,)
+
+
+def test_what_acts_on_the_whole_arm_knows_of_no_sector_of_a_joint():
+    """A plane is not tilted while joint 1 lies between two angles only."""
+    one, _ = campaign([0, 1])
+    library = one.view.library
+    library.design.columns = lambda laws, model: np.concatenate([library.columns(0)] * len(laws), axis=2)
+    library.design.problem.arm = SimpleNamespace(n_links=2)
+    sector = ActivityWindow(sector=Sector(1, -0.1, 0.6))
+    library.hypotheses[1].effect.joint = 0
+    grown = _confine(library, [0, 1], [sector], None)
+    assert [h.effect.id for h in grown.hypotheses[2:]] == ["a"]
+    assert _of_sectors(one, None, 1, np.ones(1), None) == []
