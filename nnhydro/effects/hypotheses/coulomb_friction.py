@@ -1,22 +1,22 @@
 """Hypothesis: a joint rubs with a constant torque against its rotation."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import final
 
 from torch import Tensor
 
+from nnhydro.effects.dry_contact import DryContact
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, dry_width, require_bending
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 
 
 @effect
 @final
 @dataclass(frozen=True)
-class CoulombFriction(LoadEffect):
+class CoulombFriction(DryContact, LoadEffect):
     """Constant friction at one joint, whose contact may bend like a spring before it slips."""
 
     id = "coulomb_friction"
@@ -35,19 +35,6 @@ class CoulombFriction(LoadEffect):
     dissipates = True
 
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque while the joint turns", per="arm")
-    bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
-                                linear=False, grid=(0.0,), absent=True, detail=(0.0003, 0.003, 0.01, 0.03, 0.1))
-
-    width: float = field(default=DRY_WIDTH, kw_only=True)  # rad/s: v_0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_bending(self.kind, self.bending)
-
-    def at_pace(self, rates: tuple[float, ...]) -> "CoulombFriction":
-        """Return the law whose step is narrow beside the rate of its joint."""
-        return replace(self, width=dry_width(rates[self.joint - 1]))
-
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, 1)."""
         z = CoulombTerm(self.level, self.width, sum(self.bending)).sign(flow.motion, self.joint)
@@ -55,8 +42,7 @@ class CoulombFriction(LoadEffect):
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the level and, where the contact bends, over how much of turning."""
-        bent = {"bending": Quantity(self.bending[0], "rad")} if any(self.bending) else {}
-        return {"level": Quantity(self.level[0], "N m")} | bent
+        return {"level": Quantity(self.level[0], "N m")} | self.bent()
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -1,22 +1,23 @@
 """Hypothesis: a joint rubs the harder the more torque it carries."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import final
 
 import torch
 from torch import Tensor
 
+from nnhydro.effects.dry_contact import DryContact
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, SIGN_WIDTH, bent_sign, dry_width, require_bending
+from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH
 
 
 @effect
 @final
 @dataclass(frozen=True)
-class LoadFriction(InstrumentEffect):
+class LoadFriction(DryContact, InstrumentEffect):
     """Friction that grows with the torque carried by one joint, from a level without load."""
 
     id = "load_friction"
@@ -38,27 +39,13 @@ class LoadFriction(InstrumentEffect):
     coefficient: Values = parameter("1", 0.05, (0.0, 0.9), "friction torque per unit of torque carried", per="arm")
     level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque without load, T_0", per="arm", absent=True)
 
-    bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
-                                linear=False, grid=(0.0,), absent=True, detail=(0.0003, 0.003, 0.03))
-
-    width: float = field(default=DRY_WIDTH, kw_only=True)  # rad/s: v_1
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_bending(self.kind, self.bending)
-
-    def at_pace(self, rates: tuple[float, ...]) -> "LoadFriction":
-        """Return the law whose steps are narrow beside the rate of its joint."""
-        return replace(self, width=dry_width(rates[self.joint - 1]))
-
     def narrower(self) -> tuple["LoadFriction", ...]:
         """Return the law without a level."""
         return (replace(self, level=()),)
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return |tau_j| sgn(qd_j) and sgn(qd_j) at the joint as read, (n, joints, 2), or the first alone."""
-        widths = self.width * SIGN_WIDTH / DRY_WIDTH, self.width
-        signs = [bent_sign(seen.motion, self.joint, sum(self.bending), width) for width in widths]
+        signs = [self.sign(seen.motion, widths) for widths in (SIGN_WIDTH / DRY_WIDTH, 1.0)]
         load, unloaded = seen.joint_torque(seen.tau)[:, self.joint - 1].abs() * signs[0], signs[1:] if self.level else []
         shapes = torch.stack([load, *unloaded], dim=1)
         return seen.as_read(at_joint(shapes, self.joint, seen.arm.n_links))

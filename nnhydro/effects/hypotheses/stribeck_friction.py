@@ -1,16 +1,16 @@
 """Hypothesis: a joint grips at low speed and lets go as it turns faster."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import final
 
 import torch
 from torch import Tensor
 
+from nnhydro.effects.dry_contact import DryContact
 from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, bent_sign, dry_width, require_bending
 
 LEAST_EXCESS = 0.2  # excess over sliding level below which the law is Coulomb's
 SHARP = 8.0  # widths of the step: a grip lost below it is the step of Coulomb friction at rest, whose width nobody knows
@@ -19,7 +19,7 @@ SHARP = 8.0  # widths of the step: a grip lost below it is the step of Coulomb f
 @effect
 @final
 @dataclass(frozen=True)
-class StribeckFriction(LoadEffect):
+class StribeckFriction(DryContact, LoadEffect):
     """A sliding level, and a breakaway excess that falls with speed, fast (Gauss) or slowly (Lorentz)."""
 
     id = "stribeck_friction"
@@ -43,23 +43,10 @@ class StribeckFriction(LoadEffect):
                               grid=(0.05, 0.1, 0.2, 0.4, 0.8))
     tail: Values = parameter("1", 0.0, (0.0, 1.0), "how slowly the grip is lost, m", per="arm", linear=False, grid=(0.0, 1.0),
                              absent=True)
-    bending: Values = parameter("rad", 0.0, (0.0, MOST_BENDING), "rotation over which the contact bends before it slips, z_0", per="arm",
-                                linear=False, grid=(0.0,), absent=True, detail=(0.0003, 0.003, 0.01, 0.03, 0.1))
-
-    width: float = field(default=DRY_WIDTH, kw_only=True)  # rad/s: v_0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_bending(self.kind, self.bending)
-
-    def at_pace(self, rates: tuple[float, ...]) -> "StribeckFriction":
-        """Return the law whose step is narrow beside the rate of its joint."""
-        return replace(self, width=dry_width(rates[self.joint - 1]))
-
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (sliding, excess), (n, joints, 2)."""
         qd = flow.motion.qd[:, self.joint - 1]
-        sign, fast, m = bent_sign(flow.motion, self.joint, sum(self.bending), self.width), (qd / self.speed[0]) ** 2, sum(self.tail)
+        sign, fast, m = self.sign(flow.motion), (qd / self.speed[0]) ** 2, sum(self.tail)
         grip = torch.exp(-torch.log1p(m * fast) / m if m else -fast)
         return at_joint(torch.stack([sign, sign * grip], dim=1), self.joint, flow.arm.n_links)
 
@@ -70,7 +57,7 @@ class StribeckFriction(LoadEffect):
     def quantities(self) -> dict[str, Quantity]:
         """Return sliding level, breakaway level and speed."""
         return {"sliding": Quantity(self.sliding[0], "N m"), "breakaway": Quantity(self.sliding[0] + self.excess[0], "N m"),
-                "speed": Quantity(self.speed[0], "rad/s")} | ({"bending": Quantity(self.bending[0], "rad")} if any(self.bending) else {})
+                "speed": Quantity(self.speed[0], "rad/s")} | self.bent()
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
