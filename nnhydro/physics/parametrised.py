@@ -47,8 +47,8 @@ class ParametricTerm:
 
     @classmethod
     def parameters(cls) -> tuple["Field[Any]", ...]:
-        """Return the dataclass fields that `parameter` made."""
-        return tuple(f for f in fields(cls) if "unit" in f.metadata)
+        """Return the dataclass fields that `parameter` made, those that a class shares with others (keywords) last."""
+        return tuple(sorted((f for f in fields(cls) if "unit" in f.metadata), key=lambda f: f.kw_only))
 
     @classmethod
     def options(cls) -> tuple["Field[Any]", ...]:

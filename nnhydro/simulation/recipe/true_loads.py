@@ -63,6 +63,8 @@ def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where
         start = cls.at_start(arm, **chosen)
         values = {}
         for name, f in parameters.items():
+            if name not in given and f.default == ():
+                continue
             if name not in given:
                 raise ConfigError(f"{where}: {name} is missing: {f.metadata['meaning']} [{f.metadata['unit']}]; "
                                   f"give {len(getattr(start, name))} number(s)")

@@ -33,7 +33,7 @@ def test_dry_friction_of_a_joint_ten_times_as_slow_is_the_same_law_of_a_tenth_of
         return (law.columns(flow) if name != "load_friction" else law.columns(view(a, flow.motion))[..., 1:])
 
     assert_close(columns(0.1), columns(1.0))
-    assert float((columns(0.1) - columns(1e3)).abs().max()) > 0.1, "beyond half a radian a second the step is as wide at any rate"
+    assert float((columns(0.1) - columns(1e3)).abs().max()) > 0.1, "beyond a tenth of a radian a second the step is as wide at any rate"
 
 
 def swept(rows=6000, step=0.002):
