@@ -48,7 +48,7 @@ class ParametricTerm:
     @classmethod
     def parameters(cls) -> tuple["Field[Any]", ...]:
         """Return the dataclass fields that `parameter` made, those that a class shares with others (keywords) last."""
-        return tuple(sorted((f for f in fields(cls) if "unit" in f.metadata), key=lambda f: f.kw_only))
+        return tuple(sorted((f for f in fields(cls) if "unit" in f.metadata), key=lambda f: f.kw_only is True))
 
     @classmethod
     def options(cls) -> tuple["Field[Any]", ...]:
