@@ -127,7 +127,7 @@ class DiagnosisResult:
             return ""
         left, said, sd = fitted.level[finding.joint - 1], stated[finding.joint - 1], known[finding.joint - 1]
         level = next(iter(finding.parameters.values())).value
-        same = ": in all, it is as large as stated, and sets in otherwise" if abs(left + level - said) <= sd else ""
+        same = ": in all it is as large as stated, but it sets in differently" if abs(left + level - said) <= sd else ""
         return f" Beside it, the fit leaves {left:.2g} N m of the {said:.2g} N m that arm.yaml states{same}."
 
     def _no_finding_text(self) -> str:

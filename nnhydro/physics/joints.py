@@ -23,7 +23,7 @@ from nnhydro.physics.travel.wake_memory import relax
 SIGN_WIDTH = 0.02  # rad/s: far below the rates of a tow-tank test (0.1 to 3), above what is left of encoder noise after filtering
 DRY_WIDTH = 0.005  # rad/s: of the step of dry friction where its level is sought; a wider one is made up for by a larger breakaway
 
-SLOW = 20.0  # steps of dry friction within the rms rate of a joint, at least: slow joints and linear axes step within less
+SLOW = 20.0  # steps of dry friction within the rms rate r of a joint: over a sine, tanh(qd / v_0) is short by ln 2 v_0 / (2^0.5 r), 2 %
 
 MOST_BENDING = 0.3  # rad: a contact that bends further is a spring
 

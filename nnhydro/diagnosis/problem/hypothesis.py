@@ -119,10 +119,9 @@ def _details(effect: AnyEffect, ranges: tuple[float, ...]) -> dict[str, tuple[fl
     return {name: tuple(scale * value for value in values) for name, values in effect.details().items()}
 
 
-def _shapes(effect: AnyEffect, ranges: tuple[float, ...]) -> Iterator[AnyEffect]:
+def _shapes(effect: AnyEffect, details: Mapping[str, Sequence[float]]) -> Iterator[AnyEffect]:
     """The effect, and with each value of the parameters that refine its shape."""
     yield effect
-    details = _details(effect, ranges)
     for point in product(*details.values()):
         if details:
             values: dict[str, Any] = {name: (value,) for name, value in zip(details, point, strict=True)}
@@ -154,13 +153,15 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
                   for point in candidates(cls, arm, peaks, rates) if isinstance(point, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thin(points, scaled)
         points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
-        for effect in (shape for point in points for shape in _shapes(point, ranges)):
-            grids = cls.grids() | {name: (0.0, *values) for name, values in _details(effect, ranges).items()}
-            same = [point for point in points if point.joint == effect.joint]
-            values = {name: sorted({getattr(point, name)[0] for point in same} | set(grids[name] if name in cls.details() else ()))
-                      for name in grids if getattr(effect, name)}
-            spans = {name: grid_neighbours(values[name], getattr(effect, name)[0]) for name in values}
-            made.append(Hypothesis(effect, len(same), spans))
+        for point in points:
+            details = _details(point, ranges)
+            grids = cls.grids() | {name: (0.0, *values) for name, values in details.items()}
+            same = [other for other in points if other.joint == point.joint]
+            for effect in _shapes(point, details):
+                values = {name: sorted({getattr(other, name)[0] for other in same} | set(grids[name] if name in details else ()))
+                          for name in grids if getattr(effect, name)}
+                spans = {name: grid_neighbours(values[name], getattr(effect, name)[0]) for name in values}
+                made.append(Hypothesis(effect, len(same), spans))
     return tuple(made)
 
 

@@ -93,28 +93,27 @@ def _of_recordings(search: Search, found: ScoredSet, k: int, u: Array) -> list[A
 def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: StripTheory) -> list[ActivityWindow]:
     design = search.view.library.design
     problem, h = design.problem, search.view.library.hypotheses[k]
-    made = []
-    for joint in range(problem.arm.n_links):
-        if joint + 1 != h.effect.joint:
-            continue
-        q = np.concatenate([s.segment.q[s.segment.keep, joint] for s in problem.stretches])
-        edges = np.quantile(q, np.linspace(0, 1, BINS + 1))
-        if not np.all(np.diff(edges) > 1e-3):
-            continue
-        edges[0], edges[-1] = -np.inf, np.inf
+    joint = h.effect.joint - 1
+    if not 0 <= joint < problem.arm.n_links:
+        return []
+    q = np.concatenate([s.segment.q[s.segment.keep, joint] for s in problem.stretches])
+    edges = np.quantile(q, np.linspace(0, 1, BINS + 1))
+    if not np.all(np.diff(edges) > 1e-3):
+        return []
+    edges[0], edges[-1] = -np.inf, np.inf
 
-        def in_bins(stretch: Stretch, joint: int = joint, edges: Array = edges) -> Array:
-            u = columns_on([h], model, stretch) @ beta
-            at = np.searchsorted(edges, stretch.segment.q[:, joint], side="right") - 1
-            return np.stack([u * (at == b)[:, None] for b in range(BINS)], axis=2)
+    def in_bins(stretch: Stretch) -> Array:
+        """Return the law's torque (n, joints, bins) N m in each bin of the joint's angle."""
+        u = columns_on([h], model, stretch) @ beta
+        at = np.searchsorted(edges, stretch.segment.q[:, joint], side="right") - 1
+        return np.stack([u * (at == b)[:, None] for b in range(BINS)], axis=2)
 
-        first, stop = _best_run(*_products(search, found, k, design.rows(in_bins)))
-        if stop - first == BINS:
-            continue
-        low = float(edges[first]) if first else float(q.min())
-        high = float(edges[stop]) if stop < BINS else float(np.nextafter(q.max(), np.inf))
-        made.append(ActivityWindow(sector=Sector(joint + 1, low, high)))
-    return made
+    first, stop = _best_run(*_products(search, found, k, design.rows(in_bins)))
+    if stop - first == BINS:
+        return []
+    low = float(edges[first]) if first else float(q.min())
+    high = float(edges[stop]) if stop < BINS else float(np.nextafter(q.max(), np.inf))
+    return [ActivityWindow(sector=Sector(joint + 1, low, high))]
 
 
 def _windows(search: Search, found: ScoredSet, k: int, model: StripTheory, sectors: bool) -> list[ActivityWindow]:

@@ -170,9 +170,9 @@ class Search:
     def share_left(self, now: ScoredSet, then: ScoredSet) -> float:
         """Return the share that `then` leaves of what there is to explain beside `now`: 0 of a cause, near 1 of what only resembles it.
 
-            (u - (u(now) - u(then))) / (u + gain),    u = min(u(now), (u'u - |u less what the unknown makes of it|^2) / 2)
+            (m - (n(now) - n(then))) / (m + gain),    m = min(n(now), (u'u - |u less what the unknown makes of it|^2) / 2)
 
-        u(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. The gain is what the unknown cannot make
+        n(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. The gain is what the unknown cannot make
         of it: of what clips, or has a phase of its own in every recording, that is most. In a part of the campaign, which was chosen for
         its gain, it counts nothing. A standard term of a joint is asked for no more than its own, however large the unknown: that it is
         there, and small, was probable before.

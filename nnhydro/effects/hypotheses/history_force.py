@@ -22,7 +22,7 @@ class HistoryForceEffect(LoadEffect):
     name = "viscous memory (Basset force)"
     mechanism = "Friction drags a thickening layer of water along: past accelerations are felt long after, fading slowly."
     equation = "f = C_H 2 rho D sqrt(pi nu) int dw/dt' exp(-lambda (t - t')) / sqrt(t - t') dt'"
-    source = "Stokes' first problem; a kernel that fades: Mei & Adrian (1992) (physics/loads/history_force.py)"
+    source = "Stokes' first problem; a kernel that fades: Mei & Adrian (1992), not checked (physics/loads/history_force.py)"
     signature = Signature(
         depends_on=("dw", "t"), parity="odd", region="after quick starts and stops, fading with 1/sqrt(t)",
         excited_by="quick starts and stops with long holds between",

@@ -30,7 +30,7 @@ class TorqueCrosstalk(InstrumentEffect):
     stage = 3
     fewest_links = 2
 
-    leak: Values = parameter("1", 0.0, (-0.9, 0.9), "share of the other joint's torque", per="other joint")
+    leak: Values = parameter("1", 0.0, (-0.5, 0.5), "share of the other joint's torque", per="other joint")
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return the others' torques at the joint, (n, joints, joints - 1)."""

@@ -6,7 +6,7 @@ Half of it is wall friction, half the pressure of the displaced flow, of a thin 
 C_H = 1 then. It is the half-order part of Stokes' and Wang's force on an oscillating cylinder, 4 (pi beta)^(-1/2) in the inertia
 coefficient, beta = D^2/(nu T). It holds while the flow is attached (about a diameter of travel).
 Basset's kernel has lambda = 0. At finite Reynolds numbers the flow carries the layer's vorticity away, and the kernel fades faster than
-1/sqrt(t) (Mei & Adrian 1992, J. Fluid Mech. 237); exp(-lambda t) is the simplest law that does, and ours.
+1/sqrt(t) (Mei & Adrian 1992, J. Fluid Mech. 237: from general knowledge, not checked). exp(-lambda t) is the simplest law that does: ours.
 The integral is exact for a velocity that is linear between the rows: a step of acceleration a gives a [K(t - t_k) - K(t - t_k+1)],
 K(t) = sqrt(pi/lambda) erf(sqrt(lambda t)), 2 sqrt(t) for lambda = 0.
 Motion before the first row is taken to have been steady; steady rows have no history. The kernel is positive: from rest to any state the

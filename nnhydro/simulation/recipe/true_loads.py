@@ -63,9 +63,9 @@ def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where
         start = cls.at_start(arm, **chosen)
         values = {}
         for name, f in parameters.items():
-            if name not in given and f.default == ():
-                continue
             if name not in given:
+                if f.default == ():
+                    continue
                 raise ConfigError(f"{where}: {name} is missing: {f.metadata['meaning']} [{f.metadata['unit']}]; "
                                   f"give {len(getattr(start, name))} number(s)")
             values[name] = _numbers(given[name], len(getattr(start, name)), f.metadata["bounds"], f"{where}.{name}")

@@ -82,8 +82,8 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
 
 @pytest.mark.parametrize(("family", "joint", "level", "told"), [
     ("dry_friction", 1, 3.0, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states."),
-    ("dry_friction", 1, 9.0, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states: in all, it is as large as stated, "
-                             "and sets in otherwise."),
+    ("dry_friction", 1, 9.0, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states: in all it is as large as stated, "
+                             "but it sets in differently."),
     ("dry_friction", 2, 3.0, ""), ("inertia", 1, 3.0, "")])
 def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_of_that(family, joint, level, told):
     rubbing = arm(2, friction=[{"coulomb_Nm": 9.0, "known_to": 0.1}, {}])
