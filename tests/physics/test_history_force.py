@@ -11,6 +11,7 @@ from mclain import swing
 from rigs import arm, assert_close, hub_at_rest, run, states
 from scipy.special import erf
 
+from nnhydro.effects.hypotheses.history_force import HistoryForceEffect
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.history_force import HistoryForce, half_derivative
 from nnhydro.physics.motion import Motion, tensor
@@ -45,6 +46,14 @@ def test_a_layer_that_the_flow_carries_away_comes_to_a_steady_force():
     wanted = 2 * 1000.0 * 0.07 * np.sqrt(pi * 1e-6) * 0.7 * np.sqrt(pi / 3.0) * erf(np.sqrt(3.0 * t))
     assert_close(force_per_metre(flow, (3.0,)), tensor(wanted), atol=1e-10)
     assert_close(force_per_metre(flow, (1e-9,)), force_per_metre(flow), rtol=1e-8)
+
+
+def test_the_hypothesis_fades_as_the_load_does():
+    t = np.linspace(0, 4, 401)
+    flow = tow(t, 0.7 * t, np.full(401, 0.7))
+    effect = HistoryForceEffect(C_H=(1.0,), decay=(3.0,))
+    assert_close(effect.torque(flow), HistoryForce((1.0,), (3.0,)).torque(flow))
+    assert "It fades at a rate of 3 1/s" in effect.statement()
 
 
 @pytest.mark.parametrize("decay", [0.0, 2.0])

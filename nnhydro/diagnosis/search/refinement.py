@@ -48,9 +48,13 @@ def _finer(search: Search, found: ScoredSet, k: int, model: StripTheory, first: 
     if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
         return made
     alone = first and not h.rough and len(h.spans) == 1
+    return _about_fit(search, found, k, [h, *made, *(_ends(h) if alone else [])], model, again=first)
+
+
+def _ends(h: Hypothesis) -> list[Hypothesis]:
+    """Return `h` with each of its nonlinear values at each end of its span that lies within its bounds."""
     limits = {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
-    ends = [_at_end(h, name, end) for name, span in h.spans.items() for end in span if alone and limits[name][0] <= end <= limits[name][1]]
-    return _about_fit(search, found, k, [h, *made, *ends], model, again=first)
+    return [_at_end(h, name, end) for name, span in h.spans.items() for end in span if limits[name][0] <= end <= limits[name][1]]
 
 
 def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:

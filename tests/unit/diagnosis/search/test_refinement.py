@@ -11,7 +11,7 @@ from oscillations import by_scipy, with_oscillation
 from rigs import arm
 
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses, refine_grid
-from nnhydro.diagnosis.search.refinement import at_peak, refine
+from nnhydro.diagnosis.search.refinement import _ends, at_peak, refine
 
 WAKE = next(h for h in enumerate_hypotheses(arm(1), (3.0,)) if h.key[0] == "wake_development")
 (NAME,) = WAKE.spans
@@ -23,6 +23,13 @@ def scored(h, truth, width):
         return -((np.log(getattr(o.effect, NAME)[0] / truth) / width) ** 2)
 
     return score(h), [(o, score(o)) for o in refine_grid(h)[1:]]
+
+
+def test_a_contact_that_does_not_bend_is_not_asked_to_bend_backwards():
+    stiff = next(h for h in enumerate_hypotheses(arm(1), (3.0,)) if h.key[0] == "load_friction" and h.effect.bending == (0.0,))
+    assert stiff.spans["bending"][0] < 0, "as far below as its neighbour lies above"
+    (bent,) = _ends(stiff)
+    assert bent.effect.bending == (stiff.spans["bending"][1],)
 
 
 @given(share=st.floats(-0.95, 0.95), width=st.floats(0.01, 10.0))

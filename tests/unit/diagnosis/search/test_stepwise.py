@@ -75,6 +75,18 @@ def test_a_law_is_admitted_that_gains_and_leaves_the_unknown_half_at_most_of_wha
     assert one.admits(now, then) == admitted
 
 
+def test_in_a_part_that_was_chosen_for_its_gain_the_gain_counts_nothing():
+    one = planted()
+    now, then = (replace(one.score(x), unknown_nats=100.0, score=s) for x, s in (((0,), 0.0), ((0, 1), 300.0)))
+    assert one.share_left(now, then) == pytest.approx(100.0 / 400.0)
+    h = one.view.library.hypotheses[1]
+    object.__setattr__(h, "activity", object())
+    try:
+        assert one.share_left(now, then) == pytest.approx(1.0)
+    finally:
+        object.__setattr__(h, "activity", None)
+
+
 def test_where_hardly_anything_is_left_to_the_unknown_nothing_need_be_taken_from_it():
     one = planted()
     now, then = (replace(one.score(x), unknown_nats=0.9 * FEW_NATS, score=s) for x, s in (((0,), 0.0), ((0, 1), 5.0)))
