@@ -254,3 +254,11 @@ def test_a_proposed_motion_stays_within_the_rig_and_uses_it():
     states = [motion.state for motion in found]
     used = [max((np.abs(s.qd) / RIG.rate).max(), (np.abs(s.qdd) / RIG.acceleration).max(), np.abs(s.u0).max() / RIG.u0) for s in states]
     assert np.mean(np.array(used) > 0.25) > 0.4, "motions far below what the rig can do show nothing"
+
+
+def test_sums_of_sines_of_a_rig_that_moves_for_less_than_a_second_have_a_period_in_that_time():
+    """At 1.5 Hz, the usual highest frequency, 0.4 s hold less than one."""
+    short = Rig(RIG.q, RIG.rate, RIG.acceleration, 0.0, RIG.tau, 0.4)
+    frequencies = np.array([_fourier(short, np.random.default_rng(seed))["frequency_hz"] for seed in range(20)])
+    assert frequencies.min() * 0.4 >= 1.5 * (1 - 1e-9)
+    assert frequencies.max() * 0.4 <= 3.0 * (1 + 1e-9)

@@ -264,6 +264,14 @@ def test_any_numbers_can_be_looked_over(n: int, kinds: list[str], seed: int, ste
         assert oddity.severity in ("error", "warning", "note")
 
 
+def test_torques_of_exactly_0_are_a_note_for_a_machine_that_nothing_drives_and_a_dead_channel_is_a_warning():
+    def severities(*names: str) -> set[str]:
+        return {o.severity for o in survey(campaign(scaled(0.0, *names), in_all=True)).oddities if o.check == "stuck_torque"}
+
+    assert severities("tau1_Nm", "tau2_Nm") == {"note"}
+    assert severities("tau2_Nm") == {"warning"}
+
+
 def test_torques_that_no_drive_can_feel_are_asked_for_their_unit():
     oddity = next(o for o in survey(campaign(scaled(1e-10, "tau1_Nm", "tau2_Nm"), in_all=True)).oddities if o.check == "tiny_torque")
     assert oddity.severity == "warning"
