@@ -1,4 +1,4 @@
-"""A newcomer's contributions: a new effect, a new statistic, a new report panel, each in a fresh clone with its page alone.
+"""A newcomer's contributions: effect, statistic, report panel and feature set, each in a fresh clone with its page alone.
 
     python training/newcomer/contribute.py
 
@@ -20,7 +20,8 @@ from fenced import follow  # noqa: E402
 
 from nnhydro.runtime.files import write_json  # noqa: E402
 
-PAGES = {"a new effect": "effect", "a new statistic": "statistic", "a new panel of the report": "report_panel"}
+PAGES = {"a new effect": "effect", "a new statistic": "statistic", "a new panel of the report": "report_panel",
+         "a new feature set": "feature_set"}
 COLUMNS = ("words", "files", "lines", "cpu_s")
 
 
