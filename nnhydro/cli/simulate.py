@@ -12,7 +12,7 @@ OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign;
 
 
 def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: bool = JSON) -> None:
-    """Make a tow-tank campaign on paper.
+    """Simulate a tow-tank campaign.
 
     A recipe holds arm, motions, terms of the truth, controller, sensors and seed. Terms of the truth are the load terms of the models
     (rigid_body, normal_drag, added_mass, coulomb_friction, ...). In place of arm and terms, truth names the folder of a

@@ -117,7 +117,7 @@ class DiagnosisResult:
             return f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
         if any(catalogue()[f.effect].per_recording for f in self.findings):
             return f"Its phase wanders, and cannot be predicted: the error on {self.proof.held_out} held out of the fit stays {before}."
-        return f"A fit without it leaves as little, {before}, but moves masses or coefficients beyond what is known of them."
+        return f"A fit without it has the same error, {before}, but moves masses or coefficients beyond their uncertainty."
 
     def _stated_friction(self, finding: Finding) -> str:
         """How much of the dry friction in arm.yaml a fit leaves beside a dry friction that was found; empty where none is stated."""

@@ -160,11 +160,11 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
         (gain, threshold, f"gains {gain:.1f} nats in addition to the other effects ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
-        (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values holds 0"),
+        (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (on_unseen, 0.0, "held-out recordings are predicted no better"),
+        (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
         (listed_probability(search, now, k), 0.5, "it leaves so much unexplained that a cause outside the catalogue is more probable"),
-        (1.0 if search.admits(rest, now) else 0.0, 0.5, "an unknown law explains it as well"),
+        (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),
     )
     for statistic, needed, reason in tests:
         if statistic <= needed:
@@ -207,7 +207,6 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
     A claim with which held-out recordings are predicted no better is withdrawn: nobody could act on it. One by one the claim goes without
     which the error E is lowest, as long as E does not rise without it. Then all go where together they lower E by less than RELEVANT of it.
     What no error judges stays (`_stays`).
-    Raises nothing.
     """
     while True:
         proof = _prove_what_is_predicted(search, decided.claimed, model, seed)

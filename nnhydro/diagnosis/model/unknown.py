@@ -28,6 +28,7 @@ COSINES = 6  # of one variable
 PAIRED = 2  # of each variable of a pair
 SLOWED = 0.3  # s: time over which rates are slowed, a memory that no state holds
 CONSTANT = "constant"  # of steady tables
+PAIRS = "pairs of variables"
 RANGE = (0.5, 99.5)  # % of the data that span a variable's box
 
 
@@ -134,4 +135,4 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
     weights = np.concatenate([*[1.0 / m for _ in alive], *[1.0 / (a * b) for _ in pairs], np.ones(tabled)])
     group = np.concatenate([*[np.full(COSINES, g) for g in range(len(alive))],
                             *[np.full(len(a), len(alive)) for _ in pairs], np.full(tabled, len(alive) + 1)])
-    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*alive, "pairs", *[CONSTANT] * tabled))
+    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*alive, PAIRS, *[CONSTANT] * tabled))

@@ -59,7 +59,7 @@ def model_sentence(model: TorqueModel) -> str:
         return f"{text}; rms residual by joint {left} {say('N m')}, on the {model.fit['recordings']} recordings of the fit."
     if "best_epoch" in model.fit:
         best = ", ".join(f"{epoch:g}" for epoch in model.fit["best_epoch"])
-        return f"{text}; trained for {model.fit['epochs']} epochs, best at {best} (one a member)."
+        return f"{text}; trained for {model.fit['epochs']} epochs, lowest validation error at epochs {best}, one for each member."
     return f"{text}."
 
 

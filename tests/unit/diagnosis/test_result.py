@@ -95,7 +95,7 @@ def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_o
 
 
 @pytest.mark.parametrize(("effect", "told"), [
-    ("payload_mass", "A fit without it leaves as little, 20.0 %, but moves masses or coefficients beyond what is known of them."),
+    ("payload_mass", "A fit without it has the same error, 20.0 %, but moves masses or coefficients beyond their uncertainty."),
     ("vortex_shedding",
      "Its phase wanders, and cannot be predicted: the error on recordings held out of the fit stays 20.0 %.")])
 def test_of_a_finding_that_lowers_no_error_the_verdict_says_why(effect, told):

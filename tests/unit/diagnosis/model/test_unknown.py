@@ -7,7 +7,7 @@ import pytest
 from campaigns import campaign, planted, steady_table
 from rigs import arm
 
-from nnhydro.diagnosis.model.unknown import CONSTANT, COSINES, PAIRED, SLOWED, Unknown, _low_pass, _travel, unknown_of, variables
+from nnhydro.diagnosis.model.unknown import CONSTANT, COSINES, PAIRED, PAIRS, SLOWED, Unknown, _low_pass, _travel, unknown_of, variables
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import problem_of
@@ -57,7 +57,7 @@ def test_higher_cosines_weigh_less_and_every_column_has_the_size_of_its_group():
     assert set(got.group) == set(range(len(got.names)))
     for g, name in enumerate(got.names):
         weights = got.s[got.group == g]
-        if name == "pairs":
+        if name == PAIRS:
             np.testing.assert_allclose(weights.reshape(-1, PAIRED**2), np.tile([1, 1 / 2, 1 / 2, 1 / 4], (len(weights) // PAIRED**2, 1)))
         else:
             np.testing.assert_allclose(weights, 1 / np.arange(1, COSINES + 1))
