@@ -98,6 +98,19 @@ def next_steps(result: "DiagnosisResult", out: Path, campaign: Path, column_map:
     return use_of(out / "model", campaign, column_map)
 
 
+def _print(result: "DiagnosisResult", paths: list[Path], then: str) -> None:
+    """Print tables, verdict, the files written, and what comes next."""
+    from nnhydro.diagnosis.findings.sheets import parameters_sheet
+    from nnhydro.report.diagnosis.page import SHOWN
+    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet
+
+    document = result.document()
+    for sheet in (findings_sheet(document), parameters_sheet(document["findings"]), location_sheet(document)):
+        if len(sheet):
+            show(sheet)
+    conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], then)
+
+
 def diagnose(
     campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, which are diagnosed one by one."),
     out: Path = typer.Option(..., "--out", help="Folder for diagnosis.json, report.html, figures, model/ and baseline/."),
@@ -124,11 +137,9 @@ def diagnose(
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.diagnose import DiagnosisOptions
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
-    from nnhydro.diagnosis.findings.sheets import parameters_sheet
     from nnhydro.effects.catalogue import load_plugin
     from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
-    from nnhydro.report.diagnosis.page import RESULT, SHOWN, write_diagnosis
-    from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet
+    from nnhydro.report.diagnosis.page import RESULT, write_diagnosis
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.workers import Workers
 
@@ -153,14 +164,8 @@ def diagnose(
     with steps_on_screen() as report:
         result = options.diagnose(opened, report)
     paths = write_diagnosis(result, opened, out)
-    document = result.document()
     if json:
-        emit(document)
+        emit(result.document())
         return
-    for sheet in (findings_sheet(document), parameters_sheet(document["findings"]), location_sheet(document)):
-        if len(sheet):
-            show(sheet)
-    then = next_steps(result, out, campaign, column_map)
-    if unusable:
-        then = f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)"
-    conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], then)
+    errors_first = f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)"
+    _print(result, paths, errors_first if unusable else next_steps(result, out, campaign, column_map))

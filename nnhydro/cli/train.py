@@ -32,6 +32,23 @@ def _is_identity(beside: Path) -> bool:
         return False
 
 
+def _begin(resume: bool, out: Path, checkpoint: Path, beside: Path, identity: dict[str, object]) -> None:
+    """Make sure that a checkpoint belongs to this training, or that none is in the way of a new one."""
+    from nnhydro.errors import ConfigError, require
+    from nnhydro.runtime.files import json_text, write_json
+
+    if resume:
+        require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to go on with; leave --resume out")
+        require(beside.is_file() and beside.read_bytes() == json_text(identity).encode(), f"--resume: {beside} belongs to another "
+                "configuration or to other recordings: start anew without --resume", ConfigError)
+        return
+    for path in (checkpoint, beside) if not _is_identity(beside) else ():
+        require(not path.exists(), f"--out {out}: {path} lies where the training keeps its state, and no training wrote it: move it "
+                "away, or name another place", ConfigError)
+    checkpoint.unlink(missing_ok=True)
+    write_json(beside, identity)
+
+
 def train(
     campaign: Path = typer.Argument(help="Folder of the campaign."),
     out: Path = typer.Option(..., "--out", help="Folder to write the model to."),
@@ -49,14 +66,12 @@ def train(
     from contextlib import ExitStack
 
     from nnhydro.cli.terminal.progress import epochs_in_tensorboard, epochs_on_screen
-    from nnhydro.errors import ConfigError, require
     from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.fitting.network.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
     from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
-    from nnhydro.runtime.files import check_folder, write_json
-    from nnhydro.runtime.files import json_text as text_of
+    from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.stamp import refuse_among_recordings
 
     check_folder(out, DIGEST)
@@ -66,17 +81,7 @@ def train(
     opened = verify_campaign(campaign, column_map)
     unusable = warn_of_errors(opened)
     checkpoint, beside = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
-    identity = {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()}
-    if resume:
-        require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to go on with; leave --resume out")
-        require(beside.is_file() and beside.read_bytes() == text_of(identity).encode(), f"--resume: {beside} belongs to another "
-                "configuration or to other recordings: start anew without --resume", ConfigError)
-    else:
-        for path in (checkpoint, beside) if not _is_identity(beside) else ():
-            require(not path.exists(), f"--out {out}: {path} lies where the training keeps its state, and no training wrote it: move it "
-                    "away, or name another place", ConfigError)
-        checkpoint.unlink(missing_ok=True)
-        write_json(beside, identity)
+    _begin(resume, out, checkpoint, beside, {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()})
     with ExitStack() as open_:
         listeners = [open_.enter_context(epochs_on_screen())]
         listeners += [] if tensorboard is None else [open_.enter_context(epochs_in_tensorboard(tensorboard))]

@@ -133,6 +133,31 @@ def _cells(values: Sequence[Any], shape: tuple[int, ...]) -> Objects:
     return out.reshape(shape)
 
 
+def _select_rows(x: Objects, index: Sequence[Any]) -> Objects:
+    at = tuple(slice(None) if i is None else np.asarray(i, dtype=float).astype(int) for i in index)
+    return x[at]
+
+
+def _diagonal(x: Objects, offset: int = 0, dim1: int = -2, dim2: int = -1) -> Objects:
+    """Return matrices with `x` on the main diagonal; raises ModelError for another diagonal."""
+    if (offset, dim1, dim2) != (0, -2, -1):
+        raise ModelError("the model builds a diagonal other than the main one of the last two axes: not exported yet")
+    out = np.full((*x.shape, x.shape[-1]), 0.0, dtype=object)
+    np.einsum("...ii->...i", out)[...] = x
+    return out
+
+
+PLACED: dict[str, Callable[..., Any]] = {  # operations that place elements and compute nothing
+    "clone": lambda x, **_: x, "_to_copy": lambda x, **_: x, "copy": lambda x, y, *_: np.broadcast_to(y, x.shape),
+    "cat": lambda parts, dim=0: np.concatenate([p for p in parts if p.shape != (0,)], axis=dim),
+    "stack": lambda parts, dim=0: np.stack(parts, axis=dim), "flip": lambda x, dims: np.flip(x, dims),
+    "repeat": lambda x, times: np.tile(x, times), "roll": lambda x, shifts, dims=(): np.roll(x, shifts, dims or None),
+    "index": _select_rows, "index_select": lambda x, dim, at: np.take(x, at.astype(float).astype(int), axis=dim),
+    "fill": lambda x, value: np.broadcast_to(np.asarray(value, dtype=object), x.shape),
+    "zero": lambda x: np.full(x.shape, 0.0, dtype=object), "diag_embed": _diagonal,
+}
+
+
 def rules(program: Program) -> dict[str, Callable[..., Any]]:
     """Return what each operation of torch does to arrays of expressions."""
     table = elementwise(program)
@@ -179,35 +204,16 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         summed = _reduce(x, dim, keepdim, total)
         return times(summed, summed.size / x.size)
 
-    def select_rows(x: Objects, index: Sequence[Any]) -> Objects:
-        at = tuple(slice(None) if i is None else np.asarray(i, dtype=float).astype(int) for i in index)
-        return x[at]
-
-    def diagonal(x: Objects, offset: int = 0, dim1: int = -2, dim2: int = -1) -> Objects:
-        """Return matrices with `x` on the main diagonal; raises ModelError for another diagonal."""
-        if (offset, dim1, dim2) != (0, -2, -1):
-            raise ModelError("the model builds a diagonal other than the main one of the last two axes: not exported yet")
-        out = np.full((*x.shape, x.shape[-1]), 0.0, dtype=object)
-        np.einsum("...ii->...i", out)[...] = x
-        return out
-
     def std(*a: Any, **k: Any) -> Any:
         return table["sqrt"](variance(*a, **k))
 
-    return table | {
+    return table | PLACED | {
         "sum": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, total), "mean": mean, "var": variance, "std": std,
-        "cumsum": cumulate, "diag_embed": diagonal, "mm": mm, "bmm": bmm, "dot": lambda a, b: mm(a[None], b[:, None])[0, 0],
+        "cumsum": cumulate, "mm": mm, "bmm": bmm, "dot": lambda a, b: mm(a[None], b[:, None])[0, 0],
         "mv": lambda a, b: mm(a, b[:, None])[:, 0],
         "addmm": lambda c, a, b: plus(c, mm(a, b)), "baddbmm": lambda c, a, b: plus(c, bmm(a, b)),
         "amax": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, lambda v: program.apply("maxof", *v)),
         "amin": lambda x, dim=None, keepdim=False: _reduce(x, dim, keepdim, lambda v: program.apply("minof", *v)),
-        "clone": lambda x, **_: x, "_to_copy": lambda x, **_: x, "copy": lambda x, y, *_: np.broadcast_to(y, x.shape),
-        "cat": lambda parts, dim=0: np.concatenate([p for p in parts if p.shape != (0,)], axis=dim),
-        "stack": lambda parts, dim=0: np.stack(parts, axis=dim), "flip": lambda x, dims: np.flip(x, dims),
-        "repeat": lambda x, times_: np.tile(x, times_), "roll": lambda x, shifts, dims=(): np.roll(x, shifts, dims or None),
-        "index": select_rows, "index_select": lambda x, dim, at: np.take(x, at.astype(float).astype(int), axis=dim),
-        "fill": lambda x, value: np.broadcast_to(np.asarray(value, dtype=object), x.shape),
-        "zero": lambda x: np.full(x.shape, 0.0, dtype=object),
     }
 
 
