@@ -16,7 +16,7 @@ def benchmark(
     folds: int = typer.Option(5, "--folds", min=2, help="Number of folds; each recording is held out once."),
     config: Path | None = typer.Option(None, "--config", help="TOML file with the training options of networks."),
     cutoff: float | None = CUTOFF,
-    seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; that of --config, else 0, by default."),
+    seed: int | None = typer.Option(None, "--seed", help="Seed of folds, networks and intervals; by default that of --config, or 0."),
     column_map: Path | None = MAP,
     jobs: int = JOBS,
     backend: str = BACKEND,

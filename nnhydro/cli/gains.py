@@ -18,7 +18,7 @@ def gains(
 ) -> None:
     """Print how the torques change with speed and acceleration.
 
-    Prints the derivatives of the torques with respect to the inputs: of the model, of its baseline and of the textbook model.
+    Prints derivatives of the torques of the model, of its baseline and of the textbook model with respect to the inputs.
     """
     from nnhydro.errors import require
     from nnhydro.models.gains.sweeps import Around, document, sweeps

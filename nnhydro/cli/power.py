@@ -19,8 +19,8 @@ def power(
 ) -> None:
     """Find the smallest effects that a campaign would reveal.
 
-    States the smallest size of each effect, and how much of it a refit of the baseline hides. For a plan (a recipe) the baseline simulates
-    the motions, with the noise that the recipe states.
+    States the smallest size of each effect that would be found, and the share that a refit of the baseline hides.
+    For a plan (a recipe) the baseline simulates the motions, with the noise that the recipe states.
     """
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan

@@ -47,7 +47,7 @@ def _rivera(seed: int, campaign: Path | None, column_map: Path | None, epochs: i
 def reproduce(
     name: str = typer.Argument("mclain", help="mclain (McLain & Rock 1998) or rivera (the identifier of Rivera 1995, as a study)."),
     out: Path | None = typer.Option(None, "--out", help="Folder for figures and reproduction.json; default nnhydro_out/reproduce_NAME."),
-    seed: int = typer.Option(0, "--seed", help="Seed of the deviations, of the intervals, of the networks."),
+    seed: int = typer.Option(0, "--seed", help="Seed of the simulated deviations, the intervals and the networks."),
     campaign: Path | None = typer.Option(None, "--campaign", help="rivera: campaign of an arm in water; default the demo's."),
     column_map: Path | None = MAP,
     epochs: int = typer.Option(150, "--epochs", min=1, max=10_000, help="rivera: passes of each training over its rows."),

@@ -19,4 +19,4 @@ MATERIAL = 0.01  # share of a joint's torque that an unknown must hold to be rep
 UNLIKE_NOISE = 3.0  # times the error of noise alone: a larger difference between recordings is no noise
 P_ALARM = 1e-3  # p of an alarm beside the unknown (a hum, recordings unlike others): one healthy arm in a thousand
 TRUSTED_RATIO = 0.6  # share of the unknown that a standard term leaves at which a cause outside the catalogue is as probable
-LISTED = 0.96  # share of right names among fitting ones: one machine in five is assumed to hide an unlisted cause, of which one in six is named
+LISTED = 0.96  # share of names that are right: one machine in five is taken to hide an unlisted cause; one in six of these is named

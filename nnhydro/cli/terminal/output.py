@@ -21,7 +21,7 @@ JOBS = typer.Option(1, "--jobs", help="Processes of this machine that share the 
 BACKEND = typer.Option("processes", "--backend", help="processes, or dask: the workers of the cluster at --scheduler.")
 SCHEDULER = typer.Option("", "--scheduler", help="Address of a dask scheduler, such as tcp://head:8786.")
 CUTOFF = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given.")
-MAP = typer.Option(None, "--map", help="YAML file: foreign columns and their units; columns.yaml in the campaign by default.")
+MAP = typer.Option(None, "--map", help="YAML file with foreign columns and their units; by default columns.yaml in the campaign.")
 _quiet = False  # of the command that runs; QUIET sets it anew for each
 
 

@@ -24,7 +24,7 @@ class DragForm(LoadEffect):
     id = "drag_form"
     family = "drag_law"
     name = "other form of the drag law"
-    mechanism = "The baseline takes drag as speed squared, alike along the link. Slow, streamlined or tapered flow follows another law."
+    mechanism = "The baseline's drag is quadratic in speed and uniform along the link. Slow, streamlined or tapered flow has another law."
     equation = "f = 1/2 rho D (c_1 w + c_3 |w|^2 w + (k_i s + e_i (3 s^2 - 1)/2) |w| w),  s = 2 x/L - 1"
     source = "first terms of an expansion in speed and span: ours; relief near free ends: Rivera (1995), section 2"
     signature = Signature(

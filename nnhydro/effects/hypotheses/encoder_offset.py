@@ -20,7 +20,7 @@ class EncoderOffset(InstrumentEffect):
     id = "encoder_offset"
     family = "angle_sensor"
     name = "encoder offset"
-    mechanism = "The encoder's zero was set at the wrong angle: the arm stands a little beside where the model puts it."
+    mechanism = "The encoder's zero was set at the wrong angle: the model puts the arm at a slightly wrong angle."
     equation = "reading = tau(q_j - delta, ...),  delta = angle read less true angle"
     source = "constant sensor error: from general knowledge, not checked"
     signature = Signature(

@@ -27,7 +27,7 @@ class FlowMemory(LoadEffect):
     id = "flow_memory"
     family = "wake"
     name = "drag that lags"
-    mechanism = "The wake takes time to follow a change of speed: the drag of now belongs to the motion of a moment ago."
+    mechanism = "The wake takes time to follow a change of speed: the present drag belongs to the motion a moment ago."
     equation = "f -> f + m_i (g - f_D),  (T + l D/|w|) dg/dt = f_D - g,  f_D the drag of a strip of link i for C_D = 1"
     source = "first-order wake response: an assumption of ours; the distance travelled as its clock: McLain & Rock (1998), eq. (1)"
     signature = Signature(

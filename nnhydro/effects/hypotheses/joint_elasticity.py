@@ -25,7 +25,7 @@ class JointElasticity(InstrumentEffect):
     id = "joint_elasticity"
     family = "transmission"
     name = "compliant drive"
-    mechanism = "Belt, gear or shaft give way under load: the link lags behind the encoder, and is not where that says."
+    mechanism = "Belt, gear or shaft give way under load: the angle of the link differs from that of the encoder."
     equation = ("q_link = q_j + delta,  J delta'' + (D + c) delta' + (S + k) delta = -tau_j;  J, D, S = dtau_j/dqdd, dqd, dq;  "
                 "c = 2 zeta sqrt(k J)")
     source = "Spong (1987), J. Dyn. Sys. Meas. Control 109, eq. 2.9, with damping in the spring: from general knowledge, not checked"

@@ -45,7 +45,7 @@ class LinkInterference(LoadEffect):
     id = "link_interference"
     family = "interference"
     name = "one link in the other's wake"
-    mechanism = "Folded back, a link runs through water that its neighbour has already set in motion, and feels less of it, or more."
+    mechanism = "Folded back, a link runs through water that its neighbour has already set in motion, so that its drag falls or rises."
     equation = ("C_D,i -> C_D,i + (a + b sgn(w) sgn(sin q)) ((1 - cos q)/2)^p + c l/(l + r/D) where the neighbour lies r ahead of a strip, "
                 "q the angle between the two links")
     source = "Rivera (1995), sections 2 and 3.1: the planar angle acts on the coefficients; the forms are ours"

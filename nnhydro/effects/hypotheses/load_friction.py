@@ -23,7 +23,7 @@ class LoadFriction(DryContact, InstrumentEffect):
     id = "load_friction"
     family = "dry_friction"
     name = "load-dependent friction"
-    mechanism = "Gear teeth and bearings are pressed together by the torque that they pass on, and rub the harder for it."
+    mechanism = "The torque presses gear teeth and bearings together, so that their friction grows with it."
     equation = ("reading_j = tau_j + (T_0 + mu |tau_j|) z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0;  "
                 "z_0 = 0: z = tanh(qd_j / v),  v <= 0.005 rad/s, under load <= 0.02 rad/s")
     source = ("Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load; "

@@ -20,7 +20,7 @@ class PayloadMass(LoadEffect):
     id = "payload_mass"
     family = "inertia"
     name = "mass at the tip"
-    mechanism = "A tool, a sensor or trapped water at the tip makes the arm heavier there than arm.yaml says."
+    mechanism = "A tool, a sensor or trapped water at the tip adds a mass that arm.yaml does not state."
     equation = "tau = m J^T (a + g),  J and a the Jacobian and the acceleration of the point at L + beyond on the last link's axis"
     source = "Rivera (1995), section 3.3 (rigid-body dynamics) with one more point mass"
     signature = Signature(

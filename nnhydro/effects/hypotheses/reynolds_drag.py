@@ -26,7 +26,7 @@ class ReynoldsDrag(LoadEffect):
     id = "reynolds_drag"
     family = "drag_law"
     name = "drag that depends on the Reynolds number"
-    mechanism = "How early the flow leaves the link depends on speed times size over viscosity; near the drag crisis C_D falls steeply."
+    mechanism = "Where the flow separates from the link depends on speed times size over viscosity; near the drag crisis C_D falls steeply."
     equation = "C_D -> C_D + a r + b r^2 + c r^3,  c = 0 in a parabola,  r = log10(Re / 3e4),  Re = |w| D / nu of each strip"
     source = "Wieselsberger's curve C_D(Re), as used in the package's table; parabola and cubic are ours"
     signature = Signature(

@@ -22,7 +22,7 @@ class SensorTiming(InstrumentEffect):
     id = "sensor_timing"
     family = "timing"
     name = "delay between torque and angle channels"
-    mechanism = "Filters, buses and clocks make one channel late: the torque of a moment ago stands beside the angle of now."
+    mechanism = "Filters, buses and clocks make one channel late: the torque of a moment ago is recorded beside the present angle."
     equation = ("reading = low-pass(tau(t - (1 - s) lag); T = s lag) = tau - lag dtau/dt + (lag^2 + T^2)/2 d2tau/dt2 - ...;  "
                 "lag < 0: the angles are late, by a delay")
     source = "Taylor's expansion of delay and first-order lag: ours"

@@ -19,7 +19,7 @@ class TorqueGain(InstrumentEffect):
     id = "torque_gain"
     family = "torque_sensor"
     name = "torque sensor scale"
-    mechanism = "The sensor's calibration factor is off: it reads too much or too little in proportion."
+    mechanism = "The sensor's calibration factor is off: every reading is too large or too small by the same factor."
     equation = "reading_j = (1 + g) tau_j"
     source = "multiplicative sensor error: from general knowledge, not checked"
     signature = Signature(

@@ -27,7 +27,7 @@ class UmbilicalStiffness(LoadEffect):
     id = "umbilical_stiffness"
     family = "restoring"
     name = "hose or cable stiffness"
-    mechanism = "A hose, cable or boot across the joint bends with it and pulls it back towards the angle at which it lies slack."
+    mechanism = "A hose, cable or boot across the joint pulls it back towards the angle at which it is slack."
     equation = "tau_j = k x + p, or with k_2 x^2 + k_3 x^3 besides,  x = q_j - q_mean;  tau_j(q_rest) = 0"
     source = "linear spring, and the first terms of any other: from general knowledge, not checked"
     signature = Signature(

@@ -26,7 +26,7 @@ class WakeReentry(LoadEffect):
     id = "wake_reentry"
     family = "wake"
     name = "meeting one's own wake"
-    mechanism = "The link drags water along. When it stops, that water runs on and pushes it; when it turns back, it runs into it."
+    mechanism = "The link drags water along. When the link stops, this water pushes it; when it turns back, it meets this water."
     equation = ("f = 1/2 rho D (-2 kappa_1 |w| o + kappa_2 (|w - o| (w - o) - |w| w + 2 |w| o)), the drag of w - a o expanded in a;  "
                 "o how much faster the wake m runs than the strip, along m;  dv/dt = (w - v) k,  k = max(|w|, |v|)/(lambda D) + r,  "
                 "s dm/dt = (v - m) k,  m = v where s = 0")
@@ -47,7 +47,7 @@ class WakeReentry(LoadEffect):
                                grid=(2.0, 6.0, 18.0, 60.0))
     fading: Values = parameter("1/s", 0.0, (0.0, 20.0), "rate at which the wake also settles by itself, r", per="arm", linear=False,
                                grid=(0.0, 1.0, 2.5))
-    second: Values = parameter("1", 0.0, (0.0, 2.0), "a second lag of the water that is met, in parts of the wake's own, s", per="arm",
+    second: Values = parameter("1", 0.0, (0.0, 2.0), "lag of the water around the wake over the lag of the wake, s", per="arm",
                                linear=False, grid=(0.0, 0.5), absent=True)
 
     def columns(self, flow: Flow) -> Tensor:

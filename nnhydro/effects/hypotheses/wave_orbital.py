@@ -28,7 +28,7 @@ class WaveOrbital(InstrumentEffect):
     id = "wave_orbital"
     family = "water"
     name = "regular wave"
-    mechanism = "A wave passes: the water around the arm swings to and fro and takes the arm with it, moving or not."
+    mechanism = "A wave passes: the water around the arm swings to and fro and loads the arm, whether it moves or not."
     equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever "
                 "about its joint;  reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
     source = ("linear deep-water wave: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3; "
