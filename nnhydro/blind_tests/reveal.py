@@ -78,7 +78,7 @@ def unseen_error(unseen: dict[str, Any], torques: Torques) -> float:
     for name, motion in unseen.items():
         truth, said = np.array(motion["tau_Nm"]), torques(name)
         require(said.shape == truth.shape,
-                f"unseen motion {name}: {said.shape} torques were predicted, {truth.shape} are asked for: give one row a row")
+                f"unseen motion {name}: {said.shape} torques were predicted, {truth.shape} are expected: give one for each row")
         wrong, total = wrong + float(np.abs(said - truth).sum()), total + float(np.abs(truth).sum())
     return wrong / total
 

@@ -75,10 +75,10 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
         return
     seen = seen_names(model, campaign)
     if seen is None:
-        note(f"warning: --baseline {baseline} does not say which recordings it has seen: its errors here may be no predictions")
+        note(f"warning: --baseline {baseline} does not say which recordings it has seen: its errors here may be those of its own fit")
     elif seen:
         note(f"warning: --baseline {baseline} has seen {len(seen)} of the {len(campaign.names)} recordings here ({', '.join(seen[:4])}"
-             f"{', ...' if len(seen) > 4 else ''}): its errors on these are no predictions")
+             f"{', ...' if len(seen) > 4 else ''}): its errors on these are those of its own fit")
 
 
 def next_steps(result: "DiagnosisResult", out: Path, campaign: Path, column_map: Path | None) -> str:
@@ -155,7 +155,7 @@ def diagnose(
         return
     check_folder(out, RESULT)
     if not workers.alone:
-        note("one campaign is worked on by one process: --jobs and --backend share out several")
+        note("one campaign runs in one process: --jobs and --backend distribute several campaigns")
     if effects is not None:
         load_plugin(effects)
     opened = verify_campaign(campaign, column_map)

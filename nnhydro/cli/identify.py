@@ -48,4 +48,4 @@ def identify(
                  f"nnhydro check {folder}, then nnhydro diagnose {folder} --out diagnosis   (what is wrong, and what is missing?)")
         return
     conclude(model_sentence(fitted), [out],
-             f"nnhydro benchmark {folder} --out compared   (is it any good on recordings that it has not seen?)")
+             f"nnhydro benchmark {folder} --out compared   (how good is it on recordings that no fit has seen?)")

@@ -39,7 +39,7 @@ def power(
         emit(result | {"left_off": list(left_off)})
         return
     if left_off:
-        say(f"Terms of the plan that are no part of the baseline are left off: {', '.join(left_off)}")
+        say(f"The baseline lacks these terms of the plan; the simulation omits them: {', '.join(left_off)}")
     show(power_sheet(result))
     following = (f"nnhydro simulate {shell_words(campaign)} --out trial" if campaign.is_file() else
                  f"nnhydro diagnose {shell_words(campaign, column_map)} --out diagnosis")

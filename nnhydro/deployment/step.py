@@ -116,7 +116,7 @@ def record_step(model: TorqueModel, whole: int = 0) -> RecordedGraph:
     step = MemoryStep(made, made.std(runs[0]) is not None)
     pairs = [pair for run in runs for pair in inputs_along(step, run)]
     along = _far(torch.stack([answer[0] for _, answer in pairs]), torch.cat([made.torque(run) for run in runs]))
-    require(along < FOLLOWS, "this model remembers the motion in a way that one step in time cannot carry (an instrument with a delay, a "
+    require(along < FOLLOWS, "this model has a memory that one step in time cannot hold (an instrument with a delay, a "
             "drive that gives way): export it --without-instruments, or a model without that effect", ModelError)
     program, arrays = trace(step, pairs[7][0], whole)
     names = ["tau", *(["std"] if step.with_std else []), *(["memory_next"] if step.size else [])]

@@ -183,7 +183,7 @@ class BenchmarkResult:
             return f"nnhydro identify {campaign} --model {best_name} --out my_model   (of all recordings, for nnhydro predict)"
         if best_name in ("network", "hybrid"):
             return f"nnhydro train {campaign} --out my_model   (the hybrid on all recordings, for nnhydro predict)"
-        return f"nnhydro diagnose {campaign} --out diagnosis   (what does {best_name} know that the physics does not?)"
+        return f"nnhydro diagnose {campaign} --out diagnosis   (which physics explains what {best_name} learned?)"
 
 
 def model_torque(model: TorqueModel, segment: Segment) -> Array:

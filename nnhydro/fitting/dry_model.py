@@ -68,7 +68,7 @@ def in_water(dry: StripTheory, arm: Arm, chosen: Sequence[Unit], name: str = "co
     Raises ModelError where `dry` was made in water, is of another number of joints, or `arm` is dry itself.
     """
     require(dry.arm.dry, "the model was made in water: give one of a campaign with density_kg_m3: 0", ModelError)
-    require(not arm.dry, "the campaign is without water itself: its own model serves as it is", ModelError)
+    require(not arm.dry, "the campaign itself is without water: use its own model", ModelError)
     require(dry.arm.n_links == arm.n_links, f"the model is of {dry.arm.n_links} joint(s), the campaign's arm has {arm.n_links}", ModelError)
     from scipy.linalg import block_diag
 

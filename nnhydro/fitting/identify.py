@@ -127,7 +127,7 @@ def _notes(loads: Loads, solution: Solution, before: Prior) -> list[str]:
             notes.append("ended on its bound: another cause may be hiding here")
         elif sd > 0.7 * known:
             moved = abs(float(theta) - assumed) > 0.5 * known
-            notes.append("these recordings tell it only together with others: it moved within what was known beforehand" if moved else
+            notes.append("these recordings determine it only in combination with others: it moved within its uncertainty" if moved else
                          "these recordings do not excite it: the value is what was assumed")
         else:
             notes.append("")

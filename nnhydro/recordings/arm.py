@@ -162,7 +162,7 @@ class Arm(Settings):
         if any(joint.coulomb_torque is not None or joint.viscous_torque is not None for joint in self.friction or ()):
             raise ValueError("friction of a linear axis is coulomb_N and viscous_N_s_m: rename coulomb_Nm and viscous_Nm_s")
         if len(self.links) != 1:
-            raise ValueError("a prismatic joint is understood where it is the only one (a linear axis): describe each axis as an arm of "
+            raise ValueError("a prismatic joint must be the only one (a linear axis): describe each axis as an arm of "
                              "its own")
         if self.drive.kind == "remote":
             raise ValueError("a linear axis has no belt to a second joint: use 'drive: direct'")

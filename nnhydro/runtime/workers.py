@@ -41,7 +41,7 @@ class Workers:
         require(self.backend == "dask" or not self.scheduler, f"--scheduler {self.scheduler}: goes with --backend dask")
         require(self.backend != "dask" or bool(self.scheduler),
                 "--backend dask: needs --scheduler ADDRESS, which `dask scheduler` prints when it starts (tcp://HOST:8786)")
-        require(self.backend != "dask" or self.jobs == 1, "--jobs: goes with --backend processes; a dask cluster is as large as it is")
+        require(self.backend != "dask" or self.jobs == 1, "--jobs: goes with --backend processes only: a dask cluster has its own size")
 
     @property
     def alone(self) -> bool:

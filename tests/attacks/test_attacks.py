@@ -157,7 +157,7 @@ ATTACKS = {
     "a diameter of nothing": (a_link(diameter_m=0.0), 2, "diameter_m"),
     "a negative mass": (a_link(mass_kg=-3.0), 2, "mass_kg"),
     "a key that nobody knows": (a_link(lenght_m=0.8), 2, "unknown key"),
-    "a prismatic joint in a chain": (an_arm(links=TWO, joints=[{"type": "prismatic"}, {"type": "revolute"}]), 2, "a prismatic joint is understood where it is the only one"),
+    "a prismatic joint in a chain": (an_arm(links=TWO, joints=[{"type": "prismatic"}, {"type": "revolute"}]), 2, "a prismatic joint must be the only one"),
     "an arm that is a list": (beside("arm.yaml", b"- 1\n"), 2, "holds a list"),
     "a unit that nobody knows": (beside("columns.yaml", MAPPED % b"gon"), 2, "unit 'gon'"),
     "a mapping of a column that is not there": (beside("columns.yaml", b"columns: {q1_rad: shoulder}"), 2, "is not there"),

@@ -68,7 +68,7 @@ BROKEN: dict[str, tuple[Break, str, str]] = {
     "time of day": (edited("0.05,", "12:00:05,"), r"'t_s', row 7: '12:00:05' is a date or time of day", r"write seconds since the start"),
     "one row too long": (edited("0.05,0.1,", "0.05,0.1,9,"), r"row 7 has 6 fields, the header has 5", r"repair the row"),
     "open quote": (edited("0.05,", '"0.05,'), r"row 7: a quotation mark is opened and never closed", r"remove it"),
-    "absurd value": (edited("0.05,0.1,", "0.05,1e30,"), r"'q1_rad', row 7: 1e\+30 is absurd, beyond 1e\+09 \(1 such row of 60\)", r"empty that cell"),
+    "absurd value": (edited("0.05,0.1,", "0.05,1e30,"), r"'q1_rad', row 7: 1e\+30 is absurd, beyond 1e\+09 \(1 such row of 60\)", r"clear that cell"),
     "empty column": (file(HEADER + "".join(f"{i / 100},{i},,1,1\n" for i in range(60))), r"'q2_rad' holds no finite number", r"it is needed: export the log again with it, or move the file away"),
     "nothing usable": (file(HEADER + "".join(f"{i / 100},{i if i % 3 else ''},0,1,1\n" for i in range(60))),
                        r"run1: its 60 rows hold no stretch free of gaps and empty cells", r"remove the file or record again"),

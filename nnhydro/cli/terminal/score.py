@@ -20,7 +20,7 @@ def print_score(score: dict[str, Any], where: str) -> None:
           [(g["group"], str(g["campaigns"]), *(_percent(g[k]) for k in ("right", "exact", "family", "joint", "detected", "wrong_claim")),
             _number(g["error_before"]), _number(g["error_after"])) for g in score["groups"]])
     numbers, confident, unseen = score["parameters"], score["confidence"], score["unseen"]
-    say("right: every hidden effect named, or in a class of at most three, and nothing else; healthy: nothing said and nothing detected")
+    say("right: every hidden effect named, or in a class of at most three, and nothing else; healthy: nothing claimed and nothing detected")
     say(f"Size of the equivalence sets {_number(score['class_size']) or '-'}; parameters: median error "
         f"{_percent(numbers['median_error']) or '-'}, 95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of "
         f"{numbers['compared']}")

@@ -35,5 +35,5 @@ def leave_angle_sector_out(material: Material) -> Split:
     limits = np.degrees([-np.pi, *edges, np.pi])
     sectors = [(f"{limits[k]:.0f} to {limits[k + 1]:.0f} deg", tuple(np.flatnonzero(bins == k).tolist())) for k in range(SECTORS)]
     sectors = [(name, chosen) for name, chosen in sectors if chosen]
-    require(len(sectors) > 1, "the recordings all keep to one posture: a sector cannot be held out; record other postures", CampaignError)
+    require(len(sectors) > 1, "all recordings have the same posture: a sector cannot be held out; record other postures", CampaignError)
     return Split(units, rounds(units, sectors))

@@ -12,7 +12,7 @@ def leave_arm_out(material: Material) -> Split:
     require(len(campaigns) > 1, "leave-arm-out: there is one arm only: give a folder of campaigns, each with its own arm.yaml",
             CampaignError)
     require(len({campaign.arm.n_links for campaign in campaigns}) == 1,
-            "leave-arm-out: the arms have different numbers of joints: only arms of as many joints can share a model", CampaignError)
+            "leave-arm-out: the arms have different numbers of joints: only arms with equally many joints can share a model", CampaignError)
     units = pooled_units(material)
     names = [arm_name(campaign, number) for number, campaign in enumerate(campaigns)]
     require(len(set(names)) == len(names), f"two campaigns are called alike ({', '.join(names)}): rename a folder", CampaignError)

@@ -47,6 +47,6 @@ def leave_speed_range_out(material: Material) -> Split:
     bins = unit_bins(units, values, edges, arm, normal_speed)
     fastest, slowest = np.flatnonzero(bins == THIRDS - 1), np.flatnonzero(bins == 0)
     require(len(fastest) > 0 and len(slowest) > 0 and len(np.unique(bins[bins >= 0])) > 1,
-            "the recordings are all about as fast: a speed range cannot be held out; record slower and faster motions", CampaignError)
+            "all recordings have about the same speed: a speed range cannot be held out; record slower and faster motions", CampaignError)
     return Split(units, rounds(units, [(f"above {edges[-1]:.2f} m/s", tuple(fastest.tolist())),
                                        (f"below {edges[0]:.2f} m/s", tuple(slowest.tolist()))]))

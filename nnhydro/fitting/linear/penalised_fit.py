@@ -88,7 +88,7 @@ def penalised_fit(blocks: Array, samples: int, penalty: Array, criterion: str = 
     `penalty` holds the rows [P | q]; raises ConfigError for an unknown criterion, or where "left out" has a single block.
     """
     require(criterion in CRITERIA, f"criterion {criterion!r}: one of {', '.join(CRITERIA)}")
-    require(criterion == "gcv" or len(blocks) > 1, "one recording cannot be left out of itself: give more, or criterion 'gcv'")
+    require(criterion == "gcv" or len(blocks) > 1, "a single recording cannot be left out: give more, or criterion 'gcv'")
     unit = float(np.linalg.norm(blocks[:, :, :-1])) / max(float(np.linalg.norm(penalty[:, :-1])), 1e-300)
 
     def score(weight: float) -> float:

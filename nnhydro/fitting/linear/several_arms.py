@@ -55,7 +55,7 @@ def on_arm(model: TorqueModel, arm: Arm) -> TorqueModel:
     if arm == model.arm:
         return model
     require(arm.n_links == model.arm.n_links, f"{arm.name}: has {arm.n_links} joint(s), the arm of the model has {model.arm.n_links}: "
-            "only arms of as many joints can share a model", CampaignError)
+            "only arms with equally many joints can share a model", CampaignError)
     if isinstance(model, StripTheory):
         return replace(model, arm=arm, loads=loads_on(model.loads, arm))
     if isinstance(model, LearnedTorque):

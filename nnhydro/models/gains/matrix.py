@@ -89,7 +89,7 @@ def gain_matrix(model: TorqueModel, motion: Motion) -> Gains:
 
     Raises ModelError for a run in time order: there a torque depends on all rows before.
     """
-    require(motion.steady, "gains are asked at states, not along a run: make the motion with Motion.at(q, qd, qdd, u0, du0)", ModelError)
+    require(motion.steady, "gains need states, not a run: make the motion with Motion.at(q, qd, qdd, u0, du0)", ModelError)
     require(motion.q.shape[1] == model.arm.n_links,
             f"the states have {motion.q.shape[1]} joint(s), the model's arm has {model.arm.n_links}", ModelError)
     tau = model.torque(motion).detach()

@@ -14,7 +14,7 @@ class Copies(CampaignCheck):
 
     id = "copies"
     looks_for = "recordings with the same times, angles and torques, digit for digit or rounded"
-    remedy = "remove the copies: they count as runs of their own in every fit, and tell nothing of the noise"
+    remedy = "remove the copies: they count as runs of their own in every fit, and hold no information about the noise"
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield one finding a group of copies."""

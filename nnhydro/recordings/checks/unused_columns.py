@@ -15,7 +15,7 @@ class UnusedColumns(RecordingCheck):
     """Every column should be a channel, or known to be none."""
 
     id = "unused_columns"
-    looks_for = "columns that are no channel; a carriage speed among them is taken for 0"
+    looks_for = "columns that are no channel; a carriage's speed among them would not be used"
     remedy = "fine where they are no channels; else map them in columns.yaml"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:

@@ -113,7 +113,7 @@ def read_csv(path: Path, request: Request) -> Table:
 
 def _no_text(path: Path, cause: Exception) -> RecordingError:
     place = f" (byte {cause.start})" if isinstance(cause, UnicodeDecodeError) else ""
-    return RecordingError(f"{path}: is not UTF-8 text{place}, nor what its beginning looks like: save it as UTF-8 CSV or as Parquet")
+    return RecordingError(f"{path}: is not UTF-8 text{place}, nor in the encoding of its beginning: save it as UTF-8 CSV or as Parquet")
 
 
 def _moments(text: "pd.Series", iso: bool) -> "pd.Series[pd.Timestamp]":

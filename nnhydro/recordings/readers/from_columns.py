@@ -78,7 +78,7 @@ def _require_sane(named: NamedColumns, where: str) -> None:
             if len(absurd):
                 row = int(absurd[0])
                 raise RecordingError(f"{where}: column {name!r}, row {row + named.first_row}: {values[row]:.3g} is absurd, "
-                                     f"beyond {ABSURD:g} ({count_text(len(absurd), 'such row')} of {len(values)}): empty "
+                                     f"beyond {ABSURD:g} ({count_text(len(absurd), 'such row')} of {len(values)}): clear "
                                      f"{'that cell' if len(absurd) == 1 else 'those cells'}, or map the unit (--map FILE) where all are so")
 
 

@@ -101,7 +101,7 @@ def _picture(trace: Trace, x: Array, over: str, label: str, styles: Mapping[str,
         drawn.append(frame.panel(shown, top))
         top += LOW + 1.5 * GAP if shown.residual else TALL + GAP
     bottom, steady = top - 1.5 * GAP, trace.segment.steady
-    title = f"Measured torque of {label} against {over}, and each model's, joint by joint; below each what the models leave"
+    title = f"Measured and modelled torques of {label} against {over}, joint by joint, with the residuals below"
     parts = [frame.ends(bottom), x_axis(across, TOP, bottom, over), *drawn, rule("cursor", 0, TOP, 0, bottom)]
     picture = svg_image(WIDTH, bottom + BOTTOM, title, parts, "history steady" if steady else "history", tabindex=None if steady else 0,
                       data_x=f"{LEFT} {WIDTH - RIGHT} {across.low:.6g} {across.high:.6g}")

@@ -201,7 +201,7 @@ def test_what_is_no_diagnosis_is_refused_with_its_file(broken):
 def test_the_error_of_unseen_motions_is_pooled():
     unseen = {"a": {"tau_Nm": [[1.0], [-1.0]]}, "b": {"tau_Nm": [[2.0]]}}
     assert unseen_error(unseen, lambda name: np.array(unseen[name]["tau_Nm"]) * 1.1) == pytest.approx(0.1)
-    with pytest.raises(ConfigError, match="one row a row"):
+    with pytest.raises(ConfigError, match="one for each row"):
         unseen_error(unseen, lambda name: np.zeros((5, 1)))
 
 

@@ -66,7 +66,7 @@ def test_a_sum_without_curves_and_an_unknown_criterion_are_refused():
     blocks, samples, P, _ = bumps(0.1)
     with pytest.raises(ConfigError, match="gcv, left out"):
         penalised_fit(blocks, samples, P, "bayes")
-    with pytest.raises(ConfigError, match="left out of itself"):
+    with pytest.raises(ConfigError, match="single recording cannot be left out"):
         penalised_fit(blocks[:1], samples, P)
 
 
