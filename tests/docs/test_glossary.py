@@ -10,8 +10,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
 SOURCES = sorted((ROOT / "nnhydro").rglob("*.py"))
-PAGES = sorted(path for path in (*(ROOT / "docs").rglob("*.md"), ROOT / "README.md")
+PAGES = sorted(path for path in (*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *(ROOT / "training").rglob("README.md"),
+                                 *(ROOT / "datasets").rglob("*.md"))
                if path.name != "glossary.md" and not {"_build", "effects"} & set(path.parts))
+TESTS = sorted(path for path in (ROOT / "tests").rglob("*.py") if path != Path(__file__).resolve())
 
 
 @cache
@@ -106,8 +108,8 @@ def test_a_class_name_stands_once_in_the_package():
     assert twice == {}
 
 
-def test_no_retired_word_stands_in_a_page():
-    for path in PAGES:
+def test_no_retired_word_stands_in_a_page_or_a_test():
+    for path in (*PAGES, *TESTS):
         text = path.read_text(encoding="utf-8").lower()
         found = retired()[1] & set(re.findall(r"[a-z]+", text))
         assert not found, f"{path.relative_to(ROOT)}: docs/glossary.md has the words to write instead"
@@ -134,7 +136,7 @@ def test_a_word_is_found_in_every_form_of_a_name(name):
     assert "told" in parts(name)
 
 
-@pytest.mark.parametrize("path", [*PAGES, *sorted((ROOT / "training").rglob("README.md"))], ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_no_commit_hash_stands_in_a_page(path):
     found = re.findall(r"(?<![\w.])(?=[0-9a-f]*[a-f])(?=[0-9a-f]*\d)[0-9a-f]{7,40}(?![\w.])", path.read_text(encoding="utf-8"))
     assert found == [], "a version says more than a commit, and stays true"

@@ -154,7 +154,7 @@ def test_KC_of_a_swing_is_two_pi_amplitude_over_diameter():
     flow = swing(t, 0.3 * (1 - np.cos(np.pi * t)), 0.3 * np.pi * np.sin(np.pi * t), 0.3 * np.pi**2 * np.cos(np.pi * t))
     here = StateDrag.at_start(flow.arm).state(flow)
     wanted = 2 * np.pi * 0.3 * here.strips.x / 0.071
-    assert_close(here.KC[-100], wanted, rtol=1e-3, atol=0.12)  # a reversal is believed after 0.03 D
+    assert_close(here.KC[-100], wanted, rtol=1e-3, atol=0.12)  # a reversal counts after 0.03 D
 
 
 def test_local_Reynolds_numbers_are_speed_times_diameter_over_viscosity():

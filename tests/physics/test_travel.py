@@ -37,7 +37,7 @@ def test_after_a_reversal_the_travel_is_the_arc_since_then():
     flow = swinging()
     strips, q = Strips.of(flow), flow.motion.q[:, :, None]
     wanted = strips.x * (2.0 - q)
-    back = ((flow.motion.t > 1.0) & (flow.motion.t <= 2.0))[:, None, None] & (wanted > 0.04 * 0.071)  # the reversal is believed by then
+    back = ((flow.motion.t > 1.0) & (flow.motion.t <= 2.0))[:, None, None] & (wanted > 0.04 * 0.071)  # the reversal counts by then
     assert_close(travel(strips)[back], wanted[back], atol=1e-6)  # the row of rest is found to rounding, not exactly
 
 

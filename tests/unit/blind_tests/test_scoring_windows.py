@@ -21,7 +21,7 @@ def names(*numbers):
     return [f"run_{k:02d}" for k in numbers]
 
 
-def test_a_spell_of_recordings_overlaps_by_those_in_both():
+def test_a_window_of_recordings_overlaps_by_those_in_both():
     true = answer("since", names(4, 5, 6, 7, 8))
     assert placement_error(true, {"since": "run_04"}, 8).overlap == 1
     assert placement_error(true, {"since": "run_05"}, 8).overlap == pytest.approx(4 / 5)

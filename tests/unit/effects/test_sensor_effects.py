@@ -76,11 +76,11 @@ def test_a_link_crosses_the_gap_in_the_time_that_its_torque_takes_to_spend_the_i
 
 def test_the_link_follows_the_torque_that_was_measured_and_the_model_where_none_was():
     t = np.arange(2001) * 0.002
-    gap, believed, measured = made("backlash", arm(1), 1, gap=(0.02,), impulse=(0.05,)), np.sin(3 * t), np.sin(3 * t - 0.8)
-    seen = of_time(t, believed)
+    gap, assumed, measured = made("backlash", arm(1), 1, gap=(0.02,), impulse=(0.05,)), np.sin(3 * t), np.sin(3 * t - 0.8)
+    seen = of_time(t, assumed)
     known = replace(seen, measured=tensor(np.where(t < 3, measured, np.nan))[:, None])
-    np.testing.assert_array_equal(gap._carried_torque(seen).numpy(), believed)
-    np.testing.assert_array_equal(gap._carried_torque(known).numpy(), np.where(t < 3, measured, believed))
+    np.testing.assert_array_equal(gap._carried_torque(seen).numpy(), assumed)
+    np.testing.assert_array_equal(gap._carried_torque(known).numpy(), np.where(t < 3, measured, assumed))
     a, motion = arm(2), run(2, 400)
     joints = made("backlash", a, 1, gap=(0.02,), impulse=(0.05,))
     view_of = view(a, motion)
@@ -241,7 +241,7 @@ def test_a_channel_that_clips_reads_no_more_than_its_level_whatever_its_gain_and
     assert float(read[:, 0].abs().max()) <= 0.7 + 1e-12
 
 
-def test_less_is_foreseen_of_what_jumps_rings_clips_or_swirls_but_half_of_it_at_least():
+def test_less_is_predicted_of_what_jumps_rings_clips_or_swirls_but_half_of_it_at_least():
     predictable_share = {id_: cls.predictable_share for id_, cls in REGISTER.items() if cls.predictable_share < 1}
     assert set(predictable_share) == {"backlash", "joint_elasticity", "torque_saturation", "wake_reentry"}
     assert all(value >= 0.5 for value in predictable_share.values())

@@ -145,7 +145,7 @@ def test_a_model_on_a_dry_one_has_seen_the_recordings_of_both(dry_model):
 
 def test_what_is_no_dry_model_of_this_arm_is_refused(dry_model):
     wet, dry = dry_model
-    for model, where, words in ((replace(dry, arm=wet), arm(2), "was made in water"), (dry, dry.arm, "without water itself"),
+    for model, where, words in ((replace(dry, arm=wet), arm(2), "was made in water"), (dry, dry.arm, "itself is without water"),
                                 (dry, arm(1), "is of 2 joint")):
         with pytest.raises(ModelError, match=words):
             in_water(model, where, [])
@@ -160,7 +160,7 @@ def test_the_command_takes_a_dry_model(dry_model, tmp_path, capsys):
     assert "stated_coulomb_friction" in load_model(tmp_path / "m").loads.terms
 
 
-# units that are stated are believed
+# units that are stated are trusted
 
 def spinning(tmp_path, mapping):
     a = arm(1, 0.0)

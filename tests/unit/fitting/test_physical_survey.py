@@ -38,7 +38,7 @@ def test_torques_in_newton_metres_are_left_alone(a):
     assert torque_unit(c, c.plan()) is None
 
 
-def test_a_unit_that_the_user_states_is_believed():
+def test_a_unit_that_the_user_states_is_trusted():
     c = written_in(1e-3, whole())
     stated = Campaign.of(A, [replace(r, origin=replace(r.origin, stated=("tau1_Nm",))) for r in c.recordings()])
     assert torque_unit(stated, c.plan()) is None

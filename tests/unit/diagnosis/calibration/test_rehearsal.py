@@ -84,7 +84,7 @@ def test_a_place_is_told_by_its_joint_or_as_the_whole_arm():
     assert (label(("torque_bias", 2)), label(("payload_mass", 0))) == ("torque_bias joint 2", "payload_mass")
 
 
-def test_what_a_fit_foretells_leaves_noise_of_unit_size(found):
+def test_what_a_fit_predicts_leaves_noise_of_unit_size(found):
     left = found.search.whitened.y - predict_whitened(found.search.view, found.decided.claimed, found.decided.claimed)
     assert 0.5 < float((left**2).mean()) < 1.1
 

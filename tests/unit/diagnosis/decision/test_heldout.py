@@ -11,7 +11,7 @@ from nnhydro.diagnosis.model.sizes import none
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
 
 
-def test_what_is_left_out_is_foretold_as_the_dense_conditional_density_says():
+def test_what_is_left_out_is_predicted_as_the_dense_conditional_density_says():
     of = design(10, groups=7, rows=8)
     one = search(of, LAWS, even=False)
     sets = [one.score((3,)), one.score((0,)), one.score((1, 2))]
@@ -51,7 +51,7 @@ def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_st
     assert len(set(fold[few.problem.group_of == 2])) > 3
 
 
-def test_a_phase_of_a_recording_s_own_is_foretold_from_other_frequencies_where_a_block_is_all_that_it_has():
+def test_a_phase_of_a_recording_s_own_is_predicted_from_other_frequencies_where_a_block_is_all_that_it_has():
     of = design(11, groups=7, rows=24)
     one, phased, plain = search(of, LAWS), 2, 0
     blocks = fold_of_rows(one.view, 0, [phased])

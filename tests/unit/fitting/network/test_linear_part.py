@@ -73,7 +73,7 @@ def test_members_solve_on_the_rows_that_they_train_on_with_a_penalty_for_each_ti
 def test_what_is_stated_counts_where_rows_hardly_tell_the_coefficient(monkeypatch):
     rows, linear, watched = problem()
     chosen_by_all(monkeypatch, 1e-3, 1e-3)
-    linear.columns[..., LAW] *= 2e-3  # what was asked for is now five hundred deviations away, and half of it is believed
+    linear.columns[..., LAW] *= 2e-3  # what was asked for is now five hundred deviations away, and half of it is adopted
     own, _ = linear_part(rows, linear, watched, STATED)
     assert 1.0 < float(own.shared[0, LAW]) < 150.0
 
