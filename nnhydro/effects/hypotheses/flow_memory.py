@@ -76,4 +76,4 @@ class FlowMemory(LoadEffect):
         links = range(1, len(self.share) + 1)
         parts, late = ([said[f"{name}[{i}]"] for i in links] for name in ("share", "late"))
         return (f"Drag lags the motion by {said['response']} and {said['travel']} diameters of travel (flow memory). "
-                f"The lagging part of C_D, link by link: {', '.join(parts)}. Times the response, it is {', '.join(late)}.")
+                f"The lagging part of C_D is {', '.join(parts)}, link by link. Its product with the response is {', '.join(late)}.")

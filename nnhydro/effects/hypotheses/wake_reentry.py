@@ -96,9 +96,9 @@ class WakeReentry(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {said['push']}. The link feels the "
-                f"wake's excess speed with a factor of {said['slowing']} while it slows down and {said['meeting']} after a reversal, C_D "
-                f"included. The wake decays over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
+        return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {said['push']}. C_D times the "
+                f"share of the wake's excess speed that acts on the link is {said['slowing']} while it slows down, and {said['meeting']} "
+                f"after a reversal. The wake decays over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
 
     def _twice(self, said: Mapping[str, str]) -> str:
         """How much later the water is met that the wake itself drags along, in words."""
