@@ -18,7 +18,7 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording, SteadyTable
 
 GIVEN = Preparation(None)  # every derivative is given: nothing is filtered
-TINY = TrainingConfig(law=("reynolds",), hidden=(8,), members=2, epochs=4, batch=256, patience=100)
+TINY = TrainingConfig(law=("reynolds",), hidden=(8,), members=2, epochs=4, batch=256, patience=100, strip_net=False)
 DEFAULT_LAWS = TINY.model_copy(update={"law": TrainingConfig().law})
 
 

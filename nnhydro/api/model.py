@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, final
 from nnhydro.api.campaign import read_frame
 from nnhydro.api.prediction import Prediction
 from nnhydro.deployment.compiled.torque import CompiledModel, compile_model
+from nnhydro.deployment.files import export_step
 from nnhydro.deployment.formats.curves import curves_csv
 from nnhydro.deployment.formats.mujoco import mujoco_xml
-from nnhydro.deployment.onnx.onnx_file import export_onnx
 from nnhydro.errors import ConfigError, require
 from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.fitting.identify import identify as fit
@@ -79,7 +79,7 @@ class Model(ResultView):
         """
         out = Path(file)
         if out.suffix == ".onnx":
-            export_onnx(self.torque_model, out)
+            export_step(self.torque_model, out, "onnx")
             return ()
         require(out.suffix in (".xml", ".csv"), f"{out}: give a file that ends in .onnx, .xml or .csv", ConfigError)
         made = mujoco_xml(self.torque_model) if out.suffix == ".xml" else None

@@ -17,6 +17,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
+from nnhydro.features.scaling import root
 from nnhydro.features.strip_law.state import StripView, state_set
 from nnhydro.features.strips import link_columns
 from nnhydro.features.wake import STILL, STRIPS, ends, memories, stations
@@ -42,7 +43,7 @@ def shielding(flow: Flow, x: Tensor, p: int, i: int) -> list[Tensor]:
     position, velocity, joints = strip_paths(flow, x)
     back = torch.exp(-1j * flow.phi[:, p, None])
     place, course = (position[:, i] - joints[:, p, None]) * back, velocity[:, i] * back
-    speed = course.abs()
+    speed = root(course.real**2 + course.imag**2)
     course = course / (speed + STILL)
     ahead = -place.imag * course.imag / (course.imag**2 + ALONG**2)
     meets = place.real + ahead * course.real

@@ -19,10 +19,17 @@ from torch import Tensor
 from nnhydro.physics.flow import Flow
 from nnhydro.recordings.arm import Arm
 
+LEAST = 1e-30  # of a square: lost in the rounding of all but 0, where the root would have no slope
+
+
+def root(x: Tensor) -> Tensor:
+    """Return sqrt(x) of sums of squares x; where all of them vanish the slope is 0, as the mean of those on both sides."""
+    return torch.sqrt(x + LEAST)
+
 
 def speed_scale(flow: Flow) -> Tensor:
     """Return V (n, links) m/s."""
-    return torch.sqrt(flow.B**2 + (flow.A * flow.L) ** 2)
+    return root(flow.B**2 + (flow.A * flow.L) ** 2)
 
 
 def acceleration_scale(flow: Flow) -> Tensor:
@@ -32,8 +39,8 @@ def acceleration_scale(flow: Flow) -> Tensor:
 
 def rigid_scale(flow: Flow) -> Tensor:
     """Return R (n, links) m/s^2: unlike W it holds the centripetal acceleration, all that loads an arm without water at constant rates."""
-    joint = torch.complex(flow.N + flow.A * flow.u_x, flow.du_x - flow.A * flow.B)  # 0 on a fixed base, where hypot has no derivative
-    return joint.abs() + (flow.M.abs() + flow.A**2) * flow.L
+    joint = root((flow.N + flow.A * flow.u_x) ** 2 + (flow.du_x - flow.A * flow.B) ** 2)  # 0 on a fixed base
+    return joint + (flow.M.abs() + flow.A**2) * flow.L
 
 
 def _reach(flow: Flow) -> Tensor:

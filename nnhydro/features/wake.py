@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
+from nnhydro.features.scaling import root
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.memo import RecentMemo, content_of
@@ -82,12 +83,12 @@ def next_state(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Te
     """Return the state (..., STATES, links, s) after dt s in which the speed went straight to w (..., links, s) m/s, from that before."""
     first, second, slow, a, b, before = torch.split(state, [len(TRAVEL), len(TRAVEL), len(LASTING), 1, 1, 1], dim=-3)
     w = w.unsqueeze(-3)
-    stay, turn = _hold(torch.hypot(((w + before) / 2).expand_as(second), second) * dt / (_lengths(TRAVEL) * D[:, None]))
+    stay, turn = _hold(root(((w + before) / 2) ** 2 + second**2) * dt / (_lengths(TRAVEL) * D[:, None]))
     p = w + (first - before) * stay - (w - before) * turn
     m = p + (second - first) * stay - (p - first) * turn
     stay, turn = _hold(dt * nu / (_lengths(LASTING) * D[:, None] ** 2).expand_as(slow))
     v = w + (slow - before) * stay - (w - before) * turn
-    clock = torch.hypot((w + before) / 2, torch.hypot(a, b))
+    clock = root(((w + before) / 2) ** 2 + a**2 + b**2)
     re, im, turn, across = _swing(clock * dt / D[:, None])
     swung = w + (a - before) * re - b * im - (w - before) * turn, (a - before) * im + b * re - (w - before) * across
     return torch.cat([p, m, v, *swung, w], dim=-3)

@@ -17,9 +17,10 @@ from nnhydro.conventions import SCHEMA_MODEL
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.models.corrected_simulation import CorrectedSimulation
-from nnhydro.models.learned.learned import BANK, BASELINE, FREE, LAW, LearnedTorque
+from nnhydro.models.learned.learned import BASELINE, FREE, LAW, WATER, LearnedTorque, bank_of
 from nnhydro.models.learned.linear_parts import FreePart, StripLaw
 from nnhydro.models.learned.network import Ensemble
+from nnhydro.models.learned.strip_net import StripNet
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
@@ -66,7 +67,8 @@ def _read_learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm
     """The network or hybrid that a model file describes; raises ModelError for one of an incompatible version."""
     if "law" not in document:
         raise ModelError("was trained by a version whose networks had no law of the strips: train it again on its recordings")
-    if document.get("bank") != BANK:
+    water = {key.removeprefix(WATER): t for key, t in tensors.items() if key.startswith(WATER)}
+    if document.get("bank") != bank_of(bool(water)):
         raise ModelError("was trained by a version whose strips remembered their motion in another way: train it again on its recordings")
     layers = int(document["layers"])
     ordered = [tensors[f"ensemble.{i}"] for i in range(2 * layers)]
@@ -79,8 +81,8 @@ def _read_learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm
         if f"{FREE}coefficients" in tensors else None
     made = None if base is None else _KINDS[base["kind"]](base["model"], inner, parse_arm(base["arm"], MODEL), how, {})
     return LearnedTorque(arm, how, fit, tuple(document["features"]), float(document["bound"]), **scaling, ensemble=ensemble,
-                         baseline=made, law=law, free=free,
-                         support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"))
+                         baseline=made, law=law, free=free, water=StripNet(**water) if water else None,
+                         support=tensors.get("support"), trust=tensors.get("trust"), doubt=tensors.get("doubt"), share=tensors.get("share"))
 
 
 def _read_corrected(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation,

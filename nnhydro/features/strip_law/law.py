@@ -24,7 +24,7 @@ from math import pi
 import torch
 from torch import Tensor
 
-from nnhydro.features.scaling import gear_ratios
+from nnhydro.features.scaling import gear_ratios, root
 from nnhydro.features.strip_law.neurons import COUNT, directions, neuron_loads
 from nnhydro.features.strip_law.state import StripView
 from nnhydro.features.wake import LASTING, STRIPS, TRAVEL
@@ -91,7 +91,7 @@ def unit_loads(view: StripView, rows: slice = slice(None)) -> Tensor:
     ds, D = (flow.L / STRIPS)[:, None], flow.D[:, None]
     squares = torch.stack([x**2 for x in (w, *m)])
     V2 = squares.mean(dim=0)
-    V, share = V2.sqrt(), dw / (V2 + FAINT**2)
+    V, share = root(V2), dw / (V2 + FAINT**2)
     eddies = [x[rows] for x in view.swinging]
     drag = [V * x for x in (w, *m)] + [load for x in (*m, *eddies) for load in (x.abs() * w, w.abs() * x, x.abs() * x)]
     inertia = [*(share * squares), *(share * w * x for x in m)]

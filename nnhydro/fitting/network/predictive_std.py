@@ -51,15 +51,15 @@ def support(rows: Rows) -> Tensor:
     return odd[:, None] * root / torch.sqrt(LIMIT * usual.clamp(min=1e-12))
 
 
-def _sample(mask: Tensor) -> Tensor:
-    """Indices of at most MOST rows of `mask`, evenly spaced."""
-    index = mask.nonzero().ravel()
+def sample_rows(unit: Tensor, watched: Tensor) -> Tensor:
+    """Return the indices of at most MOST rows, of the units `unit` (n,), that a member watches (E, units), evenly spaced."""
+    index = watched.any(dim=0)[unit].nonzero().ravel()
     return index[:: len(index) // MOST + 1]
 
 
-def _out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Tensor, ...]:
-    """Residual r, scatter s, scale S (m, joints) N m, phi (m, 1), unit (m,) and target (m, joints) of rows that a member watches."""
-    index = _sample(watched.any(dim=0)[rows.unit])
+def out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Tensor, ...]:
+    """Return residual r, scatter s, scale S (m, joints) N m, phi (m, 1), unit (m,) and target (m, joints) of rows that a member watches."""
+    index = sample_rows(rows.unit, watched)
     parts, left_out = [], float(watched.double().mean())
     for piece in torch.split(index, CHUNK):
         x, scale = rows.x[piece].double(), rows.scale[piece].double()
@@ -70,6 +70,9 @@ def _out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Ten
         predicted, target = held_out(members, mine, scale, None if model.baseline is None else left_out), rows.target_of(piece, mine)
         whole = members if rows.parting is None else members + rows.parting[piece].double().transpose(0, 1)
         scatter = whole.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
+        if rows.replaced is not None:
+            replaced, known = torch.split(rows.replaced[piece].double(), [scale.shape[1], 1], dim=1)
+            predicted, scatter = model.blend(predicted, scatter, phi * replaced, known)
         parts.append((target - predicted, scatter, scale, phi, rows.unit[piece], target))
     return tuple(torch.cat(column) for column in zip(*parts, strict=True))
 
@@ -121,7 +124,7 @@ def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorq
         return model
     candidates = {}
     for b in NETWORKS:
-        r, _, _, _, unit, target = _out_of_fold(_with_networks(model, b), rows, watched)
+        r, _, _, _, unit, target = out_of_fold(_with_networks(model, b), rows, watched)
         candidates[b] = target - r
     hybrid = model.baseline is not None
     b, trust = stack(target, candidates, unit, SHARES if hybrid else (1.0,))
@@ -133,7 +136,7 @@ def with_std(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque
     """Return `model` with its calibrated `doubt`; unchanged where no recording was watched."""
     if not bool(watched.any()):
         return model
-    r, s, S, phi, unit, _ = _out_of_fold(model, rows, watched)
+    r, s, S, phi, unit, _ = out_of_fold(model, rows, watched)
     u = (rows.target.double() / rows.scale.double()).pow(2).mean(dim=0).sqrt()
     columns = []
     for j in range(r.shape[1]):

@@ -36,7 +36,9 @@ class Rows:
     """n rows in float32: inputs x (n, k) with their parity (k,), Morison scale S and target (n, joints) N m, unit number (n,).
 
     `linear` (n, E, joints) is what the linear part gives for each member, in units of the scale; none: zero. `parting` (n, E, joints) N m:
-    by how much a member's free part exceeds the one that the target is free of; none: there is no free part.
+    by how much a member's free part exceeds the one that the target is free of; none: there is no free part. `replaced` (n, joints + 1):
+    what strip nets that have not seen a row put in place of the baseline, N m, and how far they may be used by the base's speed; none:
+    there is no strip net.
     """
 
     x: Tensor
@@ -46,6 +48,7 @@ class Rows:
     unit: Tensor
     linear: Tensor | None = None
     parting: Tensor | None = None
+    replaced: Tensor | None = None
 
     def target_of(self, index: Tensor, mine: Tensor) -> Tensor:
         """Return what the base leaves (m, joints) N m of the rows `index`, its free part being that of the members in `mine` (E, m)."""
@@ -83,8 +86,8 @@ def law_of(config: TrainingConfig, arm: Arm) -> tuple[str, ...]:
     return () if arm.dry else config.law
 
 
-def _row_numbers(segment: Segment) -> NDArray[np.int64]:
-    """The rows of a segment that are trained on: a low-passed signal holds no more."""
+def row_numbers(segment: Segment) -> NDArray[np.int64]:
+    """Return the rows of a segment that are trained on: a low-passed signal holds no more."""
     stride = 1 if segment.low_pass is None else max(1, int(1 / (ROWS_PER_CUTOFF * segment.low_pass.cutoff_hz * segment.dt)))
     return np.flatnonzero(segment.keep)[::stride]
 
@@ -96,7 +99,7 @@ def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tenso
     target = tensor(segment.tau if segment.tau is not None else 0.0)
     if base is not None:
         target = target - tensor(segment.filter(base.torque(motion).numpy()))
-    chosen = _row_numbers(segment)
+    chosen = row_numbers(segment)
     rows = torch.from_numpy(chosen.copy())
     x = features(view, config.features)
     own = Rows(x.matrix()[rows].float(), x.parity().float(), view.scale[rows].float(), target[rows].float(), torch.zeros(len(rows)))
@@ -127,7 +130,7 @@ def base_rows(chosen: Sequence[Unit], arm: Arm, base: TorqueModel) -> Tensor:
         own = on_arm(base, arm_of(unit, arm))
         for segment in unit.segments():
             seen = tensor(segment.filter(own.torque(Motion.of(segment)).numpy()))
-            parts.append(seen[torch.from_numpy(_row_numbers(segment))].float())
+            parts.append(seen[torch.from_numpy(row_numbers(segment))].float())
     return torch.cat(parts)
 
 

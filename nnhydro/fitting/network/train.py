@@ -22,6 +22,7 @@ from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base
 from nnhydro.fitting.network.predictive_std import support, with_std, with_trust
 from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.fitting.network.rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardise, torque_rms, watched_units
+from nnhydro.fitting.network.strip_net.share import with_strip_net
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.learned.learned import LEFT_OUT, LearnedTorque
@@ -104,7 +105,10 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         bare = LearnedTorque(arm, how, record, config.features, config.bound, floor, centre, spread, rows.parity.double(), lowest, highest,
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
                              fixed)
-        return with_std(with_trust(replace(bare, support=support(rows).contiguous()), rows, watched), rows, watched)
+        model = with_trust(replace(bare, support=support(rows).contiguous()), rows, watched)
+        if config.strip_net and base is not None and not arm.dry:
+            model, rows = with_strip_net(model, rows, watched, chosen, config.seed)
+        return with_std(model, rows, watched)
 
 
 def train(campaign: Campaign, config: TrainingConfig | None = None, checkpoint: Path | None = None,

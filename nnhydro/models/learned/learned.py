@@ -2,10 +2,12 @@
 
 What is learned is a linear part, solved in closed form, and the ensemble of networks for what it leaves:
 
-    tau = base + free + shrink( phi g S bounded( law / S + x_odd K + y(x) ) )
+    tau = base + free + (1 - k w) shrink( phi g S bounded( law / S + x_odd K + y(x) ) ) + k w phi (rigid + net - base)
 
 `free` (free_part.py) is what the mirror image of the rig need not repeat, as the pull of a line that is fixed to the tank; all else changes
-sign with it. It stands beside the baseline: what it is worth does not depend on the water, whose scale S bounds the rest.
+sign with it. It stands beside the baseline: what it is worth does not depend on the water, whose scale S bounds the rest. `net`
+(strip_net.py) is a memory of the strips that was trained as a whole: it stands for baseline and all that is learned beside it, by the
+share w that recordings held out of both confirm. k falls from 1 to 0 where the base moves faster than in its training.
 """
 
 from dataclasses import dataclass
@@ -22,6 +24,8 @@ from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.linear_parts import FreePart, StripLaw
 from nnhydro.models.learned.network import Ensemble, odd_output, soft_bound
 from nnhydro.models.learned.shrinkage import jackknife, shrink
+from nnhydro.models.learned.strip_inputs import rigid_torque
+from nnhydro.models.learned.strip_net import StripNet
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
@@ -32,7 +36,12 @@ WIDENING = 3.0  # a feature a third of its half range outside, or a link a third
 FAR = 3.0  # half ranges outside: beyond them all that can be said is that it is far
 BANK = [list(TRAVEL), list(LASTING), list(SWINGING), [COUNT, LENGTH]]  # what the strips' water remembers: a model is of one bank
 LEFT_OUT = "left_out"  # in the record of the fit: the share of the recordings that each member left out of it
-BASELINE, LAW, FREE = "baseline.", "law.", "free."  # before the names of a baseline's tensors, a law's, and a free part's
+BASELINE, LAW, FREE, WATER = "baseline.", "law.", "free.", "water."  # before the names of a part's tensors
+
+
+def bank_of(trained: bool) -> list[Any]:
+    """Return what the strips' water remembers, with a trained memory beside the filters or without."""
+    return [*BANK, "trained"] if trained else BANK
 
 
 def reference_terms(arm: Arm, motion: Motion) -> dict[str, Tensor]:
@@ -87,6 +96,8 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
     support: Tensor | None = None  # (features, r); None: nothing is known of the distance, h = 0
     trust: Tensor | None = None  # (joints,) of a hybrid's residual; None: all of it
     doubt: Tensor | None = None  # (4, joints): k, c [-], a [N m], u [-]; None: std is the members' scatter
+    water: StripNet | None = None
+    share: Tensor | None = None  # (joints,): w of the strip net; None: 0
 
     @property
     def name(self) -> str:
@@ -133,57 +144,70 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
             return learned
         return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)
 
-    def _ground(self, motion: Motion, view: View) -> Tensor:
-        """What the correction is added to, for each member or the same for all (E or 1, n, joints) N m."""
-        base = torch.zeros_like(view.scale) if self.baseline is None else self.baseline.torque(motion)
-        return base[None] if self.free is None else base + self.free.torque(view.flow)
+    def replacement(self, view: View, x: Tensor, base: Tensor) -> tuple[Tensor, Tensor] | None:
+        """Return what the strip net puts in place of the baseline's torque, phi (rigid + net - base) (n, joints) N m; None without one.
+
+        And how far it may be used, k (n, 1).
+        """
+        if self.water is None:
+            return None
+        net = rigid_torque(view.flow) + self.water.torque(view.flow)
+        return self.familiarity(x) * (net - base), self.water.validity(view.flow)
+
+    def blend(self, learned: Tensor, scatter: Tensor, replaced: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
+        """Return what is added to the baseline by the share of a strip net, and the scatter to be expected, (n, joints) N m each."""
+        w = known * (torch.zeros_like(learned[0]) if self.share is None else self.share)
+        return learned + w * (replaced - learned), (1 - w) * scatter + w * (replaced - learned).abs()
 
     def members(self, motion: Motion) -> Tensor:
-        """Return the sensor torques (E, n, joints) N m of each member of the ensemble."""
-        view, _, correction = self._corrections(motion)
-        return self._ground(motion, view) + correction
+        """Return the sensor torques (E, n, joints) N m of each member of the ensemble, without the strip net."""
+        view = view_of(self.arm, motion, self.floor)
+        return self._base(motion, view) + sum(self._parts(view, self.standardised_features(view)))
 
     def torque(self, motion: Motion) -> Tensor:
         """Return the baseline and what is used of the correction, of a network the mean of its members, (n, joints) N m."""
-        return self._torque(motion, *self._corrections(motion))
+        return self._predict(motion)[0]
 
     def std(self, motion: Motion) -> Tensor | None:
         """Return the standard deviation (n, joints) N m to be expected of measured minus predicted torque.
 
         Where it was never calibrated it is the members' disagreement alone; None for a single network without calibration.
         """
-        return self._std(*self._corrections(motion))
+        return self.torque_and_std(motion)[1]
 
     def torque_and_std(self, motion: Motion) -> tuple[Tensor, Tensor | None]:
         """Return both of one evaluation of the members."""
-        found = self._corrections(motion)
-        return self._torque(motion, *found), self._std(*found)
-
-    def _corrections(self, motion: Motion) -> tuple[View, Tensor, Tensor]:
-        """The view of a motion, its standardised features, and what each member adds."""
-        view = view_of(self.arm, motion, self.floor)
-        x = self.standardised_features(view)
-        return view, x, self.correction(x, view.scale, self.linear(view, x))
-
-    def _torque(self, motion: Motion, view: View, x: Tensor, correction: Tensor) -> Tensor:
-        ground = self._ground(motion, view).mean(dim=0)
-        if self.baseline is None:
-            return ground + correction.mean(dim=0)
-        doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(correction, self.fit.get(LEFT_OUT, 0.0))
-        return ground + shrink(correction.mean(dim=0), doubted, view.scale)
-
-    def _std(self, view: View, x: Tensor, correction: Tensor) -> Tensor | None:
-        members = correction + (0.0 if self.free is None else self.free.torque(view.flow))
-        scatter = members.std(dim=0) if len(members) > 1 else torch.zeros_like(members[0])
+        torque, scatter, view, x = self._predict(motion)
         if self.doubt is None:
-            return scatter if len(members) > 1 else None
-        return (1 + WIDENING * self.excess(view, x)) * spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
+            return torque, scatter if len(self.ensemble.weights[0]) > 1 else None
+        return torque, (1 + WIDENING * self.excess(view, x)) * spread_of(self.doubt, scatter, view.scale, self.familiarity(x))
+
+    def _base(self, motion: Motion, view: View) -> Tensor:
+        return torch.zeros_like(view.scale) if self.baseline is None else self.baseline.torque(motion)
+
+    def _parts(self, view: View, x: Tensor) -> tuple[Tensor, Tensor]:
+        """What each member adds to the baseline (E, n, joints) N m, and its free part, (1, n, joints) where there is none."""
+        free = torch.zeros_like(view.scale)[None] if self.free is None else self.free.torque(view.flow)
+        return self.correction(x, view.scale, self.linear(view, x)), free
+
+    def _predict(self, motion: Motion) -> tuple[Tensor, Tensor, View, Tensor]:
+        """Torque and the scatter to be expected (n, joints) N m, the view of the motion, and its standardised features."""
+        view = view_of(self.arm, motion, self.floor)
+        x, base = self.standardised_features(view), self._base(motion, view)
+        odd, free = self._parts(view, x)
+        learned, scatter = odd.mean(dim=0), (odd + free).std(dim=0) if len(odd) > 1 else torch.zeros_like(base)
+        if self.baseline is not None:
+            doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(odd, self.fit.get(LEFT_OUT, 0.0))
+            learned, replaced = shrink(learned, doubted, view.scale), self.replacement(view, x, base)
+            if replaced is not None:
+                learned, scatter = self.blend(learned, scatter, *replaced)
+        return base + free.mean(dim=0) + learned, scatter, view, x
 
     def document(self) -> dict[str, Any]:
         """Return names, bound, layout and the baseline."""
         base = self.baseline
         return {"features": list(self.feature_names), "bound": self.bound, "layers": len(self.ensemble.weights),
-                "law": None if self.law is None else list(self.law.names), "bank": BANK,
+                "law": None if self.law is None else list(self.law.names), "bank": bank_of(self.water is not None),
                 "baseline": None if base is None else {"kind": base.kind, "arm": base.arm.document(), "model": base.document()}}
 
     def arrays(self) -> dict[str, Tensor]:
@@ -192,7 +216,8 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         named |= {key: getattr(self, key) for key in ("floor", "centre", "spread", "parity", "lowest", "highest", "swiftest", "skip")}
         named |= {} if self.law is None else {f"{LAW}{key}": tensor for key, tensor in self.law.arrays().items()}
         named |= {} if self.free is None else {f"{FREE}{key}": tensor for key, tensor in self.free.arrays().items()}
-        named |= {key: tensor for key in ("support", "trust", "doubt") if (tensor := getattr(self, key)) is not None}
+        named |= {} if self.water is None else {f"{WATER}{key}": tensor for key, tensor in self.water.arrays().items()}
+        named |= {key: tensor for key in ("support", "trust", "doubt", "share") if (tensor := getattr(self, key)) is not None}
         return named | ({} if self.baseline is None else {f"{BASELINE}{key}": value for key, value in self.baseline.arrays().items()})
 
 

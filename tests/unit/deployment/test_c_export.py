@@ -10,6 +10,7 @@ import pytest
 import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm
+from strip_nets import remembering
 
 from nnhydro.deployment import c_program
 from nnhydro.deployment.c_header import export_c
@@ -153,6 +154,21 @@ def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processo
         for flags in ((), ("-DNO_DISPATCH",)):
             far = np.abs(compiled(tmp_path, precision, told["std"], flags)(motion) - want).max() / np.sqrt((want**2).mean())
             assert far < SAME[precision], f"{precision} {flags}: {far:.1e}"
+
+
+@pytest.mark.slow
+def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(tmp_path):
+    a = arm(2)
+    hybrid = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
+    model = remembering(hybrid)
+    for motion in (long_run(20_000), towed(4500)):
+        want = model.torque(motion).numpy()
+        assert np.abs(want - hybrid.torque(motion).numpy()).max() > 0.1 * np.sqrt((want**2).mean())
+        for precision in ("double", "single"):
+            told = export_c(model, tmp_path / "arm.h", precision)
+            far = np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() / np.sqrt((want**2).mean())
+            assert far < SAME[precision], f"{precision}: {far:.1e}"
+            (tmp_path / f"{precision}0.so").unlink()
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm, run
+from strip_nets import remembering
 
 from nnhydro.deployment.casadi_step import casadi_function
 from nnhydro.deployment.files import export_step
@@ -44,7 +45,9 @@ def test_the_function_gives_every_step_of_a_run(name):
 def test_a_hybrid_is_a_function_too():
     a = arm(2)
     choices = DEFAULT_LAWS.model_copy(update={"baseline": "constant"})
-    gives_every_step(train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), choices), std=True)
+    hybrid = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), choices)
+    gives_every_step(hybrid, std=True)
+    gives_every_step(remembering(hybrid), std=True)
 
 
 def test_its_derivatives_are_those_of_the_dynamics():
@@ -58,6 +61,19 @@ def test_its_derivatives_are_those_of_the_dynamics():
     want = Dynamics(model).jacobians(q, qd, qdd)
     for got, name in zip(slopes, ("q", "qd", "qdd"), strict=True):
         np.testing.assert_allclose(np.asarray(got), getattr(want, name), atol=1e-9)
+
+
+@pytest.mark.slow
+def test_the_derivatives_of_a_hybrid_at_rest_are_finite():
+    a = arm(2)
+    hybrid = train(campaign(a, state_loads(a), 2, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
+    step = casadi_function(remembering(hybrid))
+    x = [casadi.SX.sym(name, 2) for name in ("q", "qd", "qdd")]
+    for dt in (-1.0, 0.01):
+        given = [0.0, 0.0, dt, casadi.DM.zeros(step.size1_in(6))]
+        tau = step(*x, *given)[0]
+        slopes = casadi.Function("slopes", x, [casadi.jacobian(tau, symbol) for symbol in x])([0.0] * 2, [0.0] * 2, [0.0] * 2)
+        assert all(np.isfinite(np.asarray(slope)).all() for slope in slopes)
 
 
 @pytest.mark.slow

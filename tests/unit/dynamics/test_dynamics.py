@@ -9,8 +9,10 @@ import torch
 from campaigns import DEFAULT_LAWS, GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
 from scipy.integrate import solve_ivp
+from strip_nets import remembering
 
 import nnhydro
+from nnhydro.deployment.step import MemoryStep, inputs_along
 from nnhydro.dynamics.hub import hub_wrench
 from nnhydro.dynamics.joint_model import joint_model
 from nnhydro.effects.hypotheses.ambient_current import AmbientCurrent
@@ -70,6 +72,26 @@ def along(model, motion):
 def hybrid():
     a = arm(2)
     return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
+
+
+@pytest.fixture(scope="module")
+def with_memory(hybrid):
+    return remembering(hybrid)
+
+
+@pytest.mark.slow
+def test_forward_dynamics_gradients_and_memory_of_a_hybrid_with_a_trained_memory(with_memory):
+    dynamics = nnhydro.Dynamics(with_memory)
+    q, qd, qdd = np.random.default_rng(3).uniform(-1, 1, (3, 8, 2))
+    np.testing.assert_allclose(dynamics.forward_dynamics(q, qd, dynamics.inverse_dynamics(q, qd, qdd)), qdd, atol=1e-8)
+    motion = run(2)
+    steps = torch.stack([answer[0] for _, answer in inputs_along(MemoryStep(with_memory, False), motion)])
+    np.testing.assert_allclose(steps, with_memory.torque(motion), atol=ROUNDING)
+    state, h = dynamics.follow(dynamics.reset(q), q + 0.01, qd, 0.02), 1e-6
+    found = dynamics.jacobians(q, qd, qdd, 0.3, state=state)
+    for j in range(2):
+        taus = [dynamics.inverse_dynamics(q, qd + sign * h * np.eye(2)[j], qdd, 0.3, state=state) for sign in (1, -1)]
+        np.testing.assert_allclose(found.qd[..., j], (taus[0] - taus[1]) / (2 * h), atol=1e-5)
 
 
 @pytest.mark.parametrize("links", [1, 2, 3])
@@ -283,6 +305,18 @@ def test_a_tensor_s_gradient_through_a_learned_model_is_its_jacobian(hybrid):
     moved = torch.tensor(q, requires_grad=True)
     dynamics.inverse_dynamics(moved, qd, qdd)[:, 1].sum().backward()
     np.testing.assert_allclose(moved.grad, dynamics.jacobians(q, qd, qdd).q[:, 1], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["hybrid", "with_memory"])
+def test_a_gradient_at_rest_is_the_mean_of_the_slopes_on_both_sides(name, request):
+    dynamics, h = nnhydro.Dynamics(request.getfixturevalue(name)), 1e-7
+    rest = [torch.zeros(1, 2, dtype=torch.float64, requires_grad=True) for _ in range(3)]
+    dynamics.inverse_dynamics(*rest).sum().backward()
+    for place, x in enumerate(rest):
+        shift, still = h * torch.eye(2, dtype=torch.float64), torch.zeros(2, 2, dtype=torch.float64)
+        shifted = [[sign * shift if k == place else still for k in range(3)] for sign in (1, -1)]
+        high, low = (dynamics.inverse_dynamics(*columns).sum(dim=1) for columns in shifted)
+        torch.testing.assert_close(x.grad[0], (high - low) / (2 * h), rtol=1e-4, atol=1e-5)
 
 
 def test_sensors_are_no_mechanics_but_currents_and_load_friction_are():

@@ -8,6 +8,7 @@ import pytest
 import torch
 from campaigns import DEFAULT_LAWS, GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
+from strip_nets import remembering
 
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.identify import identify
@@ -28,10 +29,12 @@ def made(kind):
     """A model of each kind; a learned one has the laws that a training takes by default."""
     if kind == "strip theory":
         return identify(whole())
+    if kind == "hybrid with a trained memory":
+        return remembering(made("hybrid"))
     return train(whole(), DEFAULT_LAWS.model_copy(update={"model": kind, "epochs": 1}))
 
 
-KINDS = pytest.mark.parametrize("kind", ["strip theory", "network", "hybrid"])
+KINDS = pytest.mark.parametrize("kind", ["strip theory", "network", "hybrid", "hybrid with a trained memory"])
 
 
 @KINDS
@@ -44,6 +47,17 @@ def test_a_stored_model_gives_the_same_torques_to_the_last_bit(kind, tmp_path):
     assert again.arm.document() == model.arm.document()
     assert (again.preparation, again.fit, again.kind) == (model.preparation, model.fit, model.kind)
     assert again.document() == model.document()
+
+
+def test_a_reader_that_knows_no_trained_memory_refuses_a_model_that_holds_one(tmp_path):
+    plain, folder = made("hybrid"), save_model(made("hybrid with a trained memory"), tmp_path / "model")
+    assert load_model(folder).document()["bank"] != plain.document()["bank"]  # what readers compare with their own
+    document = json.loads((folder / MODEL).read_text())
+    document["model"]["bank"] = plain.document()["bank"]
+    (folder / MODEL).write_text(json.dumps(document))
+    (folder / DIGEST).write_text(_digest(folder) + "\n")
+    with pytest.raises(ModelError, match="remembered their motion in another way"):
+        load_model(folder)
 
 
 @pytest.mark.parametrize("keys", [{"drive": {"kind": "remote", "pulley_ratio": 1.5}}, {"gravity_m_s2": 9.81},

@@ -10,12 +10,15 @@ import pytest
 import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording
 from rigs import arm, run, states
+from strip_nets import remembering
 
+from nnhydro.api.model import Model
 from nnhydro.deployment.onnx.expressions import Program
 from nnhydro.deployment.onnx.onnx_file import export_onnx, record, run_steps
 from nnhydro.deployment.onnx.onnx_graph import onnx_model
 from nnhydro.deployment.onnx.step import Step
 from nnhydro.deployment.onnx.tracing import trace
+from nnhydro.deployment.step import MemoryStep, inputs_along
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.network.train import train
@@ -251,6 +254,24 @@ def test_a_model_that_computes_outside_torch_is_refused():
 
 def test_stepping_is_the_run_row_by_row(hybrid):
     assert relative(run_steps(Step(hybrid, True), run(2)), hybrid.torque(run(2))) < ROUND_OFF
+
+
+@pytest.mark.slow
+def test_a_hybrid_with_a_trained_memory_is_exported_with_all_that_it_remembers(hybrid, tmp_path):
+    model, path = remembering(hybrid), tmp_path / "h.onnx"
+    told = Model(model).export(path)
+    assert told == ()
+    inputs = {x["name"]: x["shape"] for x in json.loads((tmp_path / "h.onnx.json").read_text())["inputs"]}
+    assert "wake" not in inputs
+    exported, memory, found = session(path), np.zeros(inputs["memory"]), []
+    for (q, qd, qdd, u0, du0, dt, _), _ in inputs_along(MemoryStep(model, False), run(2)):
+        given = {"q": q, "qd": qd, "qdd": qdd, "u0": u0, "du0": du0, "dt": dt}
+        tau, memory = exported.run(["tau", "memory_next"], {name: x.numpy() for name, x in given.items()} | {"memory": memory})
+        found.append(tau)
+    assert relative(np.stack(found), model.torque(run(2))) < SAME
+    assert relative(hybrid.torque(run(2)), model.torque(run(2))) > 0.1
+    with pytest.raises(ModelError, match="cannot carry"):
+        record(model)
 
 
 def test_without_the_library_the_pip_command_is_named(monkeypatch, tmp_path):

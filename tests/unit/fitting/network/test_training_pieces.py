@@ -15,7 +15,7 @@ from nnhydro.fitting.network import gradient_fit as gradient
 from nnhydro.fitting.network import predictive_std as doubt
 from nnhydro.fitting.network.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
 from nnhydro.fitting.network.predictive_std import _factor, _variance_terms, conformal_quantile, support, with_std, with_trust
-from nnhydro.fitting.network.rows import Rows, _row_numbers, standardise, torque_rms, watched_units
+from nnhydro.fitting.network.rows import Rows, row_numbers, standardise, torque_rms, watched_units
 from nnhydro.fitting.network.stacking import NETWORKS, losses, stack
 from nnhydro.models.learned.learned import spread_of
 from nnhydro.models.learned.network import Ensemble, odd_output
@@ -154,7 +154,7 @@ def test_the_torques_size_is_its_root_mean_square_over_all_rows_that_are_compare
 @pytest.mark.parametrize(("cutoff", "dt", "stride"), [(None, 0.01, 1), (5.0, 0.01, 5), (2.5, 0.01, 10), (2.5, 0.02, 5), (50.0, 0.01, 1)])
 def test_a_network_is_trained_on_four_rows_a_period_of_the_cut_off(cutoff, dt, stride):
     keep = np.arange(200) >= 20
-    np.testing.assert_array_equal(_row_numbers(segment(np.zeros((200, 1)), keep, cutoff, dt)), np.arange(20, 200, stride))
+    np.testing.assert_array_equal(row_numbers(segment(np.zeros((200, 1)), keep, cutoff, dt)), np.arange(20, 200, stride))
 
 
 def test_inputs_get_unit_spread_odd_ones_about_zero_and_their_range_holds_the_mirror_images():
@@ -308,9 +308,9 @@ def test_of_very_many_watched_rows_some_are_looked_at_evenly(monkeypatch):
     monkeypatch.setattr(doubt, "MOST", 10)
     mask = torch.zeros(100, dtype=torch.bool)
     mask[20:80] = True
-    assert doubt._sample(mask).tolist() == list(range(20, 80, 7))
+    assert doubt.sample_rows(torch.arange(100), mask[None]).tolist() == list(range(20, 80, 7))
     monkeypatch.setattr(doubt, "MOST", 100)
-    assert doubt._sample(mask).tolist() == list(range(20, 80))
+    assert doubt.sample_rows(torch.arange(100), mask[None]).tolist() == list(range(20, 80))
 
 
 def test_the_smallest_training_is_allowed():

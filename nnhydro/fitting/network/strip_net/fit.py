@@ -1,0 +1,136 @@
+"""A strip net trained on the torques of recordings: which loads of the strips' motion and memory give what rigid links leave.
+
+    minimise  sum over rows and joints of hypot((model - left)_j / s_j, SOFT),      s_j = mean |left_j|
+
+every recording weighed by the root of what it has to explain. Adam with decoupled weight decay over one cycle of rates; some recordings at
+a time, all strips side by side. Source: Loshchilov & Hutter (2019); one cycle: Smith & Topin (2019), arXiv 1708.07120.
+"""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from nnhydro.fitting.network.strip_net.rows import StripRun, join_runs
+from nnhydro.models.learned.strip_inputs import PLAIN
+from nnhydro.models.learned.strip_net import FASTEST, StripNet
+
+SIZE, BATCH, RATE = 16, 3, 2e-2
+EPOCHS, STEPS = 60, 1200  # passes over the stretches; of many so few that steps are no more
+NOISE = 0.01  # of the inputs' spread, added in training
+SOFT = 0.03  # of the mean torque: below it misfits count by their squares
+STATED = 1e-3  # of the loss, for a coefficient of the arm or of plain loads of 1
+TINY = 1e-6
+
+
+class _Scan(torch.autograd.Function):
+    """`scan` with its gradient; written as one step, as a tape of small steps takes most of the time."""
+
+    @staticmethod
+    def forward(ctx: Any, keep_re: Tensor, keep_im: Tensor, re: Tensor, im: Tensor) -> tuple[Tensor, Tensor]:
+        a, h = torch.complex(keep_re, keep_im).numpy(), torch.complex(re, im).numpy()
+        for now, keep, before in zip(h[1:], a[1:], h, strict=False):
+            now += keep * before
+        ctx.a, ctx.h = a, h
+        return torch.from_numpy(h.real.copy()), torch.from_numpy(h.imag.copy())
+
+    @staticmethod
+    def backward(ctx: Any, re: Tensor, im: Tensor) -> tuple[Tensor, ...]:
+        a, g = ctx.a.conj(), torch.complex(re, im).numpy()
+        for now, keep, after in zip(g[-2::-1], a[:0:-1], g[::-1], strict=False):
+            now += keep * after
+        along = np.zeros_like(g)
+        np.multiply(g[1:], ctx.h[:-1].conj(), out=along[1:])
+        return tuple(torch.from_numpy(x.copy()) for x in (along.real, along.imag, g.real, g.imag))
+
+
+def loads(net: StripNet, runs: Sequence[StripRun], noise: Tensor | None = None) -> list[Tensor]:
+    """Return the loads (t, strips) of every run."""
+    z, way, moves, steady = join_runs(runs)
+    z = z if noise is None else replace(z, x=z.x + NOISE * noise * torch.randn_like(z.x))
+    e, both, r = net.encode(z)
+    middle, speeds = ((x + x.roll(1, 0)) / 2 for x in (both, z.speeds))  # no step leads to the first row: way is 0
+    keep, turned, re, im = net.increments(middle, speeds * way)
+    if bool(moves.any()):
+        begin = (torch.where(moves, x, 0.0) for x in net.lasting(both[:1], z.speeds[:1]))
+        re, im = (torch.cat([first, x[1:]]) for first, x in zip(begin, (re, im), strict=True))
+    if bool(steady.any()):
+        keep, turned = (torch.where(steady, 0.0, x) for x in (keep, turned))
+        re, im = (torch.where(steady, a, b) for a, b in zip(net.lasting(both, z.speeds), (re, im), strict=True))
+    states: tuple[Tensor, Tensor] = _Scan.apply(keep, turned, re, im)  # type: ignore[no-untyped-call]
+    load = net.load(z, e, r, *states)
+    parts = torch.split(load, [run.given.x.shape[1] for run in runs], dim=1)
+    return [part[:len(run.keep)] for part, run in zip(parts, runs, strict=True)]
+
+
+def _fresh(runs: Sequence[StripRun], generator: torch.Generator) -> StripNet:
+    x, r = (torch.cat([getattr(run.given, name).flatten(0, 1) for run in runs]) for name in ("x", "r"))
+    odd, k = x.shape[1], SIZE // 2
+
+    def weights(rows: int, columns: int) -> Tensor:
+        found: Tensor = (2 * torch.rand(rows, columns, generator=generator) - 1) / rows**0.5
+        return found
+
+    def draws(lowest: float, highest: float, count: int) -> Tensor:
+        return lowest + (highest - lowest) * torch.rand(count, generator=generator)
+
+    rate = torch.exp(draws(float(np.log(0.08)), float(np.log(4.0)), 2 * k)) / FASTEST
+    scales = (x.square().mean(dim=0).sqrt() + 1e-3, r.mean(dim=0), r.std(dim=0) + 0.01, r.amin(dim=0), r.amax(dim=0),
+              torch.tensor([max(run.drift for run in runs)]))
+    inward = (weights(odd - 1, SIZE), weights(SIZE, 3 * k), weights(SIZE + 1, 2 * k), torch.logit(rate), draws(0.0, 1.3, k),
+              draws(0.0, 3.0, k))
+    outward = weights(SIZE + 3 * k + 1, SIZE), weights(k + 1, SIZE), draws(-0.33, 0.33, SIZE), torch.zeros(SIZE, 1), weights(odd, 1)
+    return StripNet(*scales, *inward, *outward, torch.zeros(PLAIN), torch.zeros(runs[0].columns.shape[2]))
+
+
+def _size(run: StripRun, s: Tensor) -> Tensor:
+    """What the recording leaves to explain."""
+    return (run.left[run.keep] / s).abs().sum() + TINY
+
+
+def _loss(net: StripNet, runs: Sequence[StripRun], s: Tensor, noise: Tensor | None) -> Tensor:
+    misfit, sizes = torch.zeros(()), torch.stack([_size(run, s) for run in runs])
+    for run, load, size in zip(runs, loads(net, runs, noise), sizes, strict=True):
+        off = ((run.torque(load, net.body) - run.left) / s)[run.keep]
+        misfit = misfit + torch.hypot(off, torch.tensor(SOFT)).sum() / size.sqrt()
+    return misfit / sizes.sum().sqrt() + STATED * (net.body.square().sum() + net.plain.square().sum())
+
+
+FIXED = ("spread", "middle", "wide", "lowest", "highest", "drift")
+STATED_PARTS = ("plain", "body")
+
+
+def _parts(net: StripNet, names: Sequence[str], flat: Tensor) -> dict[str, Tensor]:
+    """The tensors `names` of a net, from one vector."""
+    like = [getattr(net, name) for name in names]
+    return {name: x.view(old.shape) for name, x, old in zip(names, torch.split(flat, [x.numel() for x in like]), like, strict=True)}
+
+
+def fit_strip_net(runs: Sequence[StripRun], seed: int, epochs: int = EPOCHS) -> StripNet:
+    """Return a net trained on `runs`."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        generator, rng = torch.Generator().manual_seed(seed), np.random.default_rng(seed)
+        net = _fresh(runs, generator)
+        names = [f.name for f in fields(net) if f.name not in FIXED + STATED_PARTS], STATED_PARTS
+        flat = [torch.cat([getattr(net, name).flatten() for name in group]).requires_grad_(True) for group in names]
+        s = torch.cat([run.left[run.keep] for run in runs]).abs().mean(dim=0) + TINY
+        batches = -(-len(runs) // BATCH)
+        epochs = min(epochs, -(-STEPS // batches))
+        groups: list[dict[str, Any]] = [{"params": flat[:1]}, {"params": flat[1:], "weight_decay": 0.0}]
+        optimiser = torch.optim.AdamW(groups, RATE, fused=True)
+        rates = torch.optim.lr_scheduler.OneCycleLR(optimiser, [RATE, 3 * RATE], total_steps=epochs * batches, pct_start=0.1)
+        for _ in range(epochs):
+            for part in np.array_split(rng.permutation(len(runs)), batches):
+                now = replace(net, **_parts(net, names[0], flat[0]), **_parts(net, names[1], flat[1]))
+                loss = _loss(now, [runs[int(i)] for i in part], s, net.spread)
+                optimiser.zero_grad()
+                loss.backward()  # type: ignore[no-untyped-call]
+                nn.utils.clip_grad_norm_(flat[:1], 1.0)
+                optimiser.step()
+                rates.step()
+        net = replace(net, **_parts(net, names[0], flat[0]), **_parts(net, names[1], flat[1]))
+    return StripNet(*(getattr(net, f.name).detach().double() for f in fields(net)))

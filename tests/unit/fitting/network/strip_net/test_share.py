@@ -1,0 +1,95 @@
+"""How much of a strip net a hybrid uses: what held-out recordings confirm, and nothing where they do not."""
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
+from rigs import arm, run
+
+from nnhydro.fitting.network.strip_net import share
+from nnhydro.fitting.network.strip_net.fit import fit_strip_net
+from nnhydro.fitting.network.strip_net.share import SHARES, remains, share_of, thirds
+from nnhydro.fitting.network.train import train
+from nnhydro.physics.travel.state_model import state_loads
+from nnhydro.recordings.repeats import group_names
+from nnhydro.recordings.splitting import units
+
+FAST = DEFAULT_LAWS.model_copy(update={"members": 3, "epochs": 4, "validation_share": 0.34, "strip_net": True})
+
+
+def left_of(gains):
+    """What is left (shares, groups, 1) where a share t takes t g of 1 N m in each group."""
+    return 1 - SHARES[:, None, None] * torch.tensor(gains, dtype=torch.float64)[:, None]
+
+
+def test_a_gain_in_every_recording_is_used_whole():
+    assert float(share_of(left_of([0.3, 0.4, 0.5, 0.2]), 2 / 3)) == 1.0
+
+
+def test_a_gain_that_one_recording_makes_is_left_alone():
+    assert float(share_of(left_of([0.9, -0.1, -0.1, -0.1, -0.1]), 2 / 3)) == 0.0
+    assert float(share_of(left_of([0.9, 0.7, 0.8, 0.7, -0.1]), 2 / 3)) == 1.0
+
+
+def test_a_joint_that_gains_is_not_held_back_by_another():
+    left = torch.cat([left_of([0.3, 0.4, 0.5]), left_of([-0.3, -0.4, -0.5])], dim=2)
+    assert share_of(left, 2 / 3).tolist() == [1.0, 0.0]
+
+
+def test_half_a_share_of_nets_of_two_thirds_is_more_of_a_net_of_all():
+    left = (SHARES - 0.5).abs()[:, None, None].expand(-1, 4, 1)
+    assert float(share_of(left, 2 / 3)) == 0.5 / (0.5 + 0.5 * 2 / 3)
+
+
+def test_every_group_is_left_out_once_and_whole():
+    a = arm(2)
+    whole = campaign(a, planted(a), 7, seconds=1.0, rate=25.0)
+    chosen = units(whole, GIVEN, 0, group_names(whole))
+    out = np.array(thirds(chosen, 0))
+    assert out.shape == (3, 7)
+    assert (out.sum(axis=0) == 1).all()
+    assert sorted(out.sum(axis=1)) == [2, 2, 3]
+    assert thirds(chosen[:2], 0) == []
+    one = [unit.__class__(**{**unit.__dict__, "group": f"g{i // 2}"}) for i, unit in enumerate(chosen[:6])]
+    assert all(x[0] == x[1] and x[2] == x[3] for x in thirds(one, 0))
+
+
+def test_where_the_baseline_is_right_no_net_is_kept_and_the_hybrid_is_the_one_without():
+    a = arm(2)
+    whole = campaign(a, planted(a), 6, seconds=2.0, rate=25.0, noise=0.1)
+    with_it, without = (train(whole, FAST.model_copy(update={"strip_net": on})) for on in (True, False))
+    assert with_it.water is None
+    assert torch.equal(with_it.torque(run(2)), without.torque(run(2)))
+    assert torch.equal(with_it.std(run(2)), without.std(run(2)))
+
+
+def test_where_a_net_gains_nothing_no_other_is_trained(monkeypatch):
+    trained = []
+
+    def worthless(runs, seed):
+        trained.append(seed)
+        net = fit_strip_net(runs, seed, epochs=1)
+        return replace(net, out=100 + 0 * net.out)
+
+    a = arm(2)
+    monkeypatch.setattr(share, "fit_strip_net", worthless)
+    assert train(campaign(a, planted(a), 6, seconds=2.0, rate=25.0, noise=0.1), FAST).water is None
+    assert len(trained) == 1
+
+
+def test_what_remains_is_summed_within_each_group():
+    r, apart = torch.tensor([[[1.0], [-2.0], [4.0]], [[1.0], [0.0], [8.0]]], dtype=torch.float64)
+    left = remains(r, apart, torch.tensor([3, 5, 3]))
+    assert left.shape == (len(SHARES), 2, 1)
+    torch.testing.assert_close(left[[0, 5, 10], :, 0], torch.tensor([[5.0, 2.0], [0.5, 2.0], [4.0, 2.0]], dtype=torch.float64))
+
+
+def test_what_the_net_gains_on_held_out_recordings_is_used():
+    a = arm(2)
+    whole = campaign(a, state_loads(a), 9, seconds=2.5, rate=40.0)
+    poor = FAST.model_copy(update={"law": (), "features": ("rates",), "free": False, "baseline": "drag-only"})
+    model = train(whole, poor)
+    assert model.share is not None
+    assert float(model.share.min()) > 0.2
+    assert model.water is not None

@@ -1,0 +1,109 @@
+"""The strip net: odd in the mirror, bounded whatever it is fed with, the same in steps as in a run."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+from rigs import arm, mirrored_about_X, mirrored_about_Y, run
+from strip_nets import SIZE, net
+
+from nnhydro.deployment.onnx.tracing import trace
+from nnhydro.models.learned.strip_inputs import StripInputs
+from nnhydro.physics.carried import StepMemory
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion
+
+
+def in_steps(model, a, m):
+    found, before = [], None
+    for k in range(len(m)):
+        rows = slice(k, k + 1)
+        dt = m.t[rows] - m.t[k - 1] if k else torch.zeros(1, dtype=torch.float64)
+        carried = StepMemory(dt, before)
+        now = Motion(m.t[rows], m.q[rows], m.qd[rows], m.qdd[rows], m.u0[rows], m.du0[rows], True, None, carried)
+        found.append(model.torque(Flow(a, now)))
+        before = carried.after
+    return torch.cat(found)
+
+
+@pytest.mark.parametrize("mirror", [mirrored_about_X, mirrored_about_Y])
+def test_torques_turn_with_the_mirror(mirror):
+    a, m = arm(2), run(2)
+    torque, mirrored = (net(a).torque(Flow(a, motion)) for motion in (m, mirror(m)))
+    sign = 1 if torch.allclose(mirror(m).q, m.q) else -1
+    assert torque.abs().max() > 1
+    assert torch.allclose(mirrored, sign * torque, rtol=0, atol=1e-11 * float(torque.abs().max()))
+
+
+@pytest.mark.parametrize("links", [1, 2, 3])
+def test_steps_give_what_the_run_gives(links):
+    a, m = arm(links), run(links)
+    whole = net(a).torque(Flow(a, m))
+    assert torch.allclose(in_steps(net(a), a, m), whole, rtol=0, atol=1e-11 * float(whole.abs().max()))
+
+
+def test_states_are_bounded_by_what_drives_them_however_large_the_weights():
+    a, m = arm(2), run(2)
+    wild = replace(net(a), **{name: 50 * getattr(net(a), name) for name in ("inner", "gate", "theta", "kappa")})
+    flow = Flow(a, replace(m, t=20 * m.t))
+    z = StripInputs.of(flow)
+    _, both, _ = wild.encode(z)
+    re, im = wild.states(flow, z, both)
+    drive = both[..., SIZE:]
+    assert torch.hypot(re, im).max() <= 2**0.5 * drive.abs().max() * (1 + 1e-9)
+
+
+def test_a_flow_that_has_lasted_has_the_states_that_a_long_steady_run_reaches():
+    a, still, n = arm(2), torch.zeros(4000, 2, dtype=torch.float64), 4000
+    speed = torch.full((n,), 0.5, dtype=torch.float64)
+    q = torch.full((n, 2), 0.3, dtype=torch.float64)
+    towed = Motion(torch.arange(n, dtype=torch.float64) * 0.01, q, still, still, speed, 0 * speed)
+    flow = Flow(a, towed)
+    z = StripInputs.of(flow)
+    model = net(a)
+    _, both, _ = model.encode(z)
+    long, lasting = torch.cat(model.states(flow, z, both), dim=2), torch.cat(model.lasting(both, z.speeds), dim=2)
+    assert torch.allclose(long[-1], lasting[-1], atol=0.05 * float(lasting.abs().max()))
+
+
+def test_a_step_can_be_traced():
+    a = arm(2)
+    model, zero = net(a), torch.zeros(1, dtype=torch.float64)
+    shapes = StepMemory(zero)
+
+    def instant(q, qd, qdd, dt, carried):
+        return Motion(zero, q, qd, qdd, zero, zero, True, None, carried)
+
+    q = torch.full((1, 2), 0.4, dtype=torch.float64)
+    model.torque(Flow(a, instant(q, q, q, zero, shapes)))
+    names, before = list(shapes.after), [x + 0.1 for x in shapes.after.values()]
+
+    def step(q, qd, qdd, dt, *memory):
+        carried = StepMemory(dt, dict(zip(names, memory, strict=True)))
+        return model.torque(Flow(a, instant(q, qd, qdd, dt, carried))), *carried.after.values()
+
+    given = [q, 2 * q, 3 * q, zero + 0.01, *before]
+    program, outputs = trace(step, given)
+    flat = [x for array in outputs for x in array.ravel()]
+    got = program.evaluate(flat, torch.cat([x.ravel() for x in given])[None].numpy())[0]
+    want = torch.cat([x.ravel() for x in step(*given)]).numpy()
+    assert abs(got - want).max() < 1e-9 * abs(want).max()
+
+
+def test_a_net_that_never_saw_a_tow_is_not_used_under_tow():
+    a, q = arm(2), torch.full((4, 2), 0.3, dtype=torch.float64)
+    speed = torch.tensor([0.0, 0.5, 0.51, 1.0], dtype=torch.float64)
+    flow = Flow(a, Motion.at(q, q, q, speed))
+    never, slower = (replace(net(a), drift=torch.tensor([fastest**2], dtype=torch.float64)) for fastest in (0.0, 0.5))
+    assert never.validity(flow)[0] == 1.0
+    assert never.validity(flow)[1:].max() < 1e-6
+    assert (slower.validity(flow)[:2] == 1.0).all()
+    assert slower.validity(flow)[2] > 0.9
+    assert slower.validity(flow)[3] < 0.05
+
+
+def test_the_torque_has_a_slope_at_rest():
+    a, zero = arm(2), torch.zeros(1, dtype=torch.float64)
+    still = torch.zeros(1, 2, dtype=torch.float64, requires_grad=True)
+    net(a).torque(Flow(a, Motion(zero, still, still, still, zero, zero, True, None, StepMemory(zero)))).sum().backward()
+    assert bool(still.grad.isfinite().all())
