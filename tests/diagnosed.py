@@ -43,6 +43,13 @@ def dry(r, joint=1, level=FRICTION):
     return level * np.tanh(r.qd / 0.02) * (np.arange(r.qd.shape[1]) == joint - 1)
 
 
+def differences(r):
+    """The recording with the rates of a logger: backward differences of an encoder of 65,536 counts, behind a filter of one sample."""
+    q = np.round(r.q * 65536 / (2 * np.pi)) * 2 * np.pi / 65536
+    rate = np.diff(q, axis=0, prepend=q[:1]) / (r.t[1] - r.t[0])
+    return replace(r, q=q, qd=lfilter([1 - np.exp(-1)], [1, -np.exp(-1)], rate, axis=0), qdd=None)
+
+
 def rubbing(**keys):
     return Campaign.of(ARM, made(more=lambda r, k: dry(r), **keys))
 
@@ -220,6 +227,7 @@ CAMPAIGNS = {
     "healthy": lambda: Campaign.of(ARM, made()),
     "healthy, two links": lambda: Campaign.of(TWO, made(TWO, count=8)),
     "healthy, angles alone": lambda: Campaign.of(ARM, [angles_only(r) for r in made(noise=lambda k: 0.01)]),
+    "healthy, rates by differences": lambda: Campaign.of(ARM, [differences(r) for r in made(noise=lambda k: 0.01)]),
     "noise ratio 3": lambda: Campaign.of(ARM, made(noise=lambda k: (0.01, 0.03)[k % 2])),
     "noise ratio 10": lambda: Campaign.of(ARM, made(noise=lambda k: (0.01, 0.1)[k % 2])),
     "noise AR 0.95": lambda: Campaign.of(ARM, made(noise=lambda k: 0.02, phi=0.95)),

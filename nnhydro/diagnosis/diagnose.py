@@ -197,4 +197,5 @@ def _checks(found: SearchedCampaign, before: float, after: float, recordings: in
     null, claimed = found.null.unknown_nats, found.decided.claimed.unknown_nats
     return {"error_before": before, "error_after": after, "recordings": recordings,
             "explained": float(np.clip(1 - claimed / null, 0.0, 1.0)) if null > 1 else 0.0,
-            "unknown_nats": {"before": float(null), "after": float(claimed)}, "band_hz": float(found.design.problem.edge)}
+            "unknown_nats": {"before": float(null), "after": float(claimed)}, "band_hz": float(found.design.problem.edge),
+            "rates_lag_s": found.design.problem.rates_lag}

@@ -20,6 +20,7 @@ from nnhydro.physics.memo import Memo
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band, band_of
+from nnhydro.recordings.filtering.late_slopes import without_late_slopes
 from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.trajectory import ROW_RATE, ROWS_PER_PERIOD, band_limited, trajectory
 from nnhydro.recordings.recording import Recording
@@ -99,6 +100,7 @@ class Problem:
     names: tuple[str, ...]
     stretches: tuple[Stretch, ...]
     motion_edge: float | None = None  # Hz, of the band in which the motion is known, where it is another
+    rates_lag: float = 0.0  # s, of recorded rates behind the angles: such rates are left out
 
     @property
     def band(self) -> Band:
@@ -200,13 +202,13 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: B
     Raises CampaignError or RecordingError where the data cannot be used.
     """
     names = campaign.names if names is None else names
+    recordings, lag = without_late_slopes([campaign.load(name) for name in names])
     if edge is None:
-        edge = band_of(campaign.load(name) for name in names)
+        edge = band_of(recordings)
     band = edge if isinstance(edge, Band) else Band(edge, edge)
     clock = _clock_origin(campaign, names)
     made: list[Stretch] = []
-    for group, name in enumerate(names):
-        recording = campaign.load(name)
+    for group, (name, recording) in enumerate(zip(names, recordings, strict=True)):
         for segment in segments_of(recording, band, campaign.arm.sliding):
             place = None
             if clock is not None and recording.clock is not None:
@@ -217,4 +219,4 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: B
         made.append(Stretch(len(names) + number, table.name, segment, None))
     if not made:
         raise CampaignError("no recording holds a stretch of finite rows long enough to diagnose: see nnhydro check")
-    return Problem(campaign.arm, band.torque, names, tuple(made), band.motion)
+    return Problem(campaign.arm, band.torque, names, tuple(made), band.motion, lag)

@@ -5,7 +5,8 @@
 Where the amplitudes a_m fall into some near 1 and some near 0, the law with the mask of the former competes with the whole law by the same
 score, its prior shared between the parts that are tried; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
 part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from clocks alone.
-Sectors are those of the joint at which an effect sits (a worn tooth, a tight spot): what acts on the whole arm, as weight, knows of none.
+Sectors are those of the joint at which an effect sits (a worn tooth, a tight spot): what acts on the whole arm, as weight, knows of none,
+and neither does a sensor.
 """
 
 from collections.abc import Sequence
@@ -18,15 +19,17 @@ from nnhydro.diagnosis.constants import DETECTED
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.design import columns_on
-from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
 BINS = 8  # of a joint's angle
+IN_THE_DRIVE = 1  # stage of an instrument effect (effects/effect.py)
 CLEAR = 0.25  # amplitude, of the whole law's, below which a part is silent; above 1 less this it acts
 
 
@@ -90,11 +93,16 @@ def _of_recordings(search: Search, found: ScoredSet, k: int, u: Array) -> list[A
     return made if any(set(w.recordings) == set(some) for w in made) else [*made, ActivityWindow(some)]
 
 
+def _knows_angles(effect: AnyEffect) -> bool:
+    """Return whether a sector of its joint's angles may confine the effect: a load or a fault of the drive may, one of a sensor may not."""
+    return effect.joint > 0 and (not isinstance(effect, InstrumentEffect) or effect.stage == IN_THE_DRIVE)
+
+
 def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: StripTheory) -> list[ActivityWindow]:
     design = search.view.library.design
     problem, h = design.problem, search.view.library.hypotheses[k]
     joint = h.effect.joint - 1
-    if not 0 <= joint < problem.arm.n_links:
+    if not _knows_angles(h.effect) or joint >= problem.arm.n_links:
         return []
     q = np.concatenate([s.segment.q[s.segment.keep, joint] for s in problem.stretches])
     edges = np.quantile(q, np.linspace(0, 1, BINS + 1))
@@ -133,7 +141,7 @@ def _confine(library: Library, laws: Sequence[int], windows: Sequence[ActivityWi
         acts = np.isin(problem.group_of, [problem.names.index(name) for name in w.recordings])[:, None, None]
         for k in laws:
             h = replace(library.hypotheses[k], activity=w)
-            if w.sector is not None and w.sector.joint != h.effect.joint:
+            if w.sector is not None and not (_knows_angles(h.effect) and w.sector.joint == h.effect.joint):
                 continue
             hypotheses.append(h)
             X.append(library.columns(k) / np.maximum(library.scale[library.at(k)], 1e-300) * acts if w.sector is None

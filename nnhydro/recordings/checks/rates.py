@@ -1,4 +1,4 @@
-"""Given rates that do not fit the angles: another unit, the wrong sign, another scale, or noise.
+"""Given rates that do not fit the angles: another unit, the wrong sign, another scale, noise, or a lag.
 
     q(b) - q(a) = r int_a^b dq dt        over blocks of 0.1 s;  r = 1 where both are right
 """
@@ -12,6 +12,7 @@ from nnhydro.recordings.checks.degrees import too_wide
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
 from nnhydro.recordings.checks.sampling import ROWS_A_PERIOD, rows_a_period
+from nnhydro.recordings.filtering.late_slopes import lag_of_slope
 
 WINDOW = 0.1  # s
 MOVED = 0.02  # rad: below, there is nothing to compare
@@ -31,6 +32,7 @@ class Fit(NamedTuple):
     correlation: float
     noise: float  # rad/s, scatter of the rate about the angle's own over a window
     rms: float  # rad/s
+    lag: float  # s; 0 where none is certain
 
 
 def fit(reading: Reading, joint: int) -> Fit | None:
@@ -56,7 +58,8 @@ def fit(reading: Reading, joint: int) -> Fit | None:
     dq, da = dq[near], da[near]
     power = float(np.sqrt((da**2).sum() * (dq**2).sum()))
     return Fit(ratio, float((dq * da).sum()) / power if power > 0 else 0.0, float(np.std(np.concatenate(noises))),
-               float(np.sqrt(np.nanmean(r.qd[:, joint] ** 2))))
+               float(np.sqrt(np.nanmean(r.qd[:, joint] ** 2))),
+               lag_of_slope((np.asarray(r.t[a:b]), r.q[a:b, joint], r.qd[a:b, joint]) for a, b in reading.stretches))
 
 
 def _ratio(dq: Array, da: Array) -> float:
@@ -72,7 +75,7 @@ class Rates(RecordingCheck):
     """dq must be the time derivative of q."""
 
     id = "rates"
-    looks_for = "rates in another unit, of the wrong sign or scale, or noisy"
+    looks_for = "rates in another unit, of the wrong sign or scale, noisy, or late"
     remedy = "map it, '%s: {from: %s, %s}' in columns.yaml or --map FILE, or remove the column: rates are derived from the angles"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
@@ -102,3 +105,6 @@ class Rates(RecordingCheck):
         elif found.noise > NOISY * found.rms:
             yield Oddity(reading.name, "note", name, f"is noisy: {found.noise:.2g} rad/s from row to row at {found.rms:.2g} rad/s rms",
                          "the source of the rates is chosen by the lower noise; leave the column out if in doubt")
+        elif found.lag:
+            yield Oddity(reading.name, "note", name, f"lags the derivative of {angle} by {1e3 * found.lag:.1f} ms",
+                         "the logger computed it from the angles: a diagnosis takes these alone")

@@ -40,13 +40,18 @@ def test_each_of_two_findings_has_the_error_without_itself_and_both_that_of_the_
 
 @pytest.mark.parametrize("name", [
     "healthy", pytest.param("healthy, two links", marks=pytest.mark.slow), pytest.param("healthy, angles alone", marks=pytest.mark.slow),
-    pytest.param("noise ratio 3", marks=pytest.mark.slow), "noise ratio 10", "noise AR 0.95"])
+    "healthy, rates by differences", pytest.param("noise ratio 3", marks=pytest.mark.slow), "noise ratio 10", "noise AR 0.95"])
 def test_a_healthy_arm_is_left_alone_whatever_its_noise(name):
     told = diagnosed(name)
     assert named(told) == set()
     assert not told.detected
     assert told.verdict().startswith("No missing physics was detected")
     assert told.proof.after == told.proof.before < 3 * told.noise_floor
+
+
+def test_rates_that_lag_the_angles_are_told():
+    assert diagnosed("healthy, rates by differences").checks["rates_lag_s"] == pytest.approx(0.01 * (0.5 + 1 / (np.e - 1)), rel=0.05)
+    assert diagnosed("healthy").checks["rates_lag_s"] == 0
 
 
 @pytest.mark.parametrize("name", [

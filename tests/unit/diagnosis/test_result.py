@@ -51,6 +51,13 @@ def test_a_simulation_that_recalibration_mends_is_told_with_its_own_error_and_wi
     assert "error_as_given" not in diagnosis(0.5).document()["mismatch"]
 
 
+def test_rates_that_were_left_out_are_told():
+    late = replace(diagnosis(0.5), checks={"rates_lag_s": 0.0058})
+    assert late.verdict() == (diagnosis(0.5).verdict() + " The recorded rates lag the angles by 5.8 ms, as differences do: "
+                              "the angles alone were used.")
+    assert replace(diagnosis(0.5), checks={"rates_lag_s": 0.0}).verdict() == diagnosis(0.5).verdict()
+
+
 class Told(SimpleNamespace):
     """A finding or proposal that knows its statement."""
 

@@ -139,3 +139,16 @@ def test_angles_alone_give_rows_close_to_those_of_recorded_derivatives():
     for one, other in zip(*(p.stretches for p in made), strict=True):
         keep = one.segment.keep
         np.testing.assert_allclose(other.segment.qdd[keep], one.segment.qdd[keep], atol=0.01 * np.abs(one.segment.qdd).max())
+
+
+def test_rates_that_a_logger_computed_from_the_angles_are_as_good_as_none():
+    """Backward differences are half a sample late; the angles say the same in time."""
+    bare = [angles_only(WHOLE.load(name)) for name in WHOLE.names]
+    step = float(bare[0].t[1] - bare[0].t[0])
+    logged = [replace(r, qd=np.diff(r.q, axis=0, prepend=r.q[:1]) / step) for r in bare]
+    without, late = (problem_of(Campaign.of(ARM, recordings)) for recordings in (bare, logged))
+    assert late.rates_lag == pytest.approx(0.5 * step, rel=0.05)
+    assert without.rates_lag == PROBLEM.rates_lag == 0
+    assert late.band == without.band
+    for stretch, bare_one in zip(late.stretches, without.stretches, strict=True):
+        np.testing.assert_array_equal(stretch.segment.qdd, bare_one.segment.qdd)

@@ -5,9 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from problems import design, law, search
+from rigs import arm
 
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
-from nnhydro.diagnosis.search.activity_windows import CLEAR, _amplitudes, _best_run, _confine, _of_sectors, _silent, in_parts
+from nnhydro.diagnosis.search.activity_windows import CLEAR, _amplitudes, _best_run, _confine, _knows_angles, _of_sectors, _silent, in_parts
+from nnhydro.effects.catalogue import catalogue
 
 
 def test_the_run_of_bins_in_which_a_law_acts_is_found_from_its_products_alone():
@@ -103,7 +105,7 @@ def test_a_law_that_may_only_be_late_is_not_asked_for_its_parts(card):
     assert parts.best.chosen == (0,)
 
 
-def test_what_acts_on_the_whole_arm_knows_of_no_sector_of_a_joint():
+def test_what_acts_on_the_whole_arm_and_what_a_sensor_does_know_of_no_sector_of_a_joint():
     """A plane is not tilted while joint 1 lies between two angles only."""
     one, _ = campaign([0, 1])
     library = one.view.library
@@ -114,3 +116,12 @@ def test_what_acts_on_the_whole_arm_knows_of_no_sector_of_a_joint():
     grown = _confine(library, [0, 1], [sector], None)
     assert [h.effect.id for h in grown.hypotheses[2:]] == ["a"]
     assert _of_sectors(one, None, 1, np.ones(1), None) == []
+    vars(library.hypotheses[1])["effect"] = catalogue()["torque_bias"].at_start(arm(2), joint=1)
+    assert [h.effect.id for h in _confine(library, [0, 1], [sector], None).hypotheses[2:]] == ["a"]
+    assert _of_sectors(one, None, 1, np.ones(1), None) == []
+
+
+@pytest.mark.parametrize(("kind", "sectors"), [("torque_bias", False), ("torque_gain", False), ("joint_elasticity", True),
+                                               ("coulomb_friction", True)])
+def test_no_sensor_knows_in_which_sector_its_joint_stands(kind, sectors):
+    assert _knows_angles(catalogue()[kind].at_start(arm(2), joint=2)) is sectors

@@ -76,6 +76,10 @@ def glitch(c: Columns) -> Mapping[str, np.ndarray]:
     return {"q2_rad": q}
 
 
+def differences(c: Columns) -> Mapping[str, np.ndarray]:
+    return {f"d{name}_s": np.diff(c[name], prepend=c[name][0]) / np.diff(c["t_s"], prepend=-c["t_s"][1]) for name in ("q1_rad", "q2_rad")}
+
+
 def coarse(c: Columns) -> Mapping[str, np.ndarray]:
     return {"tau2_Nm": np.round(c["tau2_Nm"] / 0.05) * 0.05}
 
@@ -100,6 +104,7 @@ FAULTS: dict[str, tuple[Fault, str]] = {
     "rates of the wrong sign": (scaled(-1.0, "dq1_rad_s"), "rates"),
     "rates at the motor": (scaled(6.0, "dq1_rad_s"), "rates"),
     "rates of the other joint": (lambda c: {"dq1_rad_s": c["dq2_rad_s"], "dq2_rad_s": c["dq1_rad_s"]}, "rates"),
+    "rates by differences": (differences, "rates"),
     "torque clipped": (clipped("tau1_Nm", 0.6), "clipped"),
     "angle clipped": (clipped("q1_rad", 0.7), "clipped"),
     "encoder stuck, then jumps": (frozen("q1_rad", 150, 200), "stuck_encoder"),

@@ -1,0 +1,65 @@
+"""Rates and accelerations that a logger computed from the angles, by differences and filters: they are late, and tell nothing new.
+
+    x(b) - x(a) - int_a^b y dt = lag (y(b) - y(a)),     y(t) = dx/dt (t - lag)         means over blocks of `BLOCK`, by least squares
+
+Differences are half a sample late, filters more, and both lower what is quick, which no record of white noise does. A sensor of its own is
+in time. All recordings are taken together: they have one logger.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nnhydro.recordings.filtering.preprocessing import stretches
+from nnhydro.recordings.recording import Recording
+
+Array = NDArray[np.float64]
+BLOCK = 0.1  # s
+FEWEST = 16  # blocks
+SURE = 5.0  # standard deviations of the lag: a campaign has several channels
+LEAST = 0.1  # of a sample: less is in no row to be seen
+
+
+def _blocks(t: Array, x: Array, slope: Array) -> tuple[Array, Array]:
+    """What the integral of `slope` (n,) misses of the change of `x` (n,) from block to block, and how `slope` changes."""
+    rows = max(round(BLOCK / float(np.median(np.diff(t)))), 1)
+    area = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (slope[1:] + slope[:-1]))])
+    step, moved, change = (np.diff(y[:len(t) // rows * rows].reshape(-1, rows).mean(axis=1)) for y in (x, area, slope))
+    return np.asarray(step - moved), np.asarray(change)
+
+
+def lag_of_slope(records: Iterable[tuple[Array, Array, Array]]) -> float:
+    """Return by how much y lags dx/dt, s, in `records` of times t (n,) s, x (n,) and y (n,) without gaps; 0 where no lag is certain."""
+    parts, dt = [], 0.0
+    for t, x, slope in records:
+        if len(t) > 1:
+            parts.append(_blocks(t, x, slope))
+            dt = max(dt, float(np.median(np.diff(t))))
+    missed, change = (np.concatenate([part[k] for part in parts]) if parts else np.zeros(0) for k in range(2))
+    power = float(change @ change)
+    if len(missed) < FEWEST or power <= 0:
+        return 0.0
+    lag = float(missed @ change) / power
+    deviation = np.sqrt(float(((missed - lag * change) ** 2).sum()) / (len(missed) - 1) / power)
+    return lag if abs(lag) > max(SURE * deviation, LEAST * dt) else 0.0
+
+
+def _lags(recordings: Sequence[Recording], of: str, slope: str) -> Array:
+    """By how much the channel `slope` of each joint lags the channel `of`, (joints,) s; nothing where one is missing."""
+    pairs = [(r, x, y) for r in recordings if (x := getattr(r, of)) is not None and (y := getattr(r, slope)) is not None]
+    parts = [(np.asarray(r.t[start:stop]), x[start:stop], y[start:stop]) for r, x, y in pairs
+             for start, stop in stretches(r, with_torque=False)]
+    joints = pairs[0][1].shape[1] if pairs else 0
+    return np.array([lag_of_slope((t, x[:, joint], y[:, joint]) for t, x, y in parts) for joint in range(joints)])
+
+
+def without_late_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], float]:
+    """Return the recordings without rates that lag the angles and without accelerations that do, and the rates' largest lag, s."""
+    rates, more = _lags(recordings, "q", "qd"), _lags(recordings, "qd", "qdd")
+    step = max((float(np.median(np.diff(r.t))) for r in recordings if len(r) > 1), default=0.0)
+    late_rates = bool(rates.any())
+    late_accelerations = len(more) > 0 and bool((np.abs(rates + more) > LEAST * step).any())
+    kept = [replace(r, qd=None if late_rates else r.qd, qdd=None if late_accelerations else r.qdd) for r in recordings]
+    return kept, float(rates[np.argmax(np.abs(rates))]) if late_rates else 0.0

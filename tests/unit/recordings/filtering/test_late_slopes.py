@@ -1,0 +1,83 @@
+"""Rates that a logger computed from the angles are recognised by their lag, and no others are left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import multi_sine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nnhydro.recordings.filtering.late_slopes import LEAST, lag_of_slope, without_late_slopes
+from nnhydro.recordings.recording import Recording
+
+STEP = 0.01  # s
+
+
+def recorded(late=0.0, later=0.0, noise=(0.0, 0.0, 0.0), seed=5, seconds=8.0):
+    """A motion of sines whose rates lag the angles by `late` s and accelerations by `later` s, with noise."""
+    t = np.arange(round(seconds / STEP)) * STEP
+    rng = np.random.default_rng(seed)
+    exact = [multi_sine(t - lag, 2, seed)[k] for k, lag in enumerate((0.0, late, later))]
+    q, qd, qdd = (x + s * rng.standard_normal(x.shape) for x, s in zip(exact, noise, strict=True))
+    return Recording(f"run{seed}", t, q, np.zeros_like(q), qd, qdd)
+
+
+def differences(r, filtered):
+    """The recording with the rates of a logger: backward differences of the angles behind a first-order filter of `filtered` samples."""
+    rate = np.diff(r.q, axis=0, prepend=r.q[:1]) / STEP
+    share = 1 - np.exp(-1 / filtered) if filtered else 1.0
+    for k in range(1, len(rate)):
+        rate[k] = rate[k - 1] + share * (rate[k] - rate[k - 1])
+    return replace(r, qd=rate, qdd=None)
+
+
+@given(late=st.floats(-0.03, 0.03), joint=st.integers(0, 1))
+@settings(max_examples=20)
+def test_the_lag_of_a_rate_is_known_to_a_tenth_of_a_sample(late, joint):
+    r = recorded(late, noise=(1e-4, 1e-3, 0.0))
+    found = lag_of_slope([(r.t, r.q[:, joint], r.qd[:, joint])])
+    assert abs(found - late) < LEAST * STEP + 0.03 * abs(late)
+
+
+@pytest.mark.parametrize("noise", [(0.0, 0.0, 0.0), (1e-3, 1e-2, 0.1), (1e-2, 1e-2, 0.1), (1e-4, 0.2, 1.0)])
+def test_sensors_of_their_own_are_in_time_and_stay(noise):
+    given_ones = [recorded(noise=noise, seed=seed) for seed in range(6)]
+    kept, lag = without_late_slopes(given_ones)
+    assert lag == 0
+    assert all(r.qd is not None and r.qdd is not None for r in kept)
+
+
+def test_a_lag_that_no_row_shows_is_none_however_certain():
+    assert lag_of_slope([(r.t, r.q[:, 0], r.qd[:, 0]) for r in [recorded(late=0.8 * LEAST * STEP)]]) == 0
+    assert lag_of_slope([(r.t, r.q[:, 0], r.qd[:, 0]) for r in [recorded(late=1.2 * LEAST * STEP)]]) > 0
+
+
+@pytest.mark.parametrize("filtered", [0.0, 1.0])
+@pytest.mark.parametrize("angle_noise", [0.0, 1e-4, 1e-3])
+def test_differences_of_the_angles_are_left_out_of_all_recordings_of_their_logger(filtered, angle_noise):
+    given_ones = [differences(recorded(noise=(angle_noise, 0.0, 0.0), seed=seed), filtered) for seed in range(4)]
+    kept, lag = without_late_slopes([*given_ones, recorded(seed=9, seconds=0.5)])
+    late = STEP * (0.5 + (1 / (np.e - 1) if filtered else 0.0))
+    assert lag == pytest.approx(late, rel=0.05)
+    assert all(r.qd is None for r in kept)
+    assert all(np.array_equal(r.q, was.q) for r, was in zip(kept, given_ones, strict=False))
+
+
+def test_accelerations_in_time_with_the_angles_stay_where_the_rates_are_late():
+    (own,), lag = without_late_slopes([recorded(late=0.008, later=0.0)])
+    assert lag == pytest.approx(0.008, rel=0.02)
+    assert own.qd is None
+    assert own.qdd is not None
+    (derived,), lag = without_late_slopes([recorded(later=0.01)])
+    assert lag == 0
+    assert derived.qd is not None
+    assert derived.qdd is None
+
+
+def test_too_short_or_still_recordings_have_no_lag():
+    t = np.arange(100) * STEP
+    assert lag_of_slope([(t, np.zeros(100), np.zeros(100))]) == 0
+    assert lag_of_slope([(t[:1], t[:1], t[:1])]) == 0
+    assert lag_of_slope([]) == 0
+    assert without_late_slopes([]) == ([], 0.0)
