@@ -105,6 +105,6 @@ class Rates(RecordingCheck):
         elif found.noise > NOISY * found.rms:
             yield Oddity(reading.name, "note", name, f"is noisy: {found.noise:.2g} rad/s from row to row at {found.rms:.2g} rad/s rms",
                          "the source of the rates is chosen by the lower noise; leave the column out if in doubt")
-        elif found.lag:
+        elif found.lag > 0:
             yield Oddity(reading.name, "note", name, f"lags the derivative of {angle} by {1e3 * found.lag:.1f} ms",
                          "the logger computed it from the angles: a diagnosis takes these alone")

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 BLOCK = 0.1  # s
 FEWEST = 16  # blocks
 SURE = 5.0  # standard deviations of the lag: a campaign has several channels
-LEAST = 0.1  # of a sample: less is in no row to be seen
+LEAST = 0.25  # of a sample: differences lag by half of one
 
 
 def _blocks(t: Array, x: Array, slope: Array) -> tuple[Array, Array]:
@@ -56,10 +56,13 @@ def _lags(recordings: Sequence[Recording], of: str, slope: str) -> Array:
 
 
 def without_late_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], float]:
-    """Return the recordings without rates that lag the angles and without accelerations that do, and the rates' largest lag, s."""
+    """Return the recordings without rates that lag the angles and without accelerations that do, and the rates' largest lag, s.
+
+    What is early stays: no logger computes ahead.
+    """
     rates, more = _lags(recordings, "q", "qd"), _lags(recordings, "qd", "qdd")
     step = max((float(np.median(np.diff(r.t))) for r in recordings if len(r) > 1), default=0.0)
-    late_rates = bool(rates.any())
-    late_accelerations = len(more) > 0 and bool((np.abs(rates + more) > LEAST * step).any())
+    late_rates = bool((rates > 0).any())
+    late_accelerations = len(more) > 0 and bool((rates + more > LEAST * step).any())
     kept = [replace(r, qd=None if late_rates else r.qd, qdd=None if late_accelerations else r.qdd) for r in recordings]
-    return kept, float(rates[np.argmax(np.abs(rates))]) if late_rates else 0.0
+    return kept, float(rates.max(initial=0.0))
