@@ -1,14 +1,18 @@
-"""Diagnose campaigns of another author and score the answers: `python training/foreign/run.py FOLDER OUT [FIRST:LAST:STEP] [family-out]`.
+"""Diagnose campaigns of another author and score the answers: `python training/foreign/run.py FOLDER OUT [FIRST:LAST:STEP] [HOW]`.
 
 FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A campaign is
 exact if every hidden effect is named, or lies in a class of at most three, at its joint, and nothing else is said. What is diagnosed
-already in OUT is not diagnosed again. With family-out the family of what is hidden is taken out of the catalogue: whatever is named is then
-wrong, and only campaigns that hide something are diagnosed. OUT/results.json holds a row a campaign and the summary.
+already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary. HOW is
+
+    family-out           the family of what is hidden is taken out of the catalogue: whatever is named is wrong then, and only campaigns
+                         that hide something are diagnosed
+    rates-of-a-logger    the rates are backward differences of the angles behind a low-pass filter of one sample; no accelerations
 """
 
 import json
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +89,22 @@ def family_out(root: Path, answers: dict[str, Any], names: list[str], out: Path)
     write_json(out / "family_out.json", {"versions": versions(), "summary": told, "campaigns": rows})
 
 
+def as_logged(campaign: Any) -> Any:
+    """Return the campaign with rates as a controller logs them: differences of the angles, filtered by a sample."""
+    import numpy as np
+    from scipy.signal import lfilter
+
+    from nnhydro.recordings.campaign import Campaign
+
+    def logged(r: Any) -> Any:
+        """Return one recording with such rates."""
+        keep = np.exp(-1.0)
+        steps = np.diff(r.q, axis=0, prepend=r.q[:1]) / np.diff(r.t, prepend=2 * r.t[0] - r.t[1])[:, None]
+        return replace(r, qd=np.asarray(lfilter([1 - keep], [1, -keep], steps, axis=0)), qdd=None)
+
+    return Campaign.of(campaign.arm, [logged(campaign.load(name)) for name in campaign.names], campaign.steady)
+
+
 def main() -> None:
     """Diagnose, print a row a campaign and the summary, write results.json."""
     import nnhydro
@@ -103,7 +123,8 @@ def main() -> None:
     for name in sorted(answers)[wanted]:
         start = time.perf_counter()
         if not (out / name / "diagnosis.json").exists():
-            nnhydro.diagnose(nnhydro.load(root / name)).save(out / name)
+            campaign = nnhydro.load(root / name)
+            nnhydro.diagnose(as_logged(campaign) if "rates-of-a-logger" in sys.argv[3:] else campaign).save(out / name)
         rows.append({"case": name} | scored(answers[name], json.loads((out / name / "diagnosis.json").read_text())))
         r = rows[-1]
         print(f"{name} {r['style']:9s} {'+'.join(r['hidden']) or 'nothing':40s} {'+'.join(r['said']) or 'nothing':40s} "
