@@ -198,4 +198,4 @@ def _checks(found: SearchedCampaign, before: float, after: float, recordings: in
     return {"error_before": before, "error_after": after, "recordings": recordings,
             "explained": float(np.clip(1 - claimed / null, 0.0, 1.0)) if null > 1 else 0.0,
             "unknown_nats": {"before": float(null), "after": float(claimed)}, "band_hz": float(found.design.problem.edge),
-            "rates_lag_s": found.design.problem.rates_lag}
+            "left_out": found.design.problem.left_out.sentence()}

@@ -90,12 +90,7 @@ class DiagnosisResult:
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
         said = (self._findings_text() if self.findings else self._no_finding_text()) + self._simulation()
-        return self.baseline.arm.text(said + self._late_rates())
-
-    def _late_rates(self) -> str:
-        """That recorded rates were left out, as a sentence; empty where they were not."""
-        lag = 1e3 * float(self.checks.get("rates_lag_s", 0.0))
-        return f" The recorded rates lag the angles by {lag:.1f} ms, as differences do: the angles alone were used." if lag else ""
+        return self.baseline.arm.text(f"{said} {self.checks.get('left_out', '')}".rstrip())
 
     def _simulation(self) -> str:
         """What recalibration beside the user's own simulation does, as a sentence; empty for physics of ours, or where it does nothing."""

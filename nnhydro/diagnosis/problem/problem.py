@@ -20,7 +20,7 @@ from nnhydro.physics.memo import Memo
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band, band_of
-from nnhydro.recordings.filtering.late_slopes import without_late_slopes
+from nnhydro.recordings.filtering.computed_slopes import LeftOut, without_computed_slopes
 from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.trajectory import ROW_RATE, ROWS_PER_PERIOD, band_limited, trajectory
 from nnhydro.recordings.recording import Recording
@@ -100,7 +100,7 @@ class Problem:
     names: tuple[str, ...]
     stretches: tuple[Stretch, ...]
     motion_edge: float | None = None  # Hz, of the band in which the motion is known, where it is another
-    rates_lag: float = 0.0  # s, of recorded rates behind the angles: such rates are left out
+    left_out: LeftOut = LeftOut()  # recorded rates and accelerations that were computed from the angles
 
     @property
     def band(self) -> Band:
@@ -202,7 +202,7 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: B
     Raises CampaignError or RecordingError where the data cannot be used.
     """
     names = campaign.names if names is None else names
-    recordings, lag = without_late_slopes([campaign.load(name) for name in names])
+    recordings, left_out = without_computed_slopes([campaign.load(name) for name in names])
     if edge is None:
         edge = band_of(recordings)
     band = edge if isinstance(edge, Band) else Band(edge, edge)
@@ -219,4 +219,4 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: B
         made.append(Stretch(len(names) + number, table.name, segment, None))
     if not made:
         raise CampaignError("no recording holds a stretch of finite rows long enough to diagnose: see nnhydro check")
-    return Problem(campaign.arm, band.torque, names, tuple(made), band.motion, lag)
+    return Problem(campaign.arm, band.torque, names, tuple(made), band.motion, left_out)

@@ -12,7 +12,7 @@ from nnhydro.recordings.checks.degrees import too_wide
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
 from nnhydro.recordings.checks.sampling import ROWS_A_PERIOD, rows_a_period
-from nnhydro.recordings.filtering.late_slopes import lag_of_slope
+from nnhydro.recordings.filtering.computed_slopes import lag_of_slope
 
 WINDOW = 0.1  # s
 MOVED = 0.02  # rad: below, there is nothing to compare

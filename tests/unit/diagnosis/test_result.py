@@ -16,6 +16,7 @@ from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Dependence, Remainder
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.recordings.filtering.computed_slopes import LeftOut
 from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 
 
@@ -52,10 +53,12 @@ def test_a_simulation_that_recalibration_mends_is_told_with_its_own_error_and_wi
 
 
 def test_rates_that_were_left_out_are_told():
-    late = replace(diagnosis(0.5), checks={"rates_lag_s": 0.0058})
-    assert late.verdict() == (diagnosis(0.5).verdict() + " The recorded rates lag the angles by 5.8 ms, as differences do: "
-                              "the angles alone were used.")
-    assert replace(diagnosis(0.5), checks={"rates_lag_s": 0.0}).verdict() == diagnosis(0.5).verdict()
+    late, smoothed, none = (replace(diagnosis(0.5), checks={"left_out": why.sentence()}).verdict()
+                            for why in (LeftOut(lag=0.0058), LeftOut(smoothed=True), LeftOut()))
+    assert late == (diagnosis(0.5).verdict() + " The recorded rates lag the angles by 5.8 ms, as differences do: "
+                    "the angles alone were used.")
+    assert smoothed == diagnosis(0.5).verdict() + " The recorded rates or accelerations were smoothed: they were left out."
+    assert none == diagnosis(0.5).verdict()
 
 
 class Told(SimpleNamespace):

@@ -15,6 +15,7 @@ from nnhydro.diagnosis.problem.design import design_of, hypotheses_for
 from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, draw_names, problem_of
 from nnhydro.errors import CampaignError
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.computed_slopes import LeftOut
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
 
@@ -147,8 +148,8 @@ def test_rates_that_a_logger_computed_from_the_angles_are_as_good_as_none():
     step = float(bare[0].t[1] - bare[0].t[0])
     logged = [replace(r, qd=np.diff(r.q, axis=0, prepend=r.q[:1]) / step) for r in bare]
     without, late = (problem_of(Campaign.of(ARM, recordings)) for recordings in (bare, logged))
-    assert late.rates_lag == pytest.approx(0.5 * step, rel=0.05)
-    assert without.rates_lag == PROBLEM.rates_lag == 0
+    assert late.left_out.lag == pytest.approx(0.5 * step, rel=0.05)
+    assert without.left_out == PROBLEM.left_out == LeftOut()
     assert late.band == without.band
     for stretch, bare_one in zip(late.stretches, without.stretches, strict=True):
         np.testing.assert_array_equal(stretch.segment.qdd, bare_one.segment.qdd)

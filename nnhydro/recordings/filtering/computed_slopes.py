@@ -1,4 +1,4 @@
-"""Rates and accelerations that a logger computed from the angles, by differences and filters: they are late, and tell nothing new.
+"""Rates and accelerations that were computed from the angles, by differences and filters: they are late or smoothed, and tell nothing new.
 
     x(b) - x(a) - int_a^b y dt = lag (y(b) - y(a)),     y(t) = dx/dt (t - lag)         means over blocks of `BLOCK`, by least squares
 
@@ -7,12 +7,15 @@ in time. All recordings are taken together: they have one logger.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.recordings.filtering.preprocessing import stretches
+from nnhydro.recordings.filtering.preprocessing import resample, stretches
+from nnhydro.recordings.filtering.smoothed_slopes import is_smoothed
+from nnhydro.recordings.filtering.trajectory import white_level
 from nnhydro.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -55,8 +58,33 @@ def _lags(recordings: Sequence[Recording], of: str, slope: str) -> Array:
     return np.array([lag_of_slope((t, x[:, joint], y[:, joint]) for t, x, y in parts) for joint in range(joints)])
 
 
-def without_late_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], float]:
-    """Return the recordings without rates that lag the angles and without accelerations that do, and the rates' largest lag, s.
+def _is_smooth(recordings: Sequence[Recording], of: str, slope: str) -> bool:
+    """Whether the channel `slope` of some joint was smoothed, seen from the channel `of`; False where one is missing."""
+    parts = [resample(r.without_torque(), start, stop) for r in recordings if getattr(r, of) is not None and getattr(r, slope) is not None
+             for start, stop in stretches(r, with_torque=False)]
+    levels = [white_level(getattr(part, of)) if len(part) > 3 else np.zeros(part.n_links) for part in parts]
+    joints = parts[0].n_links if parts else 0
+    return any(is_smoothed((float(part.t[1] - part.t[0]), getattr(part, of)[:, j], getattr(part, slope)[:, j], float(level[j]))
+                           for part, level in zip(parts, levels, strict=True) if level is not None) for j in range(joints))
+
+
+@final
+@dataclass(frozen=True)
+class LeftOut:
+    """Why recorded rates or accelerations were left out: the rates' lag, s, and whether some were smoothed."""
+
+    lag: float = 0.0
+    smoothed: bool = False
+
+    def sentence(self) -> str:
+        """Return what was left out as a sentence; empty where nothing was."""
+        if self.lag:
+            return f"The recorded rates lag the angles by {1e3 * self.lag:.1f} ms, as differences do: the angles alone were used."
+        return "The recorded rates or accelerations were smoothed: they were left out." if self.smoothed else ""
+
+
+def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], LeftOut]:
+    """Return the recordings without rates and accelerations that lag the angles or were smoothed, and why.
 
     What is early stays: no logger computes ahead.
     """
@@ -64,5 +92,6 @@ def without_late_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording
     step = max((float(np.median(np.diff(r.t))) for r in recordings if len(r) > 1), default=0.0)
     late_rates = bool((rates > 0).any())
     late_accelerations = len(more) > 0 and bool((rates + more > LEAST * step).any())
-    kept = [replace(r, qd=None if late_rates else r.qd, qdd=None if late_accelerations else r.qdd) for r in recordings]
-    return kept, float(rates.max(initial=0.0))
+    smooth = _is_smooth(recordings, "q", "qd") or _is_smooth(recordings, "qd", "qdd")  # who smooths one smooths both
+    kept = [replace(r, qd=None if late_rates or smooth else r.qd, qdd=None if late_accelerations or smooth else r.qdd) for r in recordings]
+    return kept, LeftOut(float(rates.max(initial=0.0)), smooth)

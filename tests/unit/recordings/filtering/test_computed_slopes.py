@@ -7,8 +7,10 @@ import pytest
 from campaigns import multi_sine
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import savgol_filter
 
-from nnhydro.recordings.filtering.late_slopes import LEAST, lag_of_slope, without_late_slopes
+from nnhydro.recordings.filtering.computed_slopes import LEAST, LeftOut, lag_of_slope, without_computed_slopes
+from nnhydro.recordings.filtering.smoothed_slopes import is_smoothed
 from nnhydro.recordings.recording import Recording
 
 STEP = 0.01  # s
@@ -43,8 +45,8 @@ def test_the_lag_of_a_rate_is_known_to_a_quarter_of_a_sample(late, joint):
 @pytest.mark.parametrize("noise", [(0.0, 0.0, 0.0), (1e-3, 1e-2, 0.1), (1e-2, 1e-2, 0.1), (1e-4, 0.2, 1.0)])
 def test_sensors_of_their_own_are_in_time_and_stay(noise):
     given_ones = [recorded(noise=noise, seed=seed) for seed in range(6)]
-    kept, lag = without_late_slopes(given_ones)
-    assert lag == 0
+    kept, why = without_computed_slopes(given_ones)
+    assert why == LeftOut()
     assert all(r.qd is not None and r.qdd is not None for r in kept)
 
 
@@ -57,27 +59,29 @@ def test_a_lag_that_no_difference_makes_is_none_however_certain():
 @pytest.mark.parametrize("angle_noise", [0.0, 1e-4, 1e-3])
 def test_differences_of_the_angles_are_left_out_of_all_recordings_of_their_logger(filtered, angle_noise):
     given_ones = [differences(recorded(noise=(angle_noise, 0.0, 0.0), seed=seed), filtered) for seed in range(4)]
-    kept, lag = without_late_slopes([*given_ones, recorded(seed=9, seconds=0.5)])
+    kept, why = without_computed_slopes([*given_ones, recorded(seed=9, seconds=0.5)])
     late = STEP * (0.5 + (1 / (np.e - 1) if filtered else 0.0))
-    assert lag == pytest.approx(late, rel=0.05)
+    assert why.lag == pytest.approx(late, rel=0.05)
     assert all(r.qd is None for r in kept)
     assert all(np.array_equal(r.q, was.q) for r, was in zip(kept, given_ones, strict=False))
 
 
 def test_accelerations_in_time_with_the_angles_stay_where_the_rates_are_late():
-    (own,), lag = without_late_slopes([recorded(late=0.008, later=0.0)])
-    assert lag == pytest.approx(0.008, rel=0.02)
+    (own,), why = without_computed_slopes([recorded(late=0.008, later=0.0)])
+    assert why.lag == pytest.approx(0.008, rel=0.02)
     assert own.qd is None
     assert own.qdd is not None
-    (derived,), lag = without_late_slopes([recorded(later=0.01)])
-    assert lag == 0
+    (both,), why = without_computed_slopes([recorded(late=0.008, later=0.008)])
+    assert both.qdd is None
+    (derived,), why = without_computed_slopes([recorded(later=0.01)])
+    assert why.lag == 0
     assert derived.qd is not None
     assert derived.qdd is None
 
 
 def test_what_is_early_stays():
-    kept, lag = without_late_slopes([recorded(late=-0.005, later=-0.005)])
-    assert lag == 0
+    kept, why = without_computed_slopes([recorded(late=-0.005, later=-0.005)])
+    assert why == LeftOut()
     assert kept[0].qd is not None
     assert kept[0].qdd is not None
 
@@ -87,4 +91,42 @@ def test_too_short_or_still_recordings_have_no_lag():
     assert lag_of_slope([(t, np.zeros(100), np.zeros(100))]) == 0
     assert lag_of_slope([(t[:1], t[:1], t[:1])]) == 0
     assert lag_of_slope([]) == 0
-    assert without_late_slopes([]) == ([], 0.0)
+    assert without_computed_slopes([]) == ([], LeftOut())
+
+
+def smoothed(r, rows):
+    """The recording with rates and accelerations by a local cubic over `rows` rows, as many prepare their data."""
+    rate, acceleration = (savgol_filter(r.q, rows, 3, deriv=order, delta=STEP, axis=0) for order in (1, 2))
+    return replace(r, qd=rate, qdd=acceleration)
+
+
+def test_smoothed_slopes_are_left_out_where_the_angles_know_what_they_lack():
+    quick = [replace(r, q=r.q + 0.02 * np.sin(2 * np.pi * 4 * r.t)[:, None]) for r in (recorded(seed=seed) for seed in range(3))]
+    kept, why = without_computed_slopes([smoothed(r, 11) for r in quick])
+    assert why == LeftOut(smoothed=True)
+    assert all(r.qd is None and r.qdd is None for r in kept)
+    kept, why = without_computed_slopes([smoothed(r, 5) for r in quick])
+    assert why == LeftOut()
+    assert all(r.qd is not None and r.qdd is not None for r in kept)
+
+
+@pytest.mark.parametrize(("share", "late"), [(0.85, True), (0.95, False), (1.0, False), (1.1, False)])
+def test_a_record_is_smoothed_below_nine_tenths_of_the_slope(share, late):
+    t = np.arange(2000) * STEP
+    x, slope = np.sin(2 * np.pi * t), 2 * np.pi * np.cos(2 * np.pi * t)
+    assert is_smoothed([(STEP, x, share * slope, 1e-5)]) == late
+    assert not is_smoothed([(STEP, x, share * slope, 1.0)]), "what is not known is no reference"
+    assert not is_smoothed([(STEP, x[:60], share * slope[:60], 1e-5)])
+
+
+def test_a_record_that_is_mostly_noise_is_not_called_smoothed():
+    t = np.arange(2000) * STEP
+    x, slope = np.sin(2 * np.pi * t), 2 * np.pi * np.cos(2 * np.pi * t)
+    noise = 30.0 * np.random.default_rng(2).standard_normal(len(t))
+    assert not is_smoothed([(STEP, x, 0.8 * slope + noise, 1e-5)])
+
+
+@pytest.mark.parametrize("share", [0.85, 1.0])
+def test_near_half_the_sampling_rate_the_reference_is_the_slope_and_not_its_difference(share):
+    t = np.arange(1000) * 0.05
+    assert is_smoothed([(0.05, np.sin(8 * np.pi * t), share * 8 * np.pi * np.cos(8 * np.pi * t), 1e-6)]) == (share < 0.9)
