@@ -126,6 +126,7 @@ class StripNet:
             return torch.cat([torch.where(moves, lasting, torch.zeros_like(lasting)), now], dim=-1)
 
         def following(old: Tensor) -> Tensor:
+            """Return states, rates and speeds a step after `old`, (n, s, size + 5 k + 2)."""
             (re, im), before = old[..., :size].chunk(2, dim=-1), old[..., size:]
             middle = (now + before) / 2
             cos, sin, more_re, more_im = self.increments(middle[..., :-2], middle[..., -2:] * carried.steps(3))

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.smoothed_slopes import is_smoothed
-from nnhydro.recordings.filtering.trajectory import white_level
 from nnhydro.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -62,24 +61,27 @@ def _is_smooth(recordings: Sequence[Recording], of: str, slope: str) -> bool:
     """Whether the channel `slope` of some joint was smoothed, seen from the channel `of`; False where one is missing."""
     parts = [resample(r.without_torque(), start, stop) for r in recordings if getattr(r, of) is not None and getattr(r, slope) is not None
              for start, stop in stretches(r, with_torque=False)]
-    levels = [white_level(getattr(part, of)) if len(part) > 3 else np.zeros(part.n_links) for part in parts]
+    pairs = [(float(part.t[1] - part.t[0]), getattr(part, of), getattr(part, slope)) for part in parts]
     joints = parts[0].n_links if parts else 0
-    return any(is_smoothed((float(part.t[1] - part.t[0]), getattr(part, of)[:, j], getattr(part, slope)[:, j], float(level[j]))
-                           for part, level in zip(parts, levels, strict=True) if level is not None) for j in range(joints))
+    return any(is_smoothed((dt, x[:, joint], y[:, joint]) for dt, x, y in pairs) for joint in range(joints))
 
 
 @final
 @dataclass(frozen=True)
 class LeftOut:
-    """Why recorded rates or accelerations were left out: the rates' lag, s, and whether some were smoothed."""
+    """Why recorded rates or accelerations were left out: their largest lags behind the angles, s, and whether some were smoothed."""
 
-    lag: float = 0.0
+    rates_lag: float = 0.0
+    accelerations_lag: float = 0.0
     smoothed: bool = False
 
     def sentence(self) -> str:
         """Return what was left out as a sentence; empty where nothing was."""
-        if self.lag:
-            return f"The recorded rates lag the angles by {1e3 * self.lag:.1f} ms, as differences do: the angles alone were used."
+        late = [f"the recorded {name} lag the angles by {1e3 * lag:.1f} ms"
+                for name, lag in (("rates", self.rates_lag), ("accelerations", self.accelerations_lag)) if lag]
+        if late:
+            said = " and ".join(late)
+            return f"{said[0].upper()}{said[1:]}, as differences do: they were left out."
         return "The recorded rates or accelerations were smoothed: they were left out." if self.smoothed else ""
 
 
@@ -90,8 +92,9 @@ def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recor
     """
     rates, more = _lags(recordings, "q", "qd"), _lags(recordings, "qd", "qdd")
     step = max((float(np.median(np.diff(r.t))) for r in recordings if len(r) > 1), default=0.0)
-    late_rates = bool((rates > 0).any())
-    late_accelerations = len(more) > 0 and bool((rates + more > LEAST * step).any())
+    rates_lag, later = float(rates.max(initial=0.0)), float((rates[:len(more)] + more).max(initial=0.0))
     smooth = _is_smooth(recordings, "q", "qd") or _is_smooth(recordings, "qd", "qdd")  # who smooths one smooths both
-    kept = [replace(r, qd=None if late_rates or smooth else r.qd, qdd=None if late_accelerations or smooth else r.qdd) for r in recordings]
-    return kept, LeftOut(float(rates.max(initial=0.0)), smooth)
+    why = LeftOut(rates_lag, later if later > LEAST * step else 0.0, smooth)
+    kept = [replace(r, qd=None if why.rates_lag or smooth else r.qd, qdd=None if why.accelerations_lag or smooth else r.qdd)
+            for r in recordings]
+    return kept, why

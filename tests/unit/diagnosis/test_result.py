@@ -54,9 +54,8 @@ def test_a_simulation_that_recalibration_mends_is_told_with_its_own_error_and_wi
 
 def test_rates_that_were_left_out_are_told():
     late, smoothed, none = (replace(diagnosis(0.5), checks={"left_out": why.sentence()}).verdict()
-                            for why in (LeftOut(lag=0.0058), LeftOut(smoothed=True), LeftOut()))
-    assert late == (diagnosis(0.5).verdict() + " The recorded rates lag the angles by 5.8 ms, as differences do: "
-                    "the angles alone were used.")
+                            for why in (LeftOut(rates_lag=0.0058), LeftOut(smoothed=True), LeftOut()))
+    assert late == (diagnosis(0.5).verdict() + " The recorded rates lag the angles by 5.8 ms, as differences do: they were left out.")
     assert smoothed == diagnosis(0.5).verdict() + " The recorded rates or accelerations were smoothed: they were left out."
     assert none == diagnosis(0.5).verdict()
 

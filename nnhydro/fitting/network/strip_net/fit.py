@@ -31,6 +31,7 @@ class _Scan(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx: Any, keep_re: Tensor, keep_im: Tensor, re: Tensor, im: Tensor) -> tuple[Tensor, Tensor]:
+        """Return h_t = keep_t h_{t-1} + z_t, all (n, s, k), as real and imaginary part."""
         a, h = torch.complex(keep_re, keep_im).numpy(), torch.complex(re, im).numpy()
         for now, keep, before in zip(h[1:], a[1:], h, strict=False):
             now += keep * before
@@ -39,6 +40,7 @@ class _Scan(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx: Any, re: Tensor, im: Tensor) -> tuple[Tensor, ...]:
+        """Return the gradients over keep and z, (n, s, k), by the scan g_t + conj(keep_{t+1}) g_{t+1} backward in time."""
         a, g = ctx.a.conj(), torch.complex(re, im).numpy()
         for now, keep, after in zip(g[-2::-1], a[:0:-1], g[::-1], strict=False):
             now += keep * after

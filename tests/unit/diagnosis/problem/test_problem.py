@@ -148,7 +148,7 @@ def test_rates_that_a_logger_computed_from_the_angles_are_as_good_as_none():
     step = float(bare[0].t[1] - bare[0].t[0])
     logged = [replace(r, qd=np.diff(r.q, axis=0, prepend=r.q[:1]) / step) for r in bare]
     without, late = (problem_of(Campaign.of(ARM, recordings)) for recordings in (bare, logged))
-    assert late.left_out.lag == pytest.approx(0.5 * step, rel=0.05)
+    assert late.left_out.rates_lag == pytest.approx(0.5 * step, rel=0.05)
     assert without.left_out == PROBLEM.left_out == LeftOut()
     assert late.band == without.band
     for stretch, bare_one in zip(late.stretches, without.stretches, strict=True):
