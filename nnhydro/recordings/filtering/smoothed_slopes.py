@@ -18,7 +18,6 @@ Array = NDArray[np.float64]
 EDGES = 0.3 * 2.0 ** np.arange(0.0, 5.01, 0.5)  # Hz: what arms move at
 SMOOTHED = 0.9  # of the slope of x: a torque that is a tenth too small is seen
 KNOWN = 100.0  # the estimate is then 1 % low
-SHOWN = 0.003  # of the largest band: more than the window spreads from there
 COHERENT = 0.98  # share of y in a band that is x's: sharp corners fold into it
 LOWEST_PASSED = 0.3  # of the slope by central differences: nearer to half the sampling rate they tell little
 FEWEST = 64  # rows of a recording
@@ -47,5 +46,5 @@ def is_smoothed(records: Iterable[tuple[float, Array, Array]]) -> bool:
         if len(x) >= FEWEST:
             sums += _spectra(dt, x, y)
     cross, slope, recorded, noise = sums.T
-    known = (slope > np.maximum(KNOWN * noise, SHOWN * slope.max())) & (cross**2 > COHERENT * slope * recorded)
+    known = (slope > KNOWN * noise) & (cross**2 > COHERENT * slope * recorded)
     return bool((cross[known] < SMOOTHED * slope[known]).any())

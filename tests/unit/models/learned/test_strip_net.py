@@ -42,6 +42,19 @@ def test_steps_give_what_the_run_gives(links):
     assert torch.allclose(in_steps(net(a), a, m), whole, rtol=0, atol=1e-11 * float(whole.abs().max()))
 
 
+def test_a_step_fades_and_turns_the_state_and_adds_what_drives_it_at_half_the_turn():
+    """h <- K T^2 h + (1 - K) T d with K = exp(-rate dsigma), T = exp(i (theta dsigma, kappa ds)/2), in complex numbers."""
+    water, k = net(arm(2)), SIZE // 2
+    rate, d, place = torch.rand(2 * k).double(), torch.complex(*torch.randn(2, k).double()), torch.randn(k).double()
+    dsigma, ds = 0.7, -0.4
+    middle = torch.cat([rate, d.real, d.imag, place])[None, None]
+    keep_re, keep_im, re, im = water.increments(middle, torch.tensor([[[dsigma, ds]]], dtype=torch.float64))
+    turn = torch.exp(0.5j * torch.cat([water.theta * dsigma, water.kappa * ds]))
+    keep, driven = torch.exp(-rate * dsigma), torch.cat([d, place.to(d.dtype)])
+    assert torch.allclose(torch.complex(keep_re, keep_im)[0, 0], keep * turn**2)
+    assert torch.allclose(torch.complex(re, im)[0, 0], (1 - keep) * turn * driven)
+
+
 def test_states_are_bounded_by_what_drives_them_however_large_the_weights():
     a, m = arm(2), run(2)
     wild = replace(net(a), **{name: 50 * getattr(net(a), name) for name in ("inner", "gate", "theta", "kappa")})
