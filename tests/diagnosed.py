@@ -54,6 +54,12 @@ def rubbing(**keys):
     return Campaign.of(ARM, made(more=lambda r, k: dry(r), **keys))
 
 
+def friction_stated(level=0.45):
+    """The rubbing arm, whose friction arm.yaml states: a tenth too small, and as a step where the drive's goes smoothly."""
+    known = Arm.model_validate(ARM.document() | {"friction": [{"coulomb_Nm": level, "known_to": 0.15}]})
+    return Campaign.of(known, list(rubbing(count=8).recordings()))
+
+
 def shuffled():
     """The recordings of `rubbing` in another order, with other names."""
     names = ("zeta", "beta", "omega", "alpha", "delta", "gamma")
@@ -238,6 +244,8 @@ CAMPAIGNS = {
     "rubbing, noise ratio 10": lambda: rubbing(noise=lambda k: (0.01, 0.1)[k % 2]),
     "rubbing, noise AR 0.95": lambda: rubbing(noise=lambda k: 0.02, phi=0.95),
     "rubbing, three recordings": lambda: rubbing(count=3),
+    "friction stated": friction_stated,
+    "friction stated too small": lambda: friction_stated(0.2),
     "two frictions": lambda: Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.3) + 0.4 * r.qd)),
     "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=8, more=lambda r, k: dry(r, 2, 0.2))),
     "rubbing since the fourth": lambda: since(3),

@@ -22,16 +22,17 @@ from nnhydro.recordings.arm import Arm
 
 Array = NDArray[np.float64]
 STATED_COULOMB = "stated_coulomb_friction"
+STATED_VISCOUS = "stated_viscous_friction"
 STATED: dict[str, Callable[[tuple[float, ...]], LoadTerm]] = {
     STATED_COULOMB: lambda level: CoulombTerm(level, DRY_WIDTH),
-    "stated_viscous_friction": ViscousTerm,
+    STATED_VISCOUS: ViscousTerm,
     "stated_drive_inertia": DriveInertia}
 
 
 def stated_values(arm: Arm) -> dict[str, tuple[Array, Array]]:
     """Return value and standard deviation, each (joints,), of every term that arm.yaml states, by the term's name."""
     found: dict[str, tuple[Array, Array]] = {}
-    for name, key in ((STATED_COULOMB, "coulomb"), ("stated_viscous_friction", "viscous")):
+    for name, key in ((STATED_COULOMB, "coulomb"), (STATED_VISCOUS, "viscous")):
         values = np.array([getattr(joint, key) or 0.0 for joint in arm.friction or ()])
         if values.any():
             found[name] = (values, values * np.array([joint.known_to for joint in arm.friction or ()]))

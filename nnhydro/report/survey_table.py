@@ -5,6 +5,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
+from nnhydro.recordings.checks.oddity import merge_kinds
 from nnhydro.recordings.survey import Survey
 from nnhydro.sheet import Column, Sheet
 
@@ -49,7 +50,7 @@ def tips_sheet(found: Survey) -> Sheet:
 
 def verdict(found: Survey) -> str:
     """Return the one sentence that sums up."""
-    count = Counter(oddity.severity for oddity in found.oddities)
+    count = Counter(group[0].severity for group in merge_kinds(found.oddities))
     if found.errors:
         return f"Not usable: {plural(count['error'], 'error')}. Correct the first and check again."
     if count["warning"]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from nnhydro.cli.terminal.output import conclude, say, show
 from nnhydro.conventions import joint_text
-from nnhydro.recordings.checks.oddity import Oddity
+from nnhydro.recordings.checks.oddity import Oddity, merge_kinds
 from nnhydro.recordings.survey import Survey
 from nnhydro.report.survey_table import plural, recordings_sheet, tips_sheet, verdict
 
@@ -25,13 +25,10 @@ def _print_recordings(found: Survey) -> None:
         say(f"Steady table {name}: {plural(runs, 'run')}{f', {odd[name]} oddities' if odd[name] else ''}.")
 
 
-def merge_kinds(oddities: Sequence[Oddity]) -> list[str]:
+def oddity_lines(oddities: Sequence[Oddity]) -> list[str]:
     """Return one line a kind of finding: the first of its kind, and in how many more recordings it is."""
-    groups: dict[tuple[str, str, str], list[Oddity]] = {}
-    for oddity in oddities:
-        groups.setdefault((oddity.severity, oddity.check, oddity.where.split(",")[0]), []).append(oddity)
     lines = []
-    for group in groups.values():
+    for group in merge_kinds(oddities):
         names = list(dict.fromkeys(oddity.recording for oddity in group[1:] if oddity.recording))
         more = f" (also in {', '.join(names[:3])}{f' and {len(names) - 3} more' if len(names) > 3 else ''})" if names else ""
         lines.append(f"{group[0].severity:8}{group[0].message}{more}")
@@ -51,7 +48,7 @@ def _print_arm(found: Survey) -> None:
 def print_survey(found: Survey, campaign: str) -> None:
     """Print the survey of the campaign in the folder `campaign`, given as it is typed."""
     _print_recordings(found)
-    for line in merge_kinds(found.oddities):
+    for line in oddity_lines(found.oddities):
         say(line)
     _print_arm(found)
     conclude(verdict(found), following=next_steps(found, campaign))

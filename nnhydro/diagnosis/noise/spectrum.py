@@ -6,8 +6,9 @@ S, sigma by restricted maximum likelihood with the unknown and the selected effe
 
     S_j(b) <- S_j(b) sum a r^2/v / sum a (1 - h),     a = (own part of v) / v,  shrunk by NU observations towards its neighbours
 
-E is the mean square of the torque that the baseline alone leaves: no explanation is taken to be better than FORM of what there is to
-explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with little noise are not judged on details.
+E is the mean square of the torque that the baseline alone leaves, and of the friction that arm.yaml states: no explanation is taken to
+be better than FORM of what there is to explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with
+little noise are not judged on details.
 I is what is left of the motion's noise in the model's torque: angles that are differentiated twice make it rise towards the band's edge.
 Source: REML, Patterson & Thompson (1971), Biometrika 58; discrepancy, Kennedy & O'Hagan (2001).
 """
@@ -128,7 +129,7 @@ def first_noise(design: Design) -> Noise:
     excess = design.excess
     rho2 = FORM**2 + (2 * np.pi * np.maximum(design.problem.frequency, 0) * LATE) ** 2
     own = BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2) + design.input_variance
-    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2) + own
+    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2 + design.stated_friction**2) + own
     level = []
     for j in range(joints):
         means = [float((excess[bands.of == k, j] ** 2).mean()) for k in range(bands.count) if (bands.of == k).sum() >= NU]

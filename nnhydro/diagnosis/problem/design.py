@@ -28,8 +28,10 @@ from nnhydro.effects.effect import LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.fitting.linear.least_squares import ridge
 from nnhydro.fitting.linear.statistics import columns_and_offset
+from nnhydro.models.stated_terms import STATED_COULOMB, STATED_VISCOUS
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import gear_factor, sensor_torque, to_drives
 from nnhydro.recordings.filtering.low_pass import LowPass
@@ -133,6 +135,22 @@ class Design:
         """What the recalibrated baseline alone leaves, (n, joints)."""
         left: Array = self.y - self.Y @ self._recalibrated
         return left
+
+    @cached_property
+    def stated_friction(self) -> Array:
+        """The torque (n, joints) of the friction that arm.yaml states: known in size, but in form no better than one that is found."""
+        arm, loads = self.problem.arm, self.baseline.at(np.zeros(self.Y.shape[2])).loads
+        stated = Loads({name: term for name, term in loads.terms.items() if name in (STATED_COULOMB, STATED_VISCOUS)})
+        if not stated.terms:
+            return np.zeros_like(self.y)
+
+        def torque(stretch: Stretch) -> Array:
+            """Return the friction as the sensors read it, (n, joints) N m."""
+            motion = Motion.of(stretch.segment)
+            made: Array = sensor_torque(stated.torque(Flow(arm, motion)), motion.qd, arm).numpy()
+            return made
+
+        return self.rows(torque)
 
     @cached_property
     def _recalibrated(self) -> Array:

@@ -15,7 +15,8 @@ class Gaps(RecordingCheck):
 
     id = "gaps"
     looks_for = f"steps of time longer than {GAP:g} median steps"
-    remedy = "the recording is split there and the ends are not compared; look for lost packets"
+    remedy = ("the recording is split there, the ends are not compared; nothing needs to be done, "
+              "look for lost packets before the next run")
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding for all gaps of a recording."""
@@ -23,5 +24,5 @@ class Gaps(RecordingCheck):
         wide = np.flatnonzero(steps > GAP * reading.dt)
         if len(wide):
             worst = int(wide[np.argmax(steps[wide])])
-            yield Oddity(reading.name, "warning", f"t_s, {rows(worst + 1)}", f"{len(wide)} gap(s), the longest {steps[worst]:.3g} s at "
+            yield Oddity(reading.name, "note", f"t_s, {rows(worst + 1)}", f"{len(wide)} gap(s), the longest {steps[worst]:.3g} s at "
                          f"{reading.recording.t[worst]:.4g} s (the median step is {reading.dt:.3g} s)", self.remedy)

@@ -3,17 +3,31 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading
 
+Array = NDArray[np.float64]
 SEEN = 0.05  # of the median step
 
 
 def jitter(reading: Reading) -> float:
-    """Return the standard deviation of the steps of time within stretches, as a share of the median step."""
-    steps = [np.diff(reading.recording.t[a:b]) for a, b in reading.stretches]
-    return float(np.std(np.concatenate(steps)) / reading.dt) if steps else 0.0
+    """Return the standard deviation of the steps of time within stretches, as a share of the median step; missing rows are none."""
+    steps = steps_of_time(reading)
+    return float(np.std(steps - lost_rows(steps))) if len(steps) else 0.0
+
+
+def steps_of_time(reading: Reading) -> Array:
+    """Return the steps of time (n,) within stretches, in median steps."""
+    steps = [np.diff(reading.recording.t[a:b]) / reading.dt for a, b in reading.stretches]
+    return np.concatenate(steps) if steps else np.zeros(0)
+
+
+def lost_rows(steps: Array) -> Array:
+    """Return how many rows (n,) are missing in each of the `steps` (n,), given in median steps."""
+    made: Array = np.maximum(np.round(steps) - 1.0, 0.0)
+    return made
 
 
 @check

@@ -1,7 +1,7 @@
 """An oddity, and what a check is: it looks for one cause of trouble and says what to do about it."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal, TypeVar, final
 
@@ -36,6 +36,14 @@ class Oddity:
         """Return the finding as JSON holds it."""
         return {"check": self.check, "recording": self.recording, "severity": self.severity, "where": self.where, "what": self.what,
                 "remedy": self.remedy}
+
+
+def merge_kinds(oddities: Iterable[Oddity]) -> list[list[Oddity]]:
+    """Return the findings of one kind together: the same severity, check and column, whatever the recording."""
+    groups: dict[tuple[str, str, str], list[Oddity]] = {}
+    for oddity in oddities:
+        groups.setdefault((oddity.severity, oddity.check, oddity.where.split(",")[0]), []).append(oddity)
+    return list(groups.values())
 
 
 class OddityCheck(ABC):

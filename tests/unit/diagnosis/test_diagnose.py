@@ -49,6 +49,19 @@ def test_a_healthy_arm_is_left_alone_whatever_its_noise(name):
     assert told.proof.after == told.proof.before < 3 * told.noise_floor
 
 
+def test_a_stated_friction_whose_step_is_smoother_is_no_second_friction():
+    """Not where rows are so far apart that the step would be displaced, either."""
+    told = diagnosed("friction stated")
+    assert named(told) == set()
+    assert not told.detected
+
+
+def test_a_friction_that_is_much_larger_than_stated_is_named():
+    told = diagnosed("friction stated too small")
+    assert named(told) == {("coulomb_friction", 1)}
+    assert told.findings[0].parameters["level"].value == pytest.approx(FRICTION - 0.2, rel=0.15)
+
+
 def test_rates_that_lag_the_angles_are_told():
     assert diagnosed("healthy, rates by differences").verdict().endswith("lag the angles by 10.8 ms, as differences do: "
                                                                          "they were left out.")

@@ -30,7 +30,8 @@ def long(seed=0, groups=6, rows=200, **keys):
 def times(of, factor):
     """The design with the torque, and what is measured in it, multiplied."""
     return SimpleNamespace(**{**vars(of), "Y": factor * of.Y, "y": factor * of.y, "tau": factor * of.tau, "scale": factor * of.scale,
-                              "excess": factor * of.excess, "input_variance": factor**2 * of.input_variance})
+                              "excess": factor * of.excess, "input_variance": factor**2 * of.input_variance,
+                              "stated_friction": factor * of.stated_friction})
 
 
 def rounds(of, noise, count=6):
@@ -143,6 +144,14 @@ def test_an_explanation_may_be_off_by_a_tenth_in_form_and_late_by_the_delay_of_a
             energy, torque = (of.excess[at] ** 2).mean(), ((of.tau - of.excess)[at] ** 2).mean()
             want = (FORM**2 + (2 * np.pi * f[at, None] * LATE) ** 2) * energy + BASELINE_FORM**2 * torque
             np.testing.assert_allclose(noise.form[at], want, rtol=1e-9)
+
+
+def test_a_friction_that_is_stated_is_known_in_form_no_better_than_one_that_is_found():
+    of, stated = long(12), long(12)
+    stated.stated_friction = np.random.default_rng(12).standard_normal(of.y.shape)
+    more = first_noise(stated).form - first_noise(of).form
+    still = (of.problem.frequency == 0) & (of.problem.group_of == 0)
+    np.testing.assert_allclose(more[still], FORM**2 * (stated.stated_friction[still] ** 2).mean(), rtol=1e-9)
 
 
 def test_no_explanation_is_late_by_more_than_all_of_itself():

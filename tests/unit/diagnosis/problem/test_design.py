@@ -44,6 +44,19 @@ def test_what_the_true_model_leaves_of_computed_torques_is_a_thousandth_of_them(
     assert (design.excess**2).sum() < 1e-5 * (design.tau**2).sum()
 
 
+def test_the_friction_that_arm_yaml_states_moves_the_torque_as_the_sensors_read_it():
+    """Half of it through a gear of 2 with the sensor at the motor; none where nothing is stated."""
+    links = [{**LINKS[0], "gear": {"ratio": 2.0, "torque_at": "motor"}}]
+    stated = [{"coulomb_Nm": 0.4, "viscous_Nm_s": 0.3}]
+    geared, plain = (Arm.model_validate({"fluid": {"density_kg_m3": 1000.0}, "links": x, "friction": stated}) for x in (links, LINKS[:1]))
+    rows = of(Campaign.of(plain, list(WHOLE.recordings()))).stated_friction
+    halves = of(Campaign.of(geared, list(WHOLE.recordings()))).stated_friction
+    np.testing.assert_allclose(halves, rows / 2, rtol=1e-9)
+    first = of(Campaign.of(plain, list(WHOLE.recordings()))).problem.stretches[0].segment.qd
+    assert 0.3 < np.sqrt((rows**2).mean() / ((0.4 * np.sign(first) + 0.3 * first) ** 2).mean()) < 3
+    assert not of().stated_friction.any()
+
+
 def test_what_the_recalibrated_baseline_leaves_does_not_hang_on_the_diameter_that_arm_yaml_states():
     """A coefficient that starts at thirty times its value: the error of a fit must not become noise."""
     thick = Arm.model_validate({"fluid": {"density_kg_m3": 1000.0}, "links": [{**LINKS[0], "diameter_m": 30 * LINKS[0]["diameter_m"]}]})

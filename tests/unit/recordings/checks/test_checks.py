@@ -9,11 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from planted import LINKS, Columns, Fault, campaign, healthy, recording, the_arm
 
+from nnhydro.cli.terminal.survey import oddity_lines
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.recording import SteadyTable
+from nnhydro.recordings.repeats import copied_recordings
 from nnhydro.recordings.survey import survey
+from nnhydro.report.survey_table import verdict
 
 ROOT = Path(__file__).resolve().parents[4]
 SHARED = ROOT.parent / "shared" / "data"
@@ -59,6 +62,11 @@ def gap(c: Columns) -> Mapping[str, np.ndarray]:
     return {name: np.delete(x, np.s_[400:430]) for name, x in c.items()}
 
 
+def lost(c: Columns) -> Mapping[str, np.ndarray]:
+    kept = np.random.default_rng(2).uniform(size=len(c["t_s"])) > 0.02
+    return {name: x[kept] for name, x in c.items()}
+
+
 def jittery(c: Columns) -> Mapping[str, np.ndarray]:
     t = c["t_s"] + 0.002 * np.random.default_rng(1).uniform(-1, 1, len(c["t_s"]))
     return {name: np.interp(t, c["t_s"], x) if name != "t_s" else t for name, x in c.items()}
@@ -96,6 +104,7 @@ FAULTS: dict[str, tuple[Fault, str]] = {
     "a gap": (gap, "gaps"),
     "nothing left": (with_value("tau2_Nm", slice(None, None, 2), np.nan), "not_finite too_short"),
     "jitter": (jittery, "jitter"),
+    "single rows lost": (lost, "lost_rows"),
     "angles in degrees, rates too": (scaled(180 / np.pi, "q1_rad", "q2_rad", "dq1_rad_s", "dq2_rad_s"), "degrees"),
     "angles in degrees": (scaled(180 / np.pi, "q1_rad", "q2_rad"), "degrees"),
     "small angles in degrees": (lambda c: {"q1_rad": 18 / np.pi * c["q1_rad"], "dq1_rad_s": 0.1 * c["dq1_rad_s"]}, "rates"),
@@ -167,6 +176,36 @@ def test_a_locked_joint_is_only_worth_a_note():
 
     oddities = survey(campaign(locked)).oddities
     assert [(o.check, o.severity) for o in oddities] == [("never_moves", "note")]
+
+
+def test_lost_rows_are_counted_and_no_jitter():
+    kept = np.setdiff1d(np.arange(1000), [100, 300, 301, 500])
+    one = recording({name: x[kept] for name, x in healthy(1).items()}, "r1")
+    oddities = survey(Campaign.of(the_arm(), [one, recording(healthy(2), "r2")]))
+    assert [(o.check, o.severity, o.what) for o in oddities.oddities] == [("lost_rows", "note", "4 single row(s) missing, 0.4% of all")]
+    assert oddities.entries[0].jitter < 1e-6
+
+
+def test_a_gap_asks_for_nothing():
+    oddities = survey(campaign(gap))
+    assert [o.severity for o in oddities.oddities] == ["note"]
+    assert verdict(oddities) == "Usable: nothing looks wrong (1 note)."
+
+
+def test_the_verdict_counts_kinds_of_warnings_as_they_are_printed():
+    found = survey(campaign(clipped("tau1_Nm", 0.6), in_all=True))
+    printed = sum(line.startswith("warning") for line in oddity_lines(found.oddities))
+    assert 0 < printed < len(found.oddities)
+    assert f" {printed} warning" in verdict(found)
+
+
+def test_free_swings_from_one_angle_are_no_copies():
+    def swing(release: float) -> dict[str, np.ndarray]:
+        q = np.round(release * np.cos(3 * np.arange(1000) / 100) / 0.01) * 0.01
+        return {"t_s": np.arange(1000) / 100, "q1_rad": q, "q2_rad": 0 * q, "tau1_Nm": 0 * q, "tau2_Nm": 0 * q}
+
+    runs = [recording(swing(release), f"r{i}") for i, release in enumerate((1.0, 1.001, 1.0))]
+    assert copied_recordings(Campaign.of(the_arm(), runs)) == (("r0", "r2"),)
 
 
 def test_a_pause_at_the_largest_angle_is_not_clipped():
@@ -241,7 +280,7 @@ def test_good_recordings_raise_no_warning(folder: str):
 def test_late_samples_and_noisy_drive_rates_of_the_real_arm_are_found():
     oddities = real("dfki_double_pendulum_c0")
     assert {o.check for o in oddities if o.severity == "warning"} == {"glitch"}
-    assert {"rates", "jitter", "quantisation", "mass_centre"} == {o.check for o in oddities if o.severity == "note"}
+    assert {"rates", "jitter", "lost_rows", "quantisation", "mass_centre"} == {o.check for o in oddities if o.severity == "note"}
     assert "20220914_traj01" in {o.recording for o in oddities if o.check == "glitch"}
 
 

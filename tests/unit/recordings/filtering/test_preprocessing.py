@@ -10,7 +10,7 @@ from rigs import arm
 from nnhydro.errors import ConfigError, RecordingError
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.filtering.low_pass import LowPass, _extension
-from nnhydro.recordings.filtering.preprocessing import Preparation, derivatives, plan, prepare, steady_segment
+from nnhydro.recordings.filtering.preprocessing import Preparation, derivatives, plan, prepare, resample, steady_segment
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 
@@ -45,6 +45,30 @@ def test_a_coarse_encoder_costs_few_per_cent_at_the_cutoff_that_the_data_choose(
     assert how.low_pass is not None
     assert relative(segment.qd, qd, segment.keep) < 0.02
     assert np.sqrt(((segment.qdd - qdd)[segment.keep] ** 2).mean() / (qdd[segment.keep] ** 2).mean()) < 0.08
+
+
+@pytest.mark.parametrize("scatter", [0.05, 0.15, 0.4])
+def test_rows_at_random_times_take_nothing_from_the_torque(scatter: float):
+    dt, random = 0.02, np.random.default_rng(3)
+    t = dt * (np.arange(1500) + random.uniform(-scatter, scatter, 1500))
+    wave = np.column_stack([np.sin(2 * np.pi * f * t) for f in (1.0, 3.0)])  # 50 and 17 rows a period
+    even = resample(Recording("run", t, wave, wave), 0, len(t))
+    truth = np.column_stack([np.sin(2 * np.pi * f * even.t) for f in (1.0, 3.0)])
+    inner = slice(10, -10)
+    assert even.tau is not None
+    for x in (even.q, even.tau):
+        share = (x[inner] * truth[inner]).sum(axis=0) / (truth[inner] ** 2).sum(axis=0)
+        assert np.abs(share - 1).max() < 5e-4  # straight lines: 1 % and more
+
+
+def test_two_rows_at_almost_the_same_time_are_no_slope():
+    random = np.random.default_rng(4)
+    t = np.sort(np.concatenate([0.01 * np.arange(1000), 0.01 * np.arange(5, 995, 10) + 1e-6]))
+    noise = random.standard_normal((len(t), 2))
+    even = resample(Recording("run", t, noise, noise), 0, len(t))
+    assert even.tau is not None
+    assert even.tau.std() < 1.05
+    assert even.q.std() < 1.05
 
 
 def test_uneven_sampling_costs_little():
