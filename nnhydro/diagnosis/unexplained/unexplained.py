@@ -16,7 +16,7 @@ from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.unexplained.own_parameters import recordings_of_own_parameters
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
-from nnhydro.recordings.filtering.trajectory import white_level
+from nnhydro.recordings.filtering.trajectory import step_level
 
 Array = NDArray[np.float64]
 LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
@@ -101,14 +101,14 @@ def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
     """Return the recordings in which more remains, beside the white noise of their torque, than in others by a factor of 1 / `FORM`.
 
     Recordings may be as noisy as they like; but what moves in one alone (a stop that is hit, a zero that was lost) shows in the band and
-    not in what the sensor adds from sample to sample.
+    not in what the sensor adds from sample to sample. Where the drive jumps, the torque does: a jump is known to a row, and what that
+    leaves in the band says nothing.
     """
     problem = design.problem
     own, shares = np.sqrt(noise.sigma2 * noise.S.mean(axis=1)), np.full((problem.groups, design.y.shape[1]), np.nan)
     for stretch in problem.stretches:
         if not stretch.segment.steady and stretch.segment.tau is not None:
-            level = white_level(stretch.segment.tau)
-            assert level is not None
+            level = step_level(stretch.segment.tau)
             shares[stretch.group] = own[stretch.group] / np.maximum(level, 1e-9 * design.scale)
     counted = np.isfinite(shares).all(axis=1)
     if counted.sum() < FEWEST_ALIKE:

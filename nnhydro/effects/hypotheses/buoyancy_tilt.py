@@ -48,4 +48,5 @@ class BuoyancyTilt(LoadEffect):
 
     def sentence(self, said: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"A constant force of {said['force']} pulls the arm in the direction {said['direction']} from +X: the plane is not level."
+        return (f"A constant force of {said['force']} pulls the arm in the direction {said['direction']} from +X: the plane is not level, "
+                "or buoyancy is left out.")

@@ -61,15 +61,23 @@ class Trajectory:
     noise: Array | None = None  # (draws, 3, n, links): what is left in q, qd, qdd of the records' white noise, drawn anew
 
 
+def step_level(x: Array) -> Array:
+    """Return the standard deviation (links,) of white noise with the third differences of `x` (n, links), whose jumps count."""
+    made: Array = np.sqrt(np.mean(np.diff(x, n=3, axis=0) ** 2, axis=0)) / THIRD
+    return made
+
+
 def white_level(x: Array | None) -> Array | None:
-    """Return the standard deviation (links,) of the white noise in `x` (n, links) from its third differences; None where there is none."""
+    """Return the standard deviation (links,) of the white noise in `x` (n, links) from its third differences; None where there is none.
+
+    Jumps are no noise.
+    """
     if x is None:
         return None
     d = np.diff(x, n=3, axis=0)
     centre = np.median(d, axis=0)
     robust = 1.4826 * np.median(np.abs(d - centre), axis=0)
-    rms = np.sqrt(np.mean(d**2, axis=0))
-    level: Array = np.where(robust > 0, np.minimum(robust, rms), rms) / THIRD
+    level: Array = np.where(robust > 0, np.minimum(robust / THIRD, step_level(x)), step_level(x))
     return level
 
 

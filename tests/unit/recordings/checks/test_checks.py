@@ -225,6 +225,14 @@ def test_an_impossible_arm_is_pointed_out(key: str, value: float, expected: str)
     assert found(campaign(arm=arm)) == set(expected.split())
 
 
+@pytest.mark.parametrize(("gravity", "density", "expected"), [(9.81, 1000.0, {"buoyancy"}), (9.81, 1.2, set()), (0.0, 1000.0, set())])
+def test_buoyancy_counts_where_an_upright_arm_is_under_water(gravity: float, density: float, expected: set[str]):
+    upright = the_arm(gravity_m_s2=gravity, fluid={"density_kg_m3": density})
+    oddities = [o for o in survey(campaign(arm=upright)).oddities if o.check == "buoyancy"]
+    assert {o.check for o in oddities} == expected
+    assert all(o.severity == "note" for o in oddities)
+
+
 def steady(sign: float, q_factor: float = 1.0) -> Campaign:
     q1, u0 = (x.ravel() for x in np.meshgrid(np.linspace(-1.2, 1.2, 9), [0.3, 0.6, 1.0]))
     q = np.column_stack([q1, 0.3 + 0 * q1])
