@@ -34,9 +34,11 @@ OPTIONS: Final = """#if defined(__GNUC__) && !defined(__clang__)
 #if defined(__GNUC__)
 #define NOINLINE __attribute__((noinline))
 #define RESTRICT __restrict
+#define ROW __asm__ volatile ("")
 #else
 #define NOINLINE
 #define RESTRICT restrict
+#define ROW
 #endif"""
 # without flags for the processor, gcc writes the program for wider vectors as well, and the processor is asked at each call
 WIDER: Final = {"x512": ("avx512f,avx512vl,fma", ("avx512f", "avx512vl")), "x256": ("avx2,fma", ("avx2", "fma"))}
@@ -61,7 +63,8 @@ END: Final = """#ifdef OPTIONS_PUSHED
 #undef DISPATCH
 #undef SINGLE
 #undef NOINLINE
-#undef RESTRICT"""
+#undef RESTRICT
+#undef ROW"""
 
 
 def dispatch(core: str, head: str, prefix: str) -> str:

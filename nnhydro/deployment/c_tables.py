@@ -12,21 +12,21 @@ reads what lies side by side: an index read for each number costs more than the 
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
 from typing import Any, Final, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.deployment.c_kernels import DOT, LANES, ROOTS, beside, dense, name_beside, together
+from nnhydro.deployment.c_places import Places, last_uses
+from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, runs, stretches
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
 from nnhydro.deployment.onnx.mirror import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
 
-LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
-RUN: Final = 5  # places that follow each other: shorter runs go one by one
+LONG: Final = 7  # terms: longer sums over the same atoms go as a matrix
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
 TWICE: Final = 16  # rows of a matrix for two columns
@@ -36,50 +36,6 @@ BESIDE: Final = 5  # vectors of strips side by side, in registers
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
-Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how much each list goes on within a width: 0 or 1
-
-
-def _runs(at: list[list[int]]) -> Iterator[tuple[int, tuple[int, ...]]]:
-    """Lengths of the runs in which each list of places stands still or goes on by one, and which it does."""
-    n, start = len(at[0]), 0
-    while start < n:
-        stop, first = start + 1, tuple(places[start + 1] - places[start] for places in at) if start + 1 < n else ()
-        while first and set(first) <= {0, 1} and stop < n and all(p[stop] - p[stop - 1] == d for p, d in zip(at, first, strict=True)):
-            stop += 1
-        yield (stop - start, first) if stop - start >= RUN else (1, ())
-        start = stop if stop - start >= RUN else start + 1
-
-
-def _stretches(at: list[list[int]]) -> list[Stretch]:
-    """Cut lists of places into stretches of equal runs."""
-    found: list[Stretch] = []
-    start = 0
-    for (width, steps), group in groupby(_runs(at)):
-        stop = start + width * len(list(group))
-        found.append((start, stop, width, steps))
-        start = stop
-    return found
-
-
-def _slots(places: Iterable[Sequence[Any]]) -> list[list[Any]]:
-    """What belongs to each operand, from what belongs to each atom."""
-    return [list(slot) for slot in zip(*places, strict=True)]
-
-
-def _alike_together(order: Sequence[Any], at: list[list[int]]) -> tuple[list[Any], list[list[int]]]:
-    """The same atoms and their places with all runs of one kind behind each other."""
-    lengths, starts = list(_runs(at)), [0]
-    for width, _ in lengths:
-        starts.append(starts[-1] + width)
-    first = {kind: k for k, kind in reversed(list(enumerate(lengths)))}
-    chosen = [i for k in sorted(range(len(lengths)), key=lambda k: first[lengths[k]]) for i in range(starts[k], starts[k + 1])]
-    return [order[i] for i in chosen], [[places[i] for i in chosen] for places in at]
-
-
-def _fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[list[Any], list[list[int]]]:
-    """Of several orders of the same atoms, each with its places, the one that makes fewest loops and, of these, fewest runs."""
-    orders = [*orders, *(_alike_together(*order) for order in orders)]
-    return min(orders, key=lambda order: 4 * len(_stretches(order[1])) + sum(1 for _ in _runs(order[1])))
 
 
 @final
@@ -90,20 +46,26 @@ class Tables:
     program: Program
     number: Any  # float -> C literal
     prefix: str  # of all names
+    memory: Places
     tables: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
-    places: dict[Row, int] = field(default_factory=dict)
-    size: int = 0
     kinds: dict[str, str] = field(default_factory=dict)
     kernels: dict[tuple[str, str], str] = field(default_factory=dict)  # parameters and body -> name
     _known: dict[tuple[str, bytes], str] = field(default_factory=dict)
 
+    @property
+    def places(self) -> dict[Row, int]:
+        """Where in v values lie."""
+        return self.memory.at
+
     def slots(self, rows: Sequence[Row]) -> int:
-        """Give `rows` the next places in v; returns the first."""
-        first = self.size
-        for k, row in enumerate(rows):
-            self.places.setdefault(row, first + k)
-        self.size += len(rows)
+        """Give `rows` places in v side by side; returns the first."""
+        return self.memory.take(rows)
+
+    def copies(self, places: Sequence[int]) -> int:
+        """Copy what lies at `places` side by side, for this round; returns the first place."""
+        first = self.memory.block(len(places), self.memory.now)
+        self.lines.append(f"for (int i = 0; i < {len(places)}; ++i) v[{first} + i] = v[{self.table(places, True)}[i]];")
         return first
 
     def table(self, values: Sequence[float] | NDArray[np.float64], whole: bool) -> str:
@@ -124,8 +86,7 @@ class Tables:
         for atoms, _ in blocks:
             at = [self.places[((a, 1.0),)] for a in atoms]
             if at != list(range(at[0], at[0] + k)):
-                self.lines.append(f"for (int i = 0; i < {k}; ++i) v[{self.size} + i] = v[{self.table(at, True)}[i]];")
-                at, self.size = [self.size], self.size + k
+                at = [self.copies(at)]
             sources.append(f"v + {at[0]}")
         for start, table, high, n in self._rows_of(W, WIDE if len(blocks) == 1 else TWICE):
             columns = ", ".join(f"{source}, v + {out + start}" for source, (_, out) in zip(sources, blocks, strict=True))
@@ -154,14 +115,13 @@ class Tables:
 
     def _side_by_side(self, blocks: list[tuple[tuple[int | None, ...], list[Row]]]) -> None:
         """Rows that repeat over other atoms: row by row, all blocks beside each other."""
-        blocks = sorted(blocks, key=lambda block: self.places[((block[0][0], 1.0),)])
+        orders = [blocks, sorted(blocks, key=lambda block: self.places[((block[0][0], 1.0),)])]
+        read = [np.array([[self.places[((a, 1.0),)] for a in atoms] for atoms, _ in order]).T for order in orders]
+        blocks, at = min(zip(orders, read, strict=True), key=lambda order: int((np.diff(order[1], axis=1) != 1).any(axis=1).sum()))
         g, k, m = len(blocks), len(blocks[0][0]), len(blocks[0][1])
-        at = np.array([[self.places[((a, 1.0),)] for a in atoms] for atoms, _ in blocks]).T
         apart = np.flatnonzero((np.diff(at, axis=1) != 1).any(axis=1))
         if apart.size:
-            self.lines.append(f"for (int i = 0; i < {g * apart.size}; ++i) v[{self.size} + i] = v[{self.table(at[apart], True)}[i]];")
-            at[apart, 0] = self.size + g * np.arange(apart.size)
-            self.size += g * apart.size
+            at[apart, 0] = self.copies(at[apart].ravel().tolist()) + g * np.arange(apart.size)
         first = self.slots([rows[i] for i in range(m) for _, rows in blocks])
         columns = np.array_split(np.arange(g), -(-g // (PAD * BESIDE)))
         vectors = -(-len(columns[0]) // PAD)
@@ -220,10 +180,10 @@ class Tables:
         places = {row: [self.places[((atom, 1.0),)] for atom, _ in row] for row in rows}
         signs = {row: [c for _, c in row if abs(c) == 1.0] for row in rows}
         orders = [rows, sorted(rows, key=places.__getitem__), sorted(rows, key=lambda row: (signs[row], places[row]))]
-        rows, at = _fewest_runs([(order, _slots(places[row] for row in order)) for order in orders])
+        rows, at = fewest_runs([(order, by_operand(places[row] for row in order)) for order in orders])
         first = self.slots(rows)
-        weights = _slots([c for _, c in row] for row in rows)
-        for stretch in _stretches(at):
+        weights = by_operand([c for _, c in row] for row in rows)
+        for stretch in stretches(at):
             self._loop(at, first, stretch, " + ".join(f"{{{k}}}" for k in range(width)), weights)
 
     def round(self, kinds: dict[str, list[int]]) -> None:
@@ -236,19 +196,19 @@ class Tables:
                 self._extremes(kind, atoms, operands)
                 continue
             if kind == "same":
-                self.places |= {((k, 1.0),): self.places[operands[k][0]] for k in atoms}
+                self.places.update({((k, 1.0),): self.places[operands[k][0]] for k in atoms})
                 continue
             atoms, at = self._order(kind, atoms, operands)
             first = self.slots([((k, 1.0),) for k in atoms])
             text = LOOPS[kind] if kind in LOOPS else f"f_{kind}({', '.join(f'{{{k}}}' for k in range(len(at)))})"
-            for stretch in _stretches(at):
+            for stretch in stretches(at):
                 self._loop(at, first, stretch, text)
 
     def _order(self, kind: str, atoms: list[int], operands: dict[int, list[Row]]) -> tuple[list[int], list[list[int]]]:
         """Atoms of one kind and the places of their operands, in the order that makes fewer runs: as they come, or by places."""
         places = {k: [self.places[row] for row in operands[k]] for k in atoms}
         turned = {k: sorted(at) if kind == "mul" else at for k, at in places.items()}
-        return _fewest_runs([(order, _slots(at[k] for k in order)) for at in (places, turned)
+        return fewest_runs([(order, by_operand(at[k] for k in order)) for at in (places, turned)
                              for order in (atoms, sorted(atoms, key=lambda k: at[k]))])
 
     def _loop(self, at: list[list[int]], first: int, stretch: Stretch, text: str, weights: Sequence[Sequence[float]] = ()) -> None:
@@ -271,8 +231,8 @@ class Tables:
             known.append((f"real c{k}", self.number(own[0])) if alike else (f"const real *RESTRICT c{k}", self.table(own, False)))
             given[k] = f"c{k}{'' if alike else f'[{place}]'}*{given[k]}"
         few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
-        head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {few.replace('< n', f'< {width}')}"
-        body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};"
+        head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {{ {few.replace('< n', f'< {width}')}"
+        body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};{'' if alone or width == 1 else ' ROW; }'}"
         if given == ["p0[i]"] and text == "f_sqrt({0})":
             body = "    (void)v; {at}roots(p0, y, n);"
         kernel = self.kernels.setdefault((", ".join(x for x, _ in known), body), f"{{at}}loop{len(self.kernels)}")
@@ -298,19 +258,31 @@ def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None,
     return {atoms: list(rows) for atoms, rows in found.items()}
 
 
+def _outputs(places: list[int]) -> Iterator[str]:
+    """The statements that give out what lies at `places`."""
+    start = 0
+    for width, steps in runs([places]):
+        at = f"{places[start]}{' + i' if all(steps) else ''}"
+        yield f"out[{start}] = v[{places[start]}];" if width == 1 else f"for (int i = 0; i < {width}; ++i) out[{start} + i] = v[{at}];"
+        start += width
+
+
 def table_program(program: Program, outputs: Sequence[Value], number: Any, prefix: str, name: str) -> tuple[list[str], str]:
     """Return the tables of a program as C, and the function {at}`name`(in, out) with what it calls; {at} begins each of their names."""
-    made = Tables(program, number, prefix, alike=_alike(program, outputs))
+    planned = rounds(program, list(outputs))
+    made = Tables(program, number, prefix, Places(last_uses(program, planned, outputs)), alike=_alike(program, outputs))
     made.slots([((k, 1.0),) for k in range(program.n_inputs)])
     made.slots([((None, 1.0),)])
-    for kinds in rounds(program, list(outputs)):
+    for kinds in planned:
         made.round(kinds)
+        made.memory.end_round()
     rows = [row_of(x) for x in outputs]
     made.sums(rows)
-    begin = [f"real v[{made.size}];", f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];", f"v[{program.n_inputs}] = R(1.0);"]
+    begin = [f"real v[{made.memory.size}];", f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];",
+             f"v[{program.n_inputs}] = R(1.0);"]
     products = [*(dense(*kind) for kind in sorted(made.products)), *(beside(*kind) for kind in sorted(made.beside))]
     loops = [f"static NOINLINE void {kernel}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), kernel in made.kernels.items()]
-    end = [f"out[{k}] = v[{made.places[row]}];" for k, row in enumerate(rows)]
+    end = list(_outputs([made.places[row] for row in rows]))
     whole = "\n    ".join([f"static NOINLINE void {{at}}{name}(const real *in, real *out) {{", *begin, *made.lines, *end])
     return [*made.tables, DOT], "\n".join([LANES, ROOTS, *products, *loops, f"{whole}\n}}", "#undef LANES"])

@@ -123,16 +123,16 @@ class StripNet:
 
         def start() -> Tensor:
             moves = each_under_way(flow)[:, None, None]
-            return torch.cat([torch.where(moves, lasting, torch.zeros_like(lasting)), now], dim=-1)
+            return torch.cat([torch.where(moves, lasting, torch.zeros_like(lasting)), now], dim=-1).mT
 
         def following(old: Tensor) -> Tensor:
-            """Return states, rates and speeds a step after `old`, (n, s, size + 5 k + 2)."""
-            (re, im), before = old[..., :size].chunk(2, dim=-1), old[..., size:]
+            """Return states, rates and speeds a step after `old`, (n, size + 5 k + 2, s): strips side by side, for fast exports."""
+            (re, im), before = old.mT[..., :size].chunk(2, dim=-1), old.mT[..., size:]
             middle = (now + before) / 2
             cos, sin, more_re, more_im = self.increments(middle[..., :-2], middle[..., -2:] * carried.steps(3))
-            return torch.cat([cos * re - sin * im + more_re, sin * re + cos * im + more_im, now], dim=-1)
+            return torch.cat([cos * re - sin * im + more_re, sin * re + cos * im + more_im, now], dim=-1).mT
 
-        re, im = carried.value("strip_net", start, following)[..., :size].chunk(2, dim=-1)
+        re, im = carried.value("strip_net", start, following).mT[..., :size].chunk(2, dim=-1)
         return re, im
 
     def validity(self, flow: Flow) -> Tensor:

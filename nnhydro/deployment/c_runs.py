@@ -1,0 +1,121 @@
+"""In which order the values of one operation are computed: so that its operands lie side by side, in few and long runs.
+
+A run is a stretch in which every list of places stands still or goes on by one. Runs that go on are looked for first: what lies strip
+beside strip is read, a vector of the processor at a time, by whatever comes next.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from heapq import heapify, heappop, heappush
+from itertools import groupby, product
+from operator import add
+from typing import Any, Final
+
+RUN: Final = 4  # places that follow each other, a vector of the processor: shorter runs go one by one
+ALL_STEPS: Final = 4  # operands: of more, only runs in which all go on are looked for
+AHEAD: Final = 1.5  # how much more an order may cost in whose runs the places go on
+
+Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how much each list goes on within a width: 0 or 1
+
+
+def runs(at: list[list[int]]) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """Lengths of the runs in which each list of places stands still or goes on by one, and which it does."""
+    n, start = len(at[0]), 0
+    while start < n:
+        stop, first = start + 1, tuple(places[start + 1] - places[start] for places in at) if start + 1 < n else ()
+        while first and set(first) <= {0, 1} and stop < n and all(p[stop] - p[stop - 1] == d for p, d in zip(at, first, strict=True)):
+            stop += 1
+        yield (stop - start, first) if stop - start >= RUN else (1, ())
+        start = stop if stop - start >= RUN else start + 1
+
+
+def stretches(at: list[list[int]]) -> list[Stretch]:
+    """Cut lists of places into stretches of equal runs."""
+    found: list[Stretch] = []
+    start = 0
+    for (width, steps), group in groupby(runs(at)):
+        stop = start + width * len(list(group))
+        found.append((start, stop, width, steps))
+        start = stop
+    return found
+
+
+def by_operand(places: Iterable[Sequence[Any]]) -> list[list[Any]]:
+    """What belongs to each operand, from what belongs to each atom."""
+    return [list(slot) for slot in zip(*places, strict=True)]
+
+
+def _alike_together(order: Sequence[Any], at: list[list[int]]) -> tuple[list[Any], list[list[int]]]:
+    """The same atoms and their places with all runs of one kind behind each other."""
+    lengths, starts = list(runs(at)), [0]
+    for width, _ in lengths:
+        starts.append(starts[-1] + width)
+    first = {kind: k for k, kind in reversed(list(enumerate(lengths)))}
+    chosen = [i for k in sorted(range(len(lengths)), key=lambda k: first[lengths[k]]) for i in range(starts[k], starts[k + 1])]
+    return [order[i] for i in chosen], [[places[i] for i in chosen] for places in at]
+
+
+def _successors(points: Sequence[tuple[int, ...]], step: tuple[int, ...]) -> dict[int, int]:
+    """Which point follows each by `step`; of equal points, the first one follows the first one."""
+    found, seen = dict[tuple[tuple[int, ...], int], int](), defaultdict[tuple[int, ...], int](int)
+    ranks = []
+    for k, point in enumerate(points):
+        ranks.append(seen[point])
+        found[point, seen[point]] = k
+        seen[point] += 1
+    ahead = ((k, found.get((tuple(map(add, point, step)), ranks[k]))) for k, point in enumerate(points))
+    return {k: other for k, other in ahead if other is not None}
+
+
+def _longest_first(order: Sequence[Any], at: list[list[int]]) -> tuple[list[Any], list[list[int]]]:
+    """The same atoms and their places in the longest runs that can be made of them, one after the other."""
+    points = list(zip(*at, strict=True))
+    steps = [step for step in product((0, 1), repeat=len(at)) if any(step)] if len(at) <= ALL_STEPS else [(1,) * len(at)]
+    after = [_successors(points, step) for step in steps]
+    free, waiting = set(range(len(points))), [(-length, n, k) for n, ahead in enumerate(after) for k, length in _heads(ahead, points)]
+    chains: list[tuple[int, int, list[int]]] = []
+    heapify(waiting)
+    while waiting:
+        claimed, n, k = heappop(waiting)
+        chain = list(_walk(after[n], k, free))
+        if len(chain) < RUN:
+            continue
+        if len(chain) < -claimed:
+            heappush(waiting, (-len(chain), n, k))
+            continue
+        free -= set(chain)
+        chains.append((-len(chain), n, chain))
+        for m, ahead in enumerate(after):
+            for other in (ahead[i] for i in chain if ahead.get(i) in free):
+                heappush(waiting, (-len(list(_walk(ahead, other, free))), m, other))
+    chosen = [i for *_, chain in sorted(chains) for i in chain] + sorted(free)
+    return [order[i] for i in chosen], [[places[i] for i in chosen] for places in at]
+
+
+def _walk(ahead: dict[int, int], start: int | None, free: set[int]) -> Iterator[int]:
+    """The points that follow each other from `start` on, as long as they are free."""
+    while start is not None and start in free:
+        yield start
+        start = ahead.get(start)
+
+
+def _heads(ahead: dict[int, int], points: Sequence[Any]) -> Iterator[tuple[int, int]]:
+    """Points that follow none, and how many follow each other from there on."""
+    free = set(range(len(points)))
+    for k in free - set(ahead.values()):
+        yield k, len(list(_walk(ahead, k, free)))
+
+
+def fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[list[Any], list[list[int]]]:
+    """Of several orders of the same atoms, each with its places, the one that makes fewest loops and, of these, fewest runs.
+
+    Runs in which the places go on count less than those in which they stand: what reads the result then finds strip beside strip.
+    """
+    orders = [*orders, *(_alike_together(*order) for order in orders)]
+    longest = _longest_first(*orders[0])
+    best = min(orders, key=_cost)
+    return longest if _cost(longest) <= AHEAD * _cost(best) else best
+
+
+def _cost(order: tuple[list[Any], list[list[int]]]) -> int:
+    return 4 * len(stretches(order[1])) + sum(1 for _ in runs(order[1]))
