@@ -21,6 +21,9 @@ def _print_recordings(found: Survey) -> None:
         say(f"... and {len(found.entries) - SHOWN} more recordings.")
     for step, count in Counter(step for entry in found.entries for step in dict.fromkeys(entry.steps)).items():
         say(f"Read: {step}{'' if len(found.entries) == 1 else f' (in {count} of {len(found.entries)})'}.")
+    if found.how is not None and found.how.low_pass is not None and found.entries:
+        say(f"Cut-off {found.how.low_pass.cutoff_hz:.3g} Hz: models and torques are compared below it. Above, noise hides the "
+            "accelerations.")
     for name, runs in found.tables:
         say(f"Steady table {name}: {plural(runs, 'run')}{f', {odd[name]} oddities' if odd[name] else ''}.")
 

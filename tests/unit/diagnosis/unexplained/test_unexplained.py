@@ -119,6 +119,14 @@ def test_a_recording_that_is_noisy_from_sample_to_sample_is_not_unlike_others():
     assert unlike_recordings(*loudness([1, 1, 50, 1, 1], levels=[1, 1, 50, 1, 1])) == ()
 
 
+def test_a_recording_in_which_the_drive_jumps_is_not_unlike_others():
+    """What a jump, known to a row, leaves in the band says nothing of the machine."""
+    noise, of = loudness([1, 1, 14, 1, 1])
+    jumps = of.problem.stretches[2].segment
+    jumps.tau = jumps.tau + 20.0 * np.sign(np.sin(np.arange(400) / 30))[:, None]
+    assert unlike_recordings(noise, of) == ()
+
+
 def test_of_three_recordings_none_is_called_unlike_the_others():
     assert unlike_recordings(*loudness([1, 50, 1])) == ()
 

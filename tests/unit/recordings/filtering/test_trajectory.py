@@ -8,7 +8,7 @@ from campaigns import multi_sine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trajectory, trusted_edge, white_level
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, step_level, trajectory, trusted_edge, white_level
 from nnhydro.recordings.recording import Recording
 
 EDGE = 4.0  # Hz
@@ -84,6 +84,14 @@ def test_the_level_of_white_noise_is_told_whatever_slow_motion_it_lies_on(level,
     t = np.arange(2000) / 100.0
     x = level * rng.standard_normal((2000, 2)) + 20 * level * np.sin(t)[:, None]
     assert white_level(x) == pytest.approx([level, level], rel=0.15)
+
+
+def test_jumps_are_no_white_noise_but_count_as_steps():
+    x = 0.1 * np.random.default_rng(1).standard_normal((2000, 1))
+    jumped = x + 5.0 * (np.arange(2000) // 100 % 2)[:, None]
+    assert white_level(jumped) == pytest.approx(white_level(x), rel=0.1)
+    assert step_level(x) == pytest.approx([0.1], rel=0.1)
+    assert step_level(jumped)[0] > 2 * step_level(x)[0]
 
 
 @pytest.mark.parametrize(("channels", "noise"), [("q", (1e-4, 0, 0)), ("q", (1e-3, 0, 0)), ("q", (1e-2, 0, 0)), ("qva", (1e-3, 1e-2, 0.1))])
