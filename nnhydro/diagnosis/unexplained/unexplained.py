@@ -16,7 +16,7 @@ from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.unexplained.own_parameters import recordings_of_own_parameters
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
-from nnhydro.recordings.filtering.trajectory import step_level
+from nnhydro.recordings.filtering.trajectory import step_level, white_level
 
 Array = NDArray[np.float64]
 LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
@@ -105,17 +105,20 @@ def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
     leaves in the band says nothing.
     """
     problem = design.problem
-    own, shares = np.sqrt(noise.sigma2 * noise.S.mean(axis=1)), np.full((problem.groups, design.y.shape[1]), np.nan)
+    own = np.sqrt(noise.sigma2 * noise.S.mean(axis=1))
+    white, stepped = np.full((2, problem.groups, design.y.shape[1]), np.nan)
     for stretch in problem.stretches:
         if not stretch.segment.steady and stretch.segment.tau is not None:
-            level = step_level(stretch.segment.tau)
-            shares[stretch.group] = own[stretch.group] / np.maximum(level, 1e-9 * design.scale)
-    counted = np.isfinite(shares).all(axis=1)
+            level = white_level(stretch.segment.tau)
+            assert level is not None
+            white[stretch.group] = np.maximum(level, 1e-9 * design.scale)
+            stepped[stretch.group] = np.maximum(step_level(stretch.segment.tau), white[stretch.group])
+    counted = np.isfinite(white).all(axis=1)
     if counted.sum() < FEWEST_ALIKE:
         return ()
-    usual = np.percentile(shares[counted], QUIET, axis=0)
+    usual = np.percentile((own / white)[counted], QUIET, axis=0)
     large = np.sqrt(noise.sigma2 * noise.S.sum(axis=1)) * np.sqrt(problem.edge / noise.S.shape[1]) > MATERIAL * design.scale
-    groups = np.flatnonzero(((FORM * shares > usual) & large).any(axis=1) & counted)
+    groups = np.flatnonzero(((FORM * own > usual * stepped) & large).any(axis=1) & counted)
     return tuple(dict.fromkeys(s.name for g in groups.tolist() for s in problem.stretches if s.group == g))
 
 

@@ -127,6 +127,13 @@ def test_a_recording_in_which_the_drive_jumps_is_not_unlike_others():
     assert unlike_recordings(noise, of) == ()
 
 
+def test_recordings_without_jumps_are_not_unlike_those_with_jumps():
+    noise, of = loudness([1, 1, 1, 1, 1])
+    for stretch in of.problem.stretches[:2]:
+        stretch.segment.tau = stretch.segment.tau + 50.0 * np.sign(np.sin(np.arange(400) / 30))[:, None]
+    assert unlike_recordings(noise, of) == ()
+
+
 def test_of_three_recordings_none_is_called_unlike_the_others():
     assert unlike_recordings(*loudness([1, 50, 1])) == ()
 
