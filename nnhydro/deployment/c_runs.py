@@ -13,7 +13,6 @@ from typing import Any, Final
 
 RUN: Final = 4  # places that follow each other, a vector of the processor: shorter runs go one by one
 ALL_STEPS: Final = 4  # operands: of more, only runs in which all go on are looked for
-AHEAD: Final = 1.5  # how much more an order may cost in whose runs the places go on
 
 Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how much each list goes on within a width: 0 or 1
 
@@ -107,14 +106,8 @@ def _heads(ahead: dict[int, int], points: Sequence[Any]) -> Iterator[tuple[int, 
 
 
 def fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[list[Any], list[list[int]]]:
-    """Of several orders of the same atoms, each with its places, the one that makes fewest loops and, of these, fewest runs.
-
-    Runs in which the places go on count less than those in which they stand: what reads the result then finds strip beside strip.
-    """
-    orders = [*orders, *(_alike_together(*order) for order in orders)]
-    longest = _longest_first(*orders[0])
-    best = min(orders, key=_cost)
-    return longest if _cost(longest) <= AHEAD * _cost(best) else best
+    """Of several orders of the same atoms, each with its places, the one that makes fewest loops and, of these, fewest runs."""
+    return min([*orders, *(_alike_together(*order) for order in orders), _longest_first(*orders[0])], key=_cost)
 
 
 def _cost(order: tuple[list[Any], list[list[int]]]) -> int:

@@ -29,20 +29,17 @@ def gain_of_own_parameters(Y: Array, r: Array, further: int = 0) -> tuple[float,
     """
     n, p = Y.shape
     alone = max(gain_of_own_parameters(Y[:, p - further:], r)[0], 0.0) if further else 0.0
-    G, b, rr = Y.T @ Y, Y.T @ r, float(r @ r)
+    g, V = np.linalg.eigh(Y.T @ Y)  # M = V (1 + g / s) V': never singular, however the columns of what rests repeat each other
+    g, b, rr = np.maximum(g, 0.0), V.T @ (Y.T @ r), float(r @ r)
     size = none = rr / n
-    z = np.zeros(p)
     if not none > 0:
-        return 0.0, z
+        return 0.0, np.zeros(p)
     for _ in range(ROUNDS):
-        M = np.eye(p) + G / size
-        z = np.linalg.solve(M, b / size)
-        Q = (rr - float(b @ z)) / size
+        Q = (rr - float(b @ (b / (size + g)))) / size
         size *= max(Q / n, 1e-6)
-    M = np.eye(p) + G / size
-    z = np.linalg.solve(M, b / size)
+    z = b / (size + g)
     Q = (rr - float(b @ z)) / size
-    return (n * float(np.log(none / size)) + n - Q - float(np.linalg.slogdet(M)[1])) / 2 - alone, z
+    return (n * float(np.log(none / size)) + n - Q - float(np.log1p(g / size).sum())) / 2 - alone, V @ z
 
 
 def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str, ...]:

@@ -41,3 +41,11 @@ def test_what_the_records_of_an_acceleration_disagree_in_is_no_change_of_paramet
     assert gain_of_own_parameters(Y, disagreed)[0] > 20
     assert gain_of_own_parameters(Y, disagreed, further=1)[0] < 3
     assert gain_of_own_parameters(Y, changed, further=1)[0] > 20
+
+
+def test_columns_that_repeat_each_other_have_a_gain_however_small_the_noise():
+    """Where nothing moves and nothing is read, columns whitened by the noise of a computer's digits are as large as numbers get."""
+    r = np.random.default_rng(5).standard_normal(40)
+    gain, z = gain_of_own_parameters(np.full((40, 2), 1e140), r)
+    assert np.isfinite(gain)
+    assert np.abs(z).max() < 1e-139
