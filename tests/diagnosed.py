@@ -20,6 +20,7 @@ from nnhydro.recordings.recording import Recording, SteadyTable
 
 ARM, TWO = arm(1), arm(2)
 FRICTION = 0.5  # N m
+BUOYANCY = float(9.81e3 * np.pi / 4 * ARM.D[0] ** 2 * ARM.L[0])  # N
 NOISE = 0.003  # of the torque's rms
 
 
@@ -58,6 +59,12 @@ def friction_stated(level=0.45):
     """The rubbing arm, whose friction arm.yaml states: a tenth too small, and as a step where the drive's goes smoothly."""
     known = Arm.model_validate(ARM.document() | {"friction": [{"coulomb_Nm": level, "known_to": 0.15}]})
     return Campaign.of(known, list(rubbing(count=8).recordings()))
+
+
+def upright_under_water():
+    """An upright arm whose buoyancy, half way along the link, nobody stated."""
+    upright = Arm.model_validate(ARM.document() | {"gravity_m_s2": 9.81})
+    return Campaign.of(upright, made(upright, more=lambda r, k: -BUOYANCY * ARM.L[0] / 2 * np.cos(r.q)))
 
 
 def shuffled():
@@ -246,6 +253,7 @@ CAMPAIGNS = {
     "rubbing, three recordings": lambda: rubbing(count=3),
     "friction stated": friction_stated,
     "friction stated too small": lambda: friction_stated(0.2),
+    "upright under water": upright_under_water,
     "two frictions": lambda: Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.3) + 0.4 * r.qd)),
     "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=8, more=lambda r, k: dry(r, 2, 0.2))),
     "rubbing since the fourth": lambda: since(3),

@@ -37,12 +37,16 @@ def content_sha256(recording: Recording) -> str:
     return _digest("recording", recording.t, recording.q, recording.tau)
 
 
+def _ranges(x: Array) -> Array:
+    """Return the range of the finite values of every column of `x` (n, k), 0 where there are none."""
+    return np.array([np.ptp(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0 for column in x.T])
+
+
 def _steps(x: Array, share: float, offset: float) -> NDArray[np.int64]:
     """A few samples of the columns of `x` (n, k) in steps of `share` of their range, which is rounded down to a power of two."""
     some = x[np.round(np.linspace(0, len(x) - 1, SAMPLES)).astype(int)]
     finite = np.where(np.isfinite(some), some, 0.0)
-    width = np.array([np.ptp(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0 for column in x.T])
-    step = share * 2.0 ** np.floor(np.log2(np.maximum(width, TINY)))
+    step = share * 2.0 ** np.floor(np.log2(np.maximum(_ranges(x), TINY)))
     made: NDArray[np.int64] = np.floor((finite - finite[0]) / step + offset).astype(np.int64)
     return made
 
@@ -51,7 +55,7 @@ def marks(recording: Recording) -> frozenset[str]:
     """Return the sha256 of what `recording` holds and the two marks by which it is known when it was saved again with fewer digits."""
     found = {content_sha256(recording)}
     tau = recording.tau
-    if len(recording) < SAMPLES or tau is None or not np.nanmax(np.ptp(np.where(np.isfinite(tau), tau, np.nan), axis=0), initial=0.0) > 0:
+    if len(recording) < SAMPLES or tau is None or not _ranges(tau).any():
         return frozenset(found)  # no torque that differs from run to run: two swings from one angle look alike
     for offset in (0.25, 0.75):
         coarse = [_steps(recording.q, ANGLE, offset), _steps(tau, TORQUE, offset)]

@@ -6,7 +6,7 @@ from inspect import signature
 
 import numpy as np
 import pytest
-from diagnosed import FRICTION, campaign, diagnosed, named
+from diagnosed import BUOYANCY, FRICTION, campaign, diagnosed, named
 
 from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.constants import LISTED
@@ -60,6 +60,14 @@ def test_a_friction_that_is_much_larger_than_stated_is_named():
     told = diagnosed("friction stated too small")
     assert named(told) == {("coulomb_friction", 1)}
     assert told.findings[0].parameters["level"].value == pytest.approx(FRICTION - 0.2, rel=0.15)
+
+
+def test_the_buoyancy_of_an_upright_arm_is_found_as_a_force_upward():
+    told = diagnosed("upright under water")
+    assert [f.effect for f in told.findings] == ["buoyancy_tilt"]
+    said = told.findings[0].parameters
+    assert said["force"].value == pytest.approx(BUOYANCY, rel=0.01)
+    assert said["direction"].value == pytest.approx(np.pi / 2, abs=0.01)
 
 
 def test_rates_that_lag_the_angles_are_told():

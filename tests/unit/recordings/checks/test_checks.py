@@ -199,6 +199,13 @@ def test_the_verdict_counts_kinds_of_warnings_as_they_are_printed():
     assert f" {printed} warning" in verdict(found)
 
 
+def test_a_copy_with_fewer_digits_is_one_where_a_torque_cell_is_empty_too():
+    c = healthy(1) | {"tau1_Nm": np.where(np.arange(1000) == 500, np.nan, healthy(1)["tau1_Nm"])}
+    c["tau2_Nm"] = np.where(np.arange(1000) == 400, np.nan, c["tau2_Nm"])
+    runs = [recording(c, "r0"), recording({name: np.round(x, 6) for name, x in c.items()}, "r1")]
+    assert copied_recordings(Campaign.of(the_arm(), runs)) == (("r0", "r1"),)
+
+
 def test_free_swings_from_one_angle_are_no_copies():
     def swing(release: float) -> dict[str, np.ndarray]:
         q = np.round(release * np.cos(3 * np.arange(1000) / 100) / 0.01) * 0.01
