@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.fitting.linear.least_squares import correlation_time, fit
-from nnhydro.fitting.linear.prior import prior
+from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.fitting.linear.statistics import Statistics, block, columns_and_offset, residual_energy, total
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.load_sum import Loads
@@ -40,6 +40,7 @@ CHANGE = 3.0  # nats against each channel that would have been wrong: one in twe
 SURE = np.log(100.0)  # nats between the likeliest reading and the one as recorded
 EXPLAINS, BETTER = 0.6, 0.7  # the likeliest leaves less than so much of the torque, and less than so much of what the recorded one leaves
 MOST_JOINTS = 3  # beyond: signs of torques alone are tried
+DRY, OIL = "dry", "oil"  # terms of friction
 CERTAIN = 1e6  # odds beyond it are not told apart
 
 
@@ -83,7 +84,7 @@ def _loads(arm: Arm) -> Loads:
     known = baseline("rigid" if arm.dry else "constant").start(arm)
     bare = Loads({name: term for name, term in known.terms.items() if not name.startswith("stated_")})
     n = arm.n_links
-    return bare.plus("dry", CoulombTerm((0.0,) * n)).plus("oil", ViscousTerm((0.0,) * n))
+    return bare.plus(DRY, CoulombTerm((0.0,) * n)).plus(OIL, ViscousTerm((0.0,) * n))
 
 
 def _some(segment: Segment) -> Segment:
@@ -110,7 +111,7 @@ def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Arr
     """The likelihood of one way, given the columns X, c_0 of its motion and the torques as recorded."""
     index, sign = list(way.torques), np.array(way.torque_signs, dtype=float)
     stats: Statistics = total([block(X, sign * tau[:, index] - c0) for (X, c0), tau in zip(motions, torques, strict=True)])
-    free = prior(loads, arm)
+    free = _friction_as_large_as_the_torque(prior(loads, arm), loads, stats)
     before = replace(free, lowest=np.where(np.isfinite(free.lowest), free.lowest, -FARTHEST),
                      highest=np.where(np.isfinite(free.highest), free.highest, FARTHEST))
     found = fit(stats, before, correlation)
@@ -119,6 +120,16 @@ def judge(way: Assignment, motions: list[tuple[Array, Array]], torques: list[Arr
     size = sum(float((tau**2).sum()) for tau in torques)
     nats = -float((stats.n / correlation[index] / 2 * np.log(left)).sum()) - float(z @ z) / 2 - CHANGE * way.changes
     return WayFit(way, nats, float(np.sqrt(left.sum() / max(size, 1e-300))))
+
+
+def _friction_as_large_as_the_torque(known: Prior, loads: Loads, stats: Statistics) -> Prior:
+    """Return `known` where one standard deviation of each friction makes its joint's torque, whatever the unit of that."""
+    energy = np.einsum("jpp->jp", stats.H)
+    of_joint = stats.s[energy.argmax(axis=0)], energy.max(axis=0)
+    friction = np.concatenate([np.full(len(term.linear_values()), name in (DRY, OIL)) for name, term in loads.linear().items()])
+    told = friction & (of_joint[0] > 0) & (of_joint[1] > 0)
+    size = np.sqrt(np.divide(*of_joint, out=np.ones_like(of_joint[0]), where=told))
+    return replace(known, F=size[:, None] * known.F)
 
 
 @final

@@ -79,13 +79,17 @@ def correlation_times(loads: Loads, theta: Array, chosen: Sequence[Unit], arm: A
 def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm, before: Prior | None = None) -> tuple[Solution, list[Statistics], Prior]:
     """Fit the linear parameters of `loads` to the units `chosen`; returns solution, statistics a unit, prior.
 
-    `before` is what is known of the parameters; by default what arm.yaml says.
+    `before` is what is known of the parameters; by default what arm.yaml says. Raises CampaignError where no row can be fitted, or every
+    torque is 0.
     """
     blocks = [total([of_segment(loads, segment, arm) for segment in unit.segments()]) for unit in chosen if unit.segments()]
     if not blocks:
         raise CampaignError("no recording holds a stretch of finite rows long enough to fit: see nnhydro check")
     before = prior(loads, arm) if before is None else before
     summed = total(blocks)
+    if not summed.s.any():
+        raise CampaignError("all torques are exactly 0: what nothing drives tells its parameters only up to a common factor, and there is "
+                            "no torque to learn: nnhydro diagnose holds the masses that arm.yaml states and fits the rest")
     first = fit(summed, before, np.ones(arm.n_links))
     correlation = correlation_times(loads, first.theta, chosen, arm)
     return fit(summed, before, correlation), blocks, before

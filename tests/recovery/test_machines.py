@@ -5,6 +5,7 @@
     tau = J qdd + m g c cos(q) + F_c sgn(qd) + T cos(14 q)      a pendulum on a motor with magnets
     0 = J qdd + m g c cos(q) + b qd                             a hull that rolls out
     0 = J qdd + m g c cos(q) + b |qd| qd + k (q - q_0)          a rod on a cable
+    0 = J qdd + F_c sgn(qd) + b |qd| qd                         a fan wheel that coasts
     tau = C_M rho A L du/dt L/2 + drag                          a section that is held in a wave
 """
 
@@ -17,6 +18,7 @@ import nnhydro
 from nnhydro.diagnosis.diagnose import diagnose
 
 AIR = {"density_kg_m3": 0.0, "kinematic_viscosity_m2_s": 1e-6}
+THIN = {"density_kg_m3": 1.2, "kinematic_viscosity_m2_s": 1.5e-5}
 WATER = {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1e-6}
 
 
@@ -128,6 +130,30 @@ def rod_on_a_cable(seed):
     return {"t_s": t, "q1_rad": swing.y[0] - np.pi / 2 + noise(seed, t, 4e-4), "tau1_Nm": 0 * t}
 
 
+def coasting(seed, rubbing):
+    """A fan wheel of 10 kg m^2 that coasts in air, read at every eighth of a turn."""
+    from scipy.integrate import solve_ivp
+
+    drag = 1.2 * 1.5 * 0.3 * 0.75**4 / 8
+    run = solve_ivp(lambda _, y: [y[1], -(rubbing * np.tanh(y[1] / 1e-3) + drag * abs(y[1]) * y[1]) / 10.0], (0, 50),
+                    [0.0, 5.0 + 0.6 * seed], rtol=1e-10, dense_output=True)
+    t = np.arange(0, 50, 0.002)
+    q = run.sol(t)[0]
+    steps = np.arange(0, q[-1], np.pi / 4)
+    t = np.interp(steps, q, t)
+    return {"t_s": t, "q1_rad": steps + noise(seed, t, 2e-3), "tau1_Nm": 0 * t}
+
+
+def fan_wheel(seed):
+    """The wheel on dry bearings."""
+    return coasting(seed, 0.13)
+
+
+def fan_wheel_on_good_bearings(seed):
+    """The wheel with its drag alone: any other law would only share the inertia's torque with it."""
+    return coasting(seed, 0.0)
+
+
 def link(**keys):
     """A link's document."""
     return {"length_m": 0.5, "diameter_m": 0.1} | keys
@@ -149,6 +175,10 @@ MACHINES = {
                                               "known_to": 0.02}, {}),
     rod_on_a_cable: (WATER, {}, link(diameter_m=0.06, mass_kg=3.2, com_m=0.33, inertia_kg_m2=0.055, known_to=0.005),
                      {"umbilical_stiffness": 2.0}),
+    fan_wheel: (THIN, {"gravity_m_s2": 0.0}, {"length_m": 0.75, "diameter_m": 0.3, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 10.0,
+                                              "known_to": 0.05}, {"coulomb_friction": 0.13}),
+    fan_wheel_on_good_bearings: (THIN, {"gravity_m_s2": 0.0}, {"length_m": 0.75, "diameter_m": 0.3, "mass_kg": 0.0, "com_m": 0.0,
+                                                               "inertia_kg_m2": 10.0, "known_to": 0.05}, {}),
     section_in_waves: (WATER, {}, {"length_m": 0.6, "diameter_m": 0.1, "mass_kg": 5.0, "com_m": 0.3, "inertia_kg_m2": 0.15},
                        {"wave_orbital": 0.12}),
 }

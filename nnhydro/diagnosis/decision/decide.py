@@ -15,10 +15,10 @@ A member k of the best set S is claimed if
        FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
 Members that fail leave the set, the one that gains least first, and the others are judged again. Those that would only be the form of
-another leave last: the other may fail itself.
+another leave last, and come back when another fails: its form they were not.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -63,11 +63,12 @@ class Decision:
 @final
 @dataclass(frozen=True, eq=False)
 class Claims:
-    """The claimed set, all decisions, and each member's share of the torque."""
+    """The claimed set, all decisions, each member's share of the torque, and the members left out as the form of others."""
 
     claimed: ScoredSet
     decisions: tuple[Decision, ...]
     shares: dict[int, float]
+    as_form: frozenset[int] = frozenset()
 
 
 def torque_shares(search: Search, found: ScoredSet) -> dict[int, float]:
@@ -90,26 +91,29 @@ def _precision(search: Search, found: ScoredSet, k: int) -> float:
 
 def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
     """Return what of `best` is claimed, and a decision for each candidate."""
-    decisions: list[Decision] = []
-    now = best
+    decisions: dict[int, Decision] = {}
+    now, as_form = best, frozenset[int]()
     while now.chosen:
-        rests = [search.score(tuple(x for x in now.chosen if x != k)) for k in now.chosen]
-        gains = log_densities(search.view, [now, *rests], seed)
-        held = gains[:, :1] - gains[:, 1:]  # (folds, members)
+        rests = {k: _without(search, now, {k}) for k in now.chosen}
+        densities = log_densities(search.view, [now, *rests.values()], seed)
+        held = densities[:, :1] - densities[:, 1:]  # (folds, members)
         shares = torque_shares(search, now)
-        threshold = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests))
-        bars = _form_bars(search, now, rests)
-        judged = [_judge(search, now, rest, k, held[:, i], shares, max(threshold, bars[i]))
-                  for i, (k, rest) in enumerate(zip(now.chosen, rests, strict=True))]
-        gained = [search.gain(rest, now) for rest in rests]
-        failed = [(threshold < gain <= bar, gain, k, d) for gain, bar, k, d in zip(gained, bars, now.chosen, judged, strict=True)
-                  if not d.claimed]
+        chance = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests.values()))
+        bars = _form_bars(search, now, list(rests.values()))
+        judged = {k: _judge(search, now, rests[k], k, held[:, i], shares, max(chance, bars[i])) for i, k in enumerate(now.chosen)}
+        failed = [(chance < gain <= bar, gain, k) for k, bar in zip(now.chosen, bars, strict=True)
+                  if not judged[k].claimed for gain in (search.gain(rests[k], now),)]
         if not failed:
-            return Claims(now, (*decisions, *judged), shares)
-        *_, worst, decision = min(failed, key=lambda failure: failure[:2])
-        decisions.append(decision)
-        now = search.score(tuple(x for x in now.chosen if x != worst))
-    return Claims(now, tuple(decisions), {})
+            return Claims(now, (*(d for k, d in decisions.items() if k not in judged), *judged.values()), shares, as_form)
+        form, _, worst = min(failed)
+        decisions = {k: d for k, d in decisions.items() if k != worst} | {worst: judged[worst]}
+        now = rests[worst] if form else search.score(sorted({*rests[worst].chosen, *as_form}))
+        as_form = as_form | {worst} if form else frozenset()
+    return Claims(now, tuple(decisions.values()), {}, as_form)
+
+
+def _without(search: Search, found: ScoredSet, members: Set[int]) -> ScoredSet:
+    return search.score(tuple(k for k in found.chosen if k not in members))
 
 
 def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> list[float]:
@@ -221,9 +225,18 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
             return decided, proof
         reason = (f"the error on held-out {proof.held_out} hardly falls with it, from "
                   f"{percent(without[worst] if burden else proof.before)} to {percent(proof.after)}")
-        gone = [worst] if burden else list(without)
-        keys = set(map(search.key, gone))
-        decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
-                          for d in decided.decisions)
-        decided = Claims(search.score(tuple(k for k in decided.claimed.chosen if k not in gone)), decisions,
-                         {k: share for k, share in decided.shares.items() if k not in gone})
+        gone = {worst} if burden else set(without)
+        decided = _withdraw(search, decided, gone, reason, seed)
+
+
+def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int) -> Claims:
+    """Return the claims without `gone`; what was left out as their form is judged again."""
+    keys = set(map(search.key, gone))
+    decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
+                      for d in decided.decisions)
+    rest = _without(search, decided.claimed, gone)
+    if not decided.as_form:
+        return Claims(rest, decisions, {k: share for k, share in decided.shares.items() if k not in gone})
+    again = decide(search, search.score(sorted({*rest.chosen, *decided.as_form})), seed)
+    judged = {(d.effect, d.joint) for d in again.decisions}
+    return replace(again, decisions=(*(d for d in decisions if (d.effect, d.joint) not in judged), *again.decisions))

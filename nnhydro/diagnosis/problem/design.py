@@ -185,28 +185,29 @@ class Design:
         return made
 
     @cached_property
-    def _weight_and_rest(self) -> Array:
-        """The model's weight and all else it holds, (n, joints, 2)."""
+    def _weight_and_inertia(self) -> Array:
+        """The model's weight and its inertia, (n, joints, 2): what resists the motion is as large as both together where nothing drives."""
         def on(stretch: Stretch) -> Array:
-            """Return the weight and all else that the model holds on a stretch, (n, joints, 2) N m."""
+            """Return the weight and the inertia's torque of the model on a stretch, (n, joints, 2) N m."""
             flow = Flow(self.problem.arm, Motion.of(stretch.segment))
-            still = replace(flow, motion=replace(flow.motion, qd=0 * flow.motion.qd, qdd=0 * flow.motion.qdd))
+            starting = replace(flow, motion=replace(flow.motion, qd=0 * flow.motion.qd))
+            still = replace(flow, motion=replace(starting.motion, qdd=0 * flow.motion.qdd))
             loads = self.baseline.physics.loads
-            weight, whole = loads.torque(still).numpy(), loads.torque(flow).numpy()
-            return np.stack([weight, whole - weight], axis=2)
+            weight = loads.torque(still).numpy()
+            return np.stack([weight, loads.torque(starting).numpy() - weight], axis=2)
 
         return self.rows(on)
 
     @cached_property
     def parts(self) -> Array:
-        """The rms of the model's weight and of all else it holds, (joints, 2)."""
-        made: Array = np.sqrt((self._weight_and_rest**2).sum(axis=0) / self.time)
+        """The rms of the model's weight and of its inertia's torque, (joints, 2)."""
+        made: Array = np.sqrt((self._weight_and_inertia**2).sum(axis=0) / self.time)
         return made
 
     @property
     def largest_part(self) -> Array:
         """The largest part of the model, (n, joints): weight or inertia."""
-        return self._weight_and_rest[..., 0 if self.heavy else 1]
+        return self._weight_and_inertia[..., 0 if self.heavy else 1]
 
     @cached_property
     def input_variance(self) -> Array:

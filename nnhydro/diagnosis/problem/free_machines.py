@@ -26,6 +26,8 @@ LEAST = 0.1  # of the model's scale: beyond, a law would carry the machine in th
 
 def shares_of_largest(design: "Design", columns: Array) -> Array:
     """Return how much of the model's largest part w each of the `columns` (n, joints, K) holds, (K,): X.w / w.w."""
+    if not design.heavy:
+        return np.zeros(columns.shape[2])
     w = design.largest_part
     made: Array = np.einsum("nj,njk->k", w, columns) / max(float((w**2).sum()), 1e-300)
     return made
@@ -36,7 +38,7 @@ def scale_factor(design: "Design", columns: Array, values: Array) -> float:
 
         a = X'.w / (w.w - M.w)
     """
-    if not design.undriven:
+    if not (design.undriven and design.heavy):
         return 1.0
     model = float(shares_of_largest(design, (design.tau - design.y)[..., None])[0])
     if model > ONE_PART:
@@ -54,8 +56,9 @@ def scale_direction(design: "Design") -> Array:
     def part(stretch: Stretch) -> Array:
         """Return the columns and the torque N m of the model's largest part on a stretch, (n, joints, r + 1)."""
         s = stretch.segment
-        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None, current=None, dcurrent=None)
-        Y, c0 = columns_and_offset(base.physics.loads, still if design.heavy else s, arm)
+        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd if design.heavy else s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None,
+                        current=None, dcurrent=None)
+        Y, c0 = columns_and_offset(base.physics.loads, still, arm)
         return np.concatenate([Y @ base.prior.F, (c0 + Y @ base.prior.mean)[..., None]], axis=2)
 
     rows = design.rows(part)

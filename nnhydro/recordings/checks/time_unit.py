@@ -1,4 +1,4 @@
-"""Time in milli-, micro- or nanoseconds: no arm is sampled less than twice a second."""
+"""Time in milli-, micro- or nanoseconds: hardly an arm is sampled less than twice a second, and whoever did so can state it."""
 
 from collections.abc import Iterator
 
@@ -14,11 +14,11 @@ class TimeUnit(RecordingCheck):
 
     id = "time_unit"
     looks_for = "steps of time so long that the column must be in another unit"
-    remedy = "map it with its unit, 't_s: {from: t_s, unit: %s}' in columns.yaml or --map FILE"
+    remedy = "map it with its unit, 't_s: {from: t_s, unit: %s}' in columns.yaml or --map FILE (unit: s where it is right)"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
-        """Yield a finding where the median step exceeds half a second."""
-        if not reading.dt > SLOW:
+        """Yield a finding where the median step exceeds half a second and no unit of the time is stated."""
+        if not reading.dt > SLOW or "t_s" in reading.recording.origin.stated:
             return
         unit, ratio = next((u, r) for u, r, top in (("ms", 1e3, 500.0), ("us", 1e6, 5e5), ("ns", 1e9, float("inf"))) if reading.dt <= top)
         yield Oddity(reading.name, "error", "t_s",

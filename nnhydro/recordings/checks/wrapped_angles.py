@@ -1,6 +1,8 @@
 """Angles of an encoder that begins again after a turn: the joint goes on, its reading jumps by a whole turn.
 
     |q_{k+1} - q_k| within `NEAR` of a turn (2 pi rad, or 360 where the column holds degrees), every other step far smaller
+
+Where most steps are a turn, nothing begins again: the shaft was read once a turn.
 """
 
 from collections.abc import Iterator
@@ -19,7 +21,8 @@ def wraps(q: Array, turn: float) -> list[int]:
     """Return the rows of `q` (n,) after which it jumps by a `turn`; none where other steps are large too."""
     step = np.abs(np.diff(q))
     jumps = np.abs(step - turn) < NEAR * turn
-    return [int(row) for row in np.flatnonzero(jumps)] if jumps.any() and step[~jumps].max(initial=0.0) < OTHERS * turn else []
+    few = 2 * jumps.sum() < len(jumps)
+    return [int(row) for row in np.flatnonzero(jumps)] if few and step[~jumps].max(initial=0.0) < OTHERS * turn else []
 
 
 def wrapped_rows(reading: Reading, joint: int, turn: float) -> list[int]:

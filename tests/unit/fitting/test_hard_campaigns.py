@@ -80,12 +80,17 @@ def answered(work):
     return None
 
 
+UNREAD = ("nothing moves, nothing is read", "torques read nothing")  # every torque is 0: there is nothing to learn
+
+
 @pytest.mark.parametrize("name", HARD)
 def test_check_and_identify_give_finite_numbers_or_one_line(name):
     made = HARD[name]()
     answered(lambda: survey(made))
     fitted = answered(lambda: identify(made, "constant"))
-    assert fitted is not None, "physics can always be fitted: what the recordings do not tell keeps what was known"
+    assert (fitted is None) == (name in UNREAD), "physics can be fitted: what the recordings do not tell keeps what was known"
+    if fitted is None:
+        return
     assert finite(fitted.fit)
     assert np.isfinite(predict(fitted, made.load(made.names[0]).without_torque()).tau).all()
 
@@ -99,9 +104,10 @@ HARDEST = ("nothing moves, nothing is read", "torques read nothing", "joint 2 lo
 def test_train_benchmark_and_diagnose_give_finite_numbers_or_one_line(name):
     made = HARD[name]()
     trained = answered(lambda: train(made, TINY))
-    assert trained is not None
-    assert finite(trained.fit)
-    assert finite(answered(lambda: benchmark(made, ["constant", "rigid"], 2).document()))
+    compared = answered(lambda: benchmark(made, ["constant", "rigid"], 2).document())
+    assert [trained is None, compared is None] == [name in UNREAD, name in UNREAD or name == "one recording"]
+    assert trained is None or finite(trained.fit)
+    assert finite(compared)
     found = answered(lambda: diagnose(made).document())
     assert finite(found)
     # the torques are those of no arm in any water: the physics errs by a quarter. What resembles the difference is said with doubt, or

@@ -8,6 +8,7 @@ from rigs import arm
 
 from nnhydro.fitting.physical_survey import judged_units, survey_with_physics, torque_unit
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.campaign import Campaign
 
 A = arm(2)
@@ -35,6 +36,14 @@ def test_the_unit_of_the_torques_is_told(unit, name):
 @pytest.mark.parametrize("a", [A, arm(1), arm(2, 0.0, gravity_m_s2=9.81)], ids=["two links", "one link", "in air, upright"])
 def test_torques_in_newton_metres_are_left_alone(a):
     c = whole(a, dry(a) if a.dry else None)
+    assert torque_unit(c, c.plan()) is None
+
+
+def test_a_joint_of_which_friction_is_nearly_all_is_left_alone():
+    """The first joint of a service robot: 29 N m s/rad and 2 N m against an inertia of 2 kg m^2 at 0.3 rad/s."""
+    a = arm(1, 0.0, gravity_m_s2=0.0)
+    rubbing = dry(a).plus("o", ViscousTerm((29.0,))).plus("c", CoulombTerm((2.0,)))
+    c = campaign(a, rubbing, 3, noise=0.1, seconds=8.0, rate=50.0, highest=0.3)
     assert torque_unit(c, c.plan()) is None
 
 

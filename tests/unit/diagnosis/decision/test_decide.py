@@ -77,6 +77,23 @@ def test_what_another_joint_holds_does_not_silence_a_law_that_takes_all_of_its_o
     assert decide(one, one.run(), 0).claimed.chosen == (0,)
 
 
+@pytest.mark.parametrize("useless", [False, True])
+def test_what_was_left_out_as_the_form_of_another_comes_back_when_that_fails_itself(useless, monkeypatch):
+    """The other fails as it is judged (False), or once its error on held-out recordings is known (True)."""
+    one = with_planted([0.5, -0.4])
+    monkeypatch.setattr(deciding, "_form_bars", lambda search, now, rests: [1e9 if k == 1 and 0 in now.chosen else 0.0 for k in now.chosen])
+    if not useless:
+        monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.0 if found.chosen == (0,) else 1.0)
+    errors = {(): 1.0, (0,): 1.1, (1,): 0.5}
+    monkeypatch.setattr(deciding, "prove", lambda search, found, model, seed: Proof(
+        1.0, errors[found.chosen], {search.key(k): 1.0 for k in found.chosen}, [], [], 1.0, 6))
+    decided = decide(one, one.run(), 0)
+    assert decided.claimed.chosen == ((0,) if useless else (1,))
+    claims, _ = withdraw_useless(one, decided, None, 0)
+    assert claims.claimed.chosen == (1,)
+    assert sorted((d.effect, d.claimed) for d in claims.decisions) == [("law_0", False), ("law_1", True)]
+
+
 def test_a_member_that_is_not_admitted_leaves_the_others_standing():
     of = design(2, groups=8, rows=60, noise=0.02)
     smooth = unknown(of).Phi

@@ -66,7 +66,7 @@ def test_of_a_machine_that_nothing_drives_baseline_values_are_those_over_the_fac
     one = search(of, LAWS, X)
     driven = best_fit(one, one.score((0,)))
     assert driven.scale_factor == 1.0
-    of.undriven, of.largest_part = True, X[..., 0]
+    of.undriven, of.heavy, of.largest_part = True, True, X[..., 0]
     free = fit_at(one, one.score((0,)), driven.whitened.v)
     assert abs(free.scale_factor - 1.0) > 0.01, "the law has the form of the largest part"
     np.testing.assert_allclose(free.z, free.posterior.mean[:2] / free.scale_factor)

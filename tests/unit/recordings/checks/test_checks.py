@@ -1,6 +1,7 @@
 """Each planted fault is found under its own name and no other; a healthy campaign and good real recordings raise no alarm."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from nnhydro.cli.terminal.survey import oddity_lines
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.oddity import Oddity
+from nnhydro.recordings.checks.wrapped_angles import wraps
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.repeats import copied_recordings
 from nnhydro.recordings.survey import survey
@@ -184,6 +186,19 @@ def test_lost_rows_are_counted_and_no_jitter():
     oddities = survey(Campaign.of(the_arm(), [one, recording(healthy(2), "r2")]))
     assert [(o.check, o.severity, o.what) for o in oddities.oddities] == [("lost_rows", "note", "4 single row(s) missing, 0.4% of all")]
     assert oddities.entries[0].jitter < 1e-6
+
+
+def test_a_stated_unit_of_the_time_is_believed():
+    slow = recording({**{name: x[::10] for name, x in healthy(1).items()}, "t_s": np.arange(100.0)})
+    stated = replace(slow, origin=replace(slow.origin, stated=("t_s",)))
+    found_of = [{o.check for o in survey(Campaign.of(the_arm(), [r])).oddities} for r in (slow, stated)]
+    assert "time_unit" in found_of[0]
+    assert "time_unit" not in found_of[1]
+
+
+def test_a_shaft_that_was_read_once_a_turn_does_not_begin_again():
+    assert wraps(2 * np.pi * np.arange(20), 2 * np.pi) == []
+    assert wraps(np.arange(0, 20, 0.5) % (2 * np.pi), 2 * np.pi) == [12, 25, 37]
 
 
 def test_a_gap_asks_for_nothing():
