@@ -7,6 +7,7 @@ import numpy as np
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
 from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 from nnhydro.diagnosis.search.values import values_of
 from nnhydro.fitting.linear.least_squares import ridge
@@ -95,13 +96,32 @@ def _cosine(search: Search, found: ScoredSet, k: int, there: ScoredSet, other: i
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))
 
 
+def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
+    """Return the best laws of the standard terms of its joint for which the card of member `k` may be taken, and the other way round.
+
+    Every joint has them: they are rivals however many special laws would gain more in its place.
+    """
+    hypotheses, taken = search.view.library.hypotheses, search.occupied_places(base.chosen)
+    own, laws = hypotheses[k].effect, dict[Key, list[int]]()
+    for i, h in enumerate(hypotheses):
+        other = h.effect
+        alike = other.id in own.signature.mistaken_for or own.id in other.signature.mistaken_for
+        if other.standard and alike and other.joint == own.joint and h.key != hypotheses[k].key and search.place(i) not in taken:
+            laws.setdefault(h.key, []).append(i)
+    return [i for among in laws.values() for i in search.most_gaining(base, among, 1)]
+
+
 def alternatives(search: Search, found: ScoredSet, k: int) -> tuple[float, list[Alternative]]:
     """Return the confidence in the name of member `k`, its equivalents included, and what could take its place, best first."""
     rest = tuple(x for x in found.chosen if x != k)
     base = search.score(rest)
-    key = search.key(k)
-    sets = [search.score((*rest, r)) for r in search.screen(rest) if search.key(r) != key]
-    numbers = [next(x for x in s.chosen if x not in rest) for s in sets]
+    best: dict[Key, tuple[float, int]] = {}
+    for r in (*search.screen(rest), *_resembling(search, base, k)):
+        score = search.score((*rest, r)).score
+        if search.key(r) != search.key(k) and score > best.get(search.key(r), (-np.inf, 0))[0]:
+            best[search.key(r)] = score, r
+    numbers = [r for _, r in best.values()]
+    sets = [search.score((*rest, r)) for r in numbers]
     deficits = [found.score - s.score for s in sets]
     floor = np.exp(-max(search.gain(base, found), 0.0))
     taking = np.array([search.admits(base, s) for s in sets], dtype=float)  # what takes nothing from the unknown is no rival

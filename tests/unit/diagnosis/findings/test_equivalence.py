@@ -3,7 +3,7 @@
 import numpy as np
 from problems import design, law, search
 
-from nnhydro.diagnosis.findings.equivalence import replace_special_laws
+from nnhydro.diagnosis.findings.equivalence import alternatives, replace_special_laws
 
 
 def fitted(sense):
@@ -27,3 +27,21 @@ def test_a_law_whose_told_values_are_those_of_the_plain_one_gives_way_to_it():
     one, found = fitted(lambda values: not told[0])
     told[0] = True  # the values of the fit without the unknown make no sense for it
     assert replace_special_laws(one, found).chosen == (0,)
+
+
+def test_a_standard_term_for_which_the_finding_may_be_taken_is_a_rival_however_many_special_laws_gain_more():
+    of = design(0, groups=8, rows=60)
+    rng = np.random.default_rng(50)
+    truth, special = rng.standard_normal((*of.y.shape, 1)), 10
+    X = np.concatenate([truth, truth + 0.6 * rng.standard_normal(truth.shape),
+                        truth + 0.2 * rng.standard_normal((*of.y.shape, special))], axis=2)
+    of.y = of.y + 0.25 * truth[..., 0]
+    named = [law("viscous", joint=1, standard=True), law("dry", joint=1, standard=True), *[law(f"special_{i}") for i in range(special)]]
+    for alike in (False, True):
+        if alike:
+            named[0].effect.signature.mistaken_for = ("dry",)
+        one = search(of, tuple(named), X)
+        _, others = alternatives(one, one.score((0,)), 0)
+        assert len(others) >= 4
+        assert (1 in [a.number for a in others]) == alike
+        assert len({one.key(a.number) for a in others}) == len(others), "the best law of each effect alone"
