@@ -35,7 +35,7 @@ def test_a_standard_term_for_which_the_finding_may_be_taken_is_a_rival_however_m
     truth, special = rng.standard_normal((*of.y.shape, 1)), 10
     X = np.concatenate([truth, truth + 0.6 * rng.standard_normal(truth.shape),
                         truth + 0.2 * rng.standard_normal((*of.y.shape, special))], axis=2)
-    of.y = of.y + 0.25 * truth[..., 0]
+    of.y = of.y + 0.8 * truth[..., 0]
     named = [law("viscous", joint=1, standard=True), law("dry", joint=1, standard=True), *[law(f"special_{i}") for i in range(special)]]
     for alike in (False, True):
         if alike:
