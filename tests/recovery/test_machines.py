@@ -6,6 +6,7 @@
     0 = J qdd + m g c cos(q) + b qd                             a hull that rolls out
     0 = J qdd + m g c cos(q) + b |qd| qd + k (q - q_0)          a rod on a cable
     0 = J qdd + F_c sgn(qd) + b |qd| qd                         a fan wheel that coasts
+    0 = (J + J_r) qdd + m g c cos(q) + F_c sgn(qd)              a servo that falls without power
     tau = C_M rho A L du/dt L/2 + drag                          a section that is held in a wave
 """
 
@@ -154,6 +155,18 @@ def fan_wheel_on_good_bearings(seed):
     return coasting(seed, 0.0)
 
 
+def falling_servo(seed):
+    """A bar on a servo without power falls from various heights: the rotor and the friction of its gear hold it up."""
+    from scipy.integrate import solve_ivp
+
+    t = np.arange(0, 1.2, 0.005)
+    def slope(_, y):
+        return [y[1], -(0.6 * 9.81 * 0.125 * np.cos(y[0]) + 0.16 * np.tanh(y[1] / 0.005)) / (0.0036 + 0.6 * 0.125**2 + 0.0078)]
+
+    fall = solve_ivp(slope, (0, 1.2), [(-0.3 + 0.15 * seed) * (-1) ** seed + np.pi * (seed % 2), 0.0], t_eval=t, rtol=1e-8)
+    return {"t_s": t, "q1_rad": np.round(fall.y[0] / (2 * np.pi / 4096)) * (2 * np.pi / 4096), "tau1_Nm": 0 * t}
+
+
 def link(**keys):
     """A link's document."""
     return {"length_m": 0.5, "diameter_m": 0.1} | keys
@@ -179,6 +192,8 @@ MACHINES = {
                                               "known_to": 0.05}, {"coulomb_friction": 0.13}),
     fan_wheel_on_good_bearings: (THIN, {"gravity_m_s2": 0.0}, {"length_m": 0.75, "diameter_m": 0.3, "mass_kg": 0.0, "com_m": 0.0,
                                                                "inertia_kg_m2": 10.0, "known_to": 0.05}, {}),
+    falling_servo: (AIR, {}, {"length_m": 0.25, "diameter_m": 0.03, "mass_kg": 0.6, "com_m": 0.125, "inertia_kg_m2": 0.0036,
+                              "known_to": 0.03}, {"coulomb_friction": 0.16, "rotor_inertia": 0.0078}),
     section_in_waves: (WATER, {}, {"length_m": 0.6, "diameter_m": 0.1, "mass_kg": 5.0, "com_m": 0.3, "inertia_kg_m2": 0.15},
                        {"wave_orbital": 0.12}),
 }

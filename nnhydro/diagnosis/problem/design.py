@@ -115,7 +115,17 @@ class Design:
         M the model's torque. Else a load that lifts the weight would leave no torque at all to explain.
         """
         made = self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
-        return made - (self.tau - self.y)[..., None] * shares_of_largest(self, made) if self.undriven else made
+        return made - (self.tau - self.y)[..., None] * self.weight_shares(hypotheses, model) if self.undriven else made
+
+    def weight_shares(self, hypotheses: Sequence[Hypothesis], model: StripTheory | None = None) -> Array:
+        """Return how much of the weight the columns of `hypotheses` hold, (K,): of the torque that they have at rest. 0 where it is driven.
+
+        What hangs on rates or accelerations resembles the weight where nothing is driven, but lifts nothing.
+        """
+        if not (self.undriven and self.heavy):
+            return np.zeros(sum(h.width for h in hypotheses))
+        known = model or self.baseline.at(np.zeros(self.Y.shape[2]))
+        return shares_of_largest(self, self.rows(lambda stretch: columns_on(hypotheses, known, stretch.at_rest(), True)))
 
     @cached_property
     def scale(self) -> Array:

@@ -1,8 +1,8 @@
 """Machines that nothing drives: a free pendulum, a rolling ship. Their equation of motion M + sum_k X_k beta_k = 0 holds up to a factor.
 
 The scale of all torques is told by the masses alone. The model's largest part w, weight or inertia, is held: parameters of the
-baseline move across what changes it. Laws have columns X' = X - a M, where a is the share of w in X. Else a load that lifts the
-weight leaves no torque to explain.
+baseline move across what changes it. Where that is the weight, laws have columns X' = X - a M, where a is the share of w in the torque
+of X at rest. Else a load that lifts the weight leaves no torque to explain.
 
     M + sum_k X'_k b_k = kappa (M + sum_k X_k b_k / kappa),     kappa = 1 - sum_k a_k b_k
 """
@@ -20,30 +20,19 @@ if TYPE_CHECKING:
     from nnhydro.diagnosis.problem.design import Design
 
 Array = NDArray[np.float64]
-ONE_PART = 0.9  # of the model's torque: where the largest part is all of it, no other part tells how much of that is a law's
 LEAST = 0.1  # of the model's scale: beyond, a law would carry the machine in the place of the model
 
 
 def shares_of_largest(design: "Design", columns: Array) -> Array:
     """Return how much of the model's largest part w each of the `columns` (n, joints, K) holds, (K,): X.w / w.w."""
-    if not design.heavy:
-        return np.zeros(columns.shape[2])
     w = design.largest_part
     made: Array = np.einsum("nj,njk->k", w, columns) / max(float((w**2).sum()), 1e-300)
     return made
 
 
-def scale_factor(design: "Design", columns: Array, values: Array) -> float:
-    """Return kappa of the design's `columns` X' (n, joints, K) at the values b (K,): values over it are the machine's; 1 where driven.
-
-        a = X'.w / (w.w - M.w)
-    """
-    if not (design.undriven and design.heavy):
-        return 1.0
-    model = float(shares_of_largest(design, (design.tau - design.y)[..., None])[0])
-    if model > ONE_PART:
-        return 1.0
-    return max(float(1.0 - shares_of_largest(design, columns) @ values / (1.0 - model)), LEAST)
+def scale_factor(shares: Array, values: Array) -> float:
+    """Return kappa of columns X' whose shares of the weight are a (K,) at the values b (K,): values over it are the machine's."""
+    return max(float(1.0 - shares @ values), LEAST)
 
 
 def scale_direction(design: "Design") -> Array:

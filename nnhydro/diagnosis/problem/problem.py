@@ -8,7 +8,7 @@ Source: Ahmed, Natarajan & Rao (1974), IEEE Trans. Computers C-23.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import final
 
@@ -51,6 +51,12 @@ class Stretch:
     def memo(self) -> Memo:
         """What the sensors see of the stretch where a model is the truth: computed once for all rounds of the search."""
         return Memo()
+
+    def at_rest(self) -> "Stretch":
+        """Return the stretch as if the arm rested at each of its angles, in water at rest."""
+        s = self.segment
+        return replace(self, segment=replace(s, qd=0 * s.qd, qdd=0 * s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None,
+                                             current=None, dcurrent=None))
 
 
 @final

@@ -34,17 +34,18 @@ class BestFit:
     columns: Columns | None
     posterior: Posterior
     own: Index
+    weight: Array  # (k,) shares of the weight that the columns hold; 0 where something is driven
 
     @staticmethod
-    def of(whitened: WhiteRows, columns: Columns | None) -> "BestFit":
-        """Return the fit of `columns` beside the baseline."""
+    def of(whitened: WhiteRows, columns: Columns | None, weight: Array) -> "BestFit":
+        """Return the fit of `columns`, which hold the shares `weight` of the weight, beside the baseline."""
         fit = without_unknown(whitened, columns)
         own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
-        return BestFit(whitened, columns, fit, own)
+        return BestFit(whitened, columns, fit, own, weight)
 
     def with_columns(self, columns: Columns) -> "BestFit":
         """Return the fit of `columns`, which hold those of this one, over the same noise."""
-        return BestFit.of(self.whitened, columns)
+        return BestFit.of(self.whitened, columns, self.weight)
 
     @cached_property
     def rows(self) -> Array:
@@ -60,10 +61,8 @@ class BestFit:
     @cached_property
     def scale_factor(self) -> float:
         """The factor up to which the equation of motion holds: values over it are those of the machine. 1 where something is driven."""
-        if self.columns is None:
-            return 1.0
-        columns = self.columns.Xw / self.whitened.sw[..., None]
-        return scale_factor(self.whitened.design, columns, self.posterior.mean[self.own[self.whitened.p:]])
+        laws = self.posterior.mean[self.own[self.whitened.p:]]
+        return scale_factor(self.weight, laws[: len(self.weight)])
 
     @property
     def z(self) -> Array:
@@ -78,7 +77,15 @@ def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
     whitened = WhiteRows(old.design, old.unknown, v)
     X = search.view.join(found.chosen)
     columns = None if X is None else Columns.of(whitened, whitened.weigh(X.Xw / old.sw[..., None]))
-    return BestFit.of(whitened, columns)
+    return BestFit.of(whitened, columns, _weight_shares(search, found))
+
+
+def _weight_shares(search: Search, found: ScoredSet) -> Array:
+    """The shares of the weight (k,) that the scaled columns of a set hold; a phase of each recording's own carries none."""
+    library = search.view.library
+    parts = [np.zeros(search.view.columns(k).Xw.shape[2]) if library.hypotheses[k].per_recording or not library.design.undriven else
+             library.design.weight_shares([library.hypotheses[k]]) * library.scale[library.at(k)] for k in found.chosen]
+    return np.concatenate([np.zeros(0), *parts])
 
 
 def best_fit(search: Search, found: ScoredSet) -> BestFit:

@@ -7,11 +7,14 @@ from diagnosed import hanging
 from rigs import arm
 
 from nnhydro.diagnosis.problem.baseline import baseline_of
-from nnhydro.diagnosis.problem.design import design_of
+from nnhydro.diagnosis.problem.design import design_of, hypotheses_for
 from nnhydro.diagnosis.problem.free_machines import scale_direction, scale_factor, shares_of_largest
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.recording import Recording
 
 ARM = arm(1)
 
@@ -28,11 +31,44 @@ def test_a_free_machine_with_a_tenth_more_weight_than_the_model_keeps_ten_eleven
     w, model = design.largest_part, design.tau - design.y
     lifted = (w - model)[..., None]  # the column of a load of the weight's form: its share of the weight is 1
     for extra in (0.1, -0.2, 0.5):
-        kept = scale_factor(design, lifted, np.array([extra / (1 + extra)]))
+        kept = scale_factor(np.ones(1), np.array([extra / (1 + extra)]))
         assert kept == pytest.approx(1 / (1 + extra))
         np.testing.assert_allclose(model + extra / (1 + extra) * lifted[..., 0], kept * (model + extra * w), atol=1e-12)
+
+
+def test_of_a_free_machine_that_alone_is_balanced_which_lifts_the_weight_at_rest():
+    """A rotor's torque runs like the weight's where nothing is driven, and lifts nothing; a tilt does; a spring in part."""
+    design = of(hanging())
+    laws = {h.key[0]: h for h in hypotheses_for(design)}
+    shares = {name: design.weight_shares([laws[name]])
+              for name in ("rotor_inertia", "coulomb_friction", "viscous_friction", "buoyancy_tilt", "umbilical_stiffness")}
+    for name in ("rotor_inertia", "coulomb_friction", "viscous_friction"):
+        np.testing.assert_allclose(shares[name], 0, atol=1e-12, err_msg=name)
+    assert max(abs(shares["buoyancy_tilt"])) == pytest.approx(0.25 / (3.5 * 9.81 * 0.34), rel=0.02), "a newton at the middle of the rod"
+    assert abs(shares["umbilical_stiffness"][0]) > 0.01
+    model = design.baseline.at(np.zeros(design.Y.shape[2]))
+    made, rotor = design.columns([laws["rotor_inertia"]], model), design.rows(lambda s: s.segment.qdd[..., None])
+    np.testing.assert_allclose(made, rotor, atol=1e-9 * np.abs(rotor).max(), err_msg="its column stays as it is")
     driven = of(campaign(ARM, planted(ARM), count=4, noise=0.01))
-    assert scale_factor(driven, lifted, np.array([0.3])) == 1.0, "torque tells the scale of what is driven"
+    assert not driven.weight_shares([laws["buoyancy_tilt"]]).any(), "torque tells the scale of what is driven"
+
+
+def test_a_machine_that_coasts_has_the_inertia_that_is_stated_and_laws_as_they_are():
+    t = np.arange(0, 20, 0.02)
+    rate = 5 / (1 + 0.1 * t)
+    wheel = Arm.model_validate({"fluid": {"density_kg_m3": 1.2, "kinematic_viscosity_m2_s": 1.5e-5},
+                                "links": [{"length_m": 0.5, "diameter_m": 0.2, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 10.0, "known_to": 0.05}]})
+    runs = [Recording(f"r{k}", t, (50 * np.log1p(0.1 * t))[:, None] * (1 + 0.1 * k), 0 * t[:, None], rate[:, None] * (1 + 0.1 * k))
+            for k in range(3)]
+    design = of(Campaign.of(wheel, runs))
+    assert design.undriven
+    assert not design.heavy
+    laws = [h for h in hypotheses_for(design) if h.key[0] in ("tip_drag", "rotor_inertia", "coulomb_friction")]
+    assert len(laws) >= 3
+    assert not design.weight_shares(laws).any()
+    part = design.parts
+    inertia = np.sqrt((design.rows(lambda s: 10.0 * s.segment.qdd) ** 2).sum(axis=0) / design.time)
+    np.testing.assert_allclose(part[:, 1], inertia, rtol=0.02, err_msg="of which the drag, as large in free motion, is no part")
 
 
 def test_the_weight_of_a_free_pendulum_is_held_whatever_its_parameters_do():

@@ -1,6 +1,7 @@
 """The fit whose values are told: least squares weighted by the noise beside the set, whatever noise the search began with."""
 
 import numpy as np
+import pytest
 from problems import design, law, search
 
 from nnhydro.diagnosis.constants import RHO
@@ -66,7 +67,8 @@ def test_of_a_machine_that_nothing_drives_baseline_values_are_those_over_the_fac
     one = search(of, LAWS, X)
     driven = best_fit(one, one.score((0,)))
     assert driven.scale_factor == 1.0
-    of.undriven, of.heavy, of.largest_part = True, True, X[..., 0]
+    of.undriven, of.weight_shares = True, lambda laws: np.full(len(laws), 0.4)
     free = fit_at(one, one.score((0,)), driven.whitened.v)
-    assert abs(free.scale_factor - 1.0) > 0.01, "the law has the form of the largest part"
+    assert free.scale_factor == pytest.approx(1 - 0.4 * free.posterior.mean[free.own[2]]), "two fifths of the law's torque lift the weight"
+    assert abs(free.scale_factor - 1.0) > 0.01
     np.testing.assert_allclose(free.z, free.posterior.mean[:2] / free.scale_factor)

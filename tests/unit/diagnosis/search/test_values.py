@@ -229,7 +229,7 @@ def test_a_scale_known_to_a_tenth_moves_all_linear_values_together_and_no_other(
 def test_of_a_machine_that_nothing_drives_values_and_their_spread_are_those_over_the_factor_that_is_kept():
     driven, free = with_values(0.8, seed=3), with_values(0.8, seed=3)
     of = free.whitened.design
-    of.undriven, of.heavy, of.largest_part = True, True, free.view.library.columns(0)[..., 0]
+    of.undriven, of.weight_shares = True, lambda laws: np.full(len(laws), 0.5)
     before, after = (found(one) for one in (driven, free))
     kept = best_fit(free, free.score((0,))).scale_factor
     assert abs(kept - 1.0) > 0.05
