@@ -72,8 +72,8 @@ class MemoryStep:
         return {name: part.reshape(1, *shape) for part, (name, shape) in zip(parts, self.layout.items(), strict=True)}
 
     def _answer(self, motion: Motion) -> tuple[Tensor, ...]:
-        tau, std = self.model.torque(motion)[0], self.model.std(motion) if self.with_std else None
-        return (tau,) if std is None else (tau, std[0])
+        tau, std = self.model.torque_and_std(motion) if self.with_std else (self.model.torque(motion), None)
+        return (tau[0],) if std is None else (tau[0], std[0])
 
     def torques(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, and its std where there is one, at an instant whose own memory is `memory` (size,)."""

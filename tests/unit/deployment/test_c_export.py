@@ -133,7 +133,7 @@ def hybrid(baseline):
     return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": baseline}))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=50)
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
     model = hybrid("constant")
     motion, slow = long_run(100_000), towed(20_000)
@@ -161,7 +161,7 @@ def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processo
             assert far < SAME[precision], f"{precision} {flags}: {far:.1e}"
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=50)
 def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(tmp_path):
     model, wanted = remembering(hybrid("constant")), []
     for motion in (long_run(20_000), towed(4500)):
@@ -309,7 +309,7 @@ def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
     np.testing.assert_allclose(got, [5.0 if given[0] > 0 else 1.0, 5.0 if given[1] > 0 else 1.4, 1.2])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=30)
 def test_a_hundred_thousand_steps_of_a_state_dependent_model_in_onnxruntime_are_its_torques(tmp_path):
     model, motion, want = hundred_thousand("state")
     export_step(model, tmp_path / "arm.onnx", "onnx")

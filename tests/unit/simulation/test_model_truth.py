@@ -48,7 +48,7 @@ def test_a_physics_model_as_the_truth_is_its_terms(folder, controller):
         np.testing.assert_allclose(got, want, rtol=1e-9, atol=1e-9 * np.abs(want).max())
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=30)
 @pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 def test_under_a_controller_a_learned_truth_moves_as_its_own_inverse_dynamics_say(folder):
     model = load_model(folder / "hybrid")
