@@ -1,4 +1,4 @@
-"""Settings of all tests: repeatable examples, one thread, and the folder of shared rigs on the path."""
+"""Settings of all tests: repeatable examples, one thread, the folder of shared rigs on the path, and long files first."""
 
 import os
 import sys
@@ -15,6 +15,27 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"): 
 
 settings.register_profile("nnhydro", derandomize=True, deadline=None, max_examples=40)
 settings.load_profile("nnhydro")
+
+
+SLOW, QUICK = 5.0, 0.1  # s, about, of a test that is marked slow, where its mark does not say more, and of any other
+
+
+def pytest_configure(config):
+    """Let the files of tests go to the workers in the order in which they are collected, not by the number of their tests."""
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(config, items):
+    """Begin with the files that take longest, so that no worker ends alone with one of them."""
+    if not hasattr(config, "workerinput"):
+        return
+    cost = {}
+    for item in items:
+        mark = item.get_closest_marker("slow")
+        seconds = QUICK if mark is None else mark.kwargs.get("seconds", SLOW)
+        cost[item.path] = cost.get(item.path, 0.0) + seconds
+    items.sort(key=lambda item: -cost[item.path])
 
 
 @pytest.fixture

@@ -19,10 +19,9 @@ from torch import Tensor
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
 from nnhydro.deployment.onnx.onnx_file import RecordedGraph
-from nnhydro.deployment.step import BEGIN, MemoryStep, inputs_along, record_step, record_torques, whole_sums
+from nnhydro.deployment.step import BEGIN, MemoryStep, record_step, record_torques, whole_sums
 from nnhydro.errors import require
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.physics.motion import trial_runs
 from nnhydro.runtime.files import write_own
 from nnhydro.runtime.stamp import refuse_foreign
 
@@ -96,7 +95,7 @@ def test_vector(step: MemoryStep) -> str:
     joints = range(1, n + 1)
     head = [*(f"{x}{j}_{unit}" for x, unit in (("q", "rad"), ("dq", "rad_s"), ("ddq", "rad_s2")) for j in joints), "u0_m_s", "du0_m_s2",
             "dt_s", *(f"tau{j}_Nm" for j in joints)]
-    rows = [torch.cat([*given[:6], answer[0]]) for run in trial_runs(n) for given, answer in inputs_along(step, run)]
+    rows = [torch.cat([*given[:6], answer[0]]) for run in step.tried for given, answer in run]
     return "\n".join([",".join(head), *(",".join(f"{x:.17g}" for x in row.tolist()) for row in rows)]) + "\n"
 
 

@@ -2,13 +2,6 @@
 
 from typing import Final
 
-# a long sum in eight parts side by side: one part alone would wait for each addition; its values lie in a row or at places of v
-DOT: Final = """#define FROM(p, i) p[i]
-#define AT(p, i) v[p[i]]
-#define DOT(out, c, X, p, n) { real s[8] = {0}; int i = 0; \\
-    for (; i + 8 <= n; i += 8) for (int j = 0; j < 8; ++j) s[j] += c[i + j]*X((p), i + j); \\
-    for (; i < n; ++i) s[0] += c[i]*X((p), i); \\
-    out = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7])); }"""
 # as long as a square root may report an error, gcc computes one at a time
 ROOTS: Final = """#if defined(__SSE2__) && defined(OPTIONS_PUSHED) && !defined(SINGLE)
 typedef real {at}pair __attribute__((vector_size(2*sizeof(real)), aligned(sizeof(real)), may_alias));
@@ -57,9 +50,6 @@ END: Final = """#ifdef OPTIONS_PUSHED
 #pragma GCC pop_options
 #undef OPTIONS_PUSHED
 #endif
-#undef DOT
-#undef FROM
-#undef AT
 #undef DISPATCH
 #undef SINGLE
 #undef NOINLINE
@@ -113,6 +103,29 @@ def dense(m: int, given: int) -> str:
     for (int i = 0; i < k; ++i, W += {m}) for (int j = 0; j < {m}; ++j) {{ {plain} }}
     for (int j = 0; j < n; ++j) {{ {" ".join(f"y{q}[j] = a{q}[j];" for q in columns)} }}
 #endif
+}}"""
+
+
+def name_dots(width: int, running: bool, *kinds: str) -> str:
+    """Return the name of the function `dots` writes."""
+    return f"{{at}}dots{width}{'run' if running else 'at'}{''.join('wide' if kind == 'int' else '' for kind in kinds)}"
+
+
+def dots(width: int, running: bool, which: str, place: str) -> str:
+    """Long sums y[r] of `width` terms: weights c[which[r]...), values at p[r] and behind it (`running`) or at `width` places p each.
+
+    Eight parts of a sum side by side: one part alone would wait for each addition. `which` and `place` are the C types of both tables.
+    """
+    at, step = ("p[r] + {}", "++r") if running else ("p[{}]", f"++r, p += {width}")
+    return f"""static NOINLINE void {name_dots(width, running, which, place)}(const real *RESTRICT v, real *RESTRICT y, int n,
+                              const real *RESTRICT c, const {which} *RESTRICT which, const {place} *RESTRICT p) {{
+    for (int r = 0; r < n; {step}) {{
+        const real *RESTRICT w = c + which[r];
+        real s[8] = {{0}}; int i = 0;
+        for (; i + 8 <= {width}; i += 8) for (int j = 0; j < 8; ++j) s[j] += w[i + j]*v[{at.format("i + j")}];
+        for (; i < {width}; ++i) s[0] += w[i]*v[{at.format("i")}];
+        y[r] = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+    }}
 }}"""
 
 

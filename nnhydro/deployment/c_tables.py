@@ -19,7 +19,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.deployment.c_kernels import DOT, LANES, ROOTS, beside, dense, name_beside, together
+from nnhydro.deployment.c_kernels import LANES, ROOTS, beside, dense, dots, name_beside, name_dots, together
 from nnhydro.deployment.c_places import Places, last_uses
 from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, runs, stretches
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
@@ -31,6 +31,7 @@ PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
 TWICE: Final = 16  # rows of a matrix for two columns
 FIXED: Final = 32  # places: shorter runs are loops of a fixed length
+FEW: Final = 3  # rows: with fewer, a matrix that stands alone is sums
 SIDE: Final = 4  # equal matrices from which on they are one product, PAD at least
 BESIDE: Final = 5  # vectors of strips side by side, in registers
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
@@ -95,6 +96,7 @@ class Tables:
 
     products: set[tuple[int, int]] = field(default_factory=set)
     beside: set[tuple[int, int, str]] = field(default_factory=set)
+    dots: set[tuple[int, bool, str, str]] = field(default_factory=set)
     alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
 
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
@@ -151,7 +153,7 @@ class Tables:
                 *by_atoms[atoms], row]
         short, alike = [], dict[tuple[Any, bytes], list[tuple[tuple[int | None, ...], list[Row]]]]()
         for atoms, rows in by_atoms.items():
-            if len(atoms) > LONG and len(rows) > 2:
+            if len(atoms) > LONG:
                 W = np.array([[c for _, c in row] for row in rows])
                 alike.setdefault((W.shape, W.tobytes()), []).append((atoms, rows))
             else:
@@ -159,6 +161,8 @@ class Tables:
         for blocks in alike.values():
             if len(blocks) >= SIDE:
                 self._side_by_side(blocks)
+            elif len(blocks[0][1]) < FEW:
+                short += [row for _, rows in blocks for row in rows]
             elif len(blocks) == 2 and mirror_pairs(W := np.array([[c for _, c in row] for row in blocks[0][1]])) is None:
                 self._matrix([(atoms, self.slots(rows)) for atoms, rows in blocks], W)
             else:
@@ -168,14 +172,9 @@ class Tables:
             self._short([row for row in short if len(row) == width], width)
 
     def _short(self, rows: list[Row], width: int) -> None:
-        """Rows of the same few terms each: one loop."""
+        """Rows of the same few terms each: one loop; longer ones are sums each."""
         if width > LONG:
-            first = self.slots(rows)
-            for k, row in enumerate(rows):
-                terms, c = [self.places[((a, 1.0),)] for a, _ in row], self.table([c for _, c in row], False)
-                running = terms == list(range(terms[0], terms[0] + width))
-                values = f"FROM, v + {terms[0]}" if running else f"AT, {self.table(terms, True)}"
-                self.lines.append(f"DOT(v[{first + k}], {c}, {values}, {width})")
+            self._long(rows, width)
             return
         places = {row: [self.places[((atom, 1.0),)] for atom, _ in row] for row in rows}
         signs = {row: [c for _, c in row if abs(c) == 1.0] for row in rows}
@@ -185,6 +184,23 @@ class Tables:
         weights = by_operand([c for _, c in row] for row in rows)
         for stretch in stretches(at):
             self._loop(at, first, stretch, " + ".join(f"{{{k}}}" for k in range(width)), weights)
+
+    def _long(self, rows: list[Row], width: int) -> None:
+        """Rows of `width` terms over unlike atoms, those over atoms side by side first: one call for each sort."""
+        at = {row: [self.places[((a, 1.0),)] for a, _ in row] for row in rows}
+        running = {row: places == list(range(places[0], places[0] + width)) for row, places in at.items()}
+        for sort in (True, False):
+            part = [row for row in rows if running[row] is sort]
+            if not part:
+                continue
+            weights = {tuple(c for _, c in row): None for row in part}
+            begins = {c: width * k for k, c in enumerate(weights)}
+            which = self.table([begins[tuple(c for _, c in row)] for row in part], True)
+            places = self.table([p for row in part for p in at[row][:1 if sort else width]], True)
+            kind = (width, sort, self.kinds[which], self.kinds[places])
+            self.dots.add(kind)
+            c, first = self.table([x for c in weights for x in c], False), self.slots(part)
+            self.lines.append(f"{name_dots(*kind)}(v, v + {first}, {len(part)}, {c}, {which}, {places});")
 
     def round(self, kinds: dict[str, list[int]]) -> None:
         """Compute the atoms `kinds` {kind: atoms}."""
@@ -280,9 +296,10 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
     made.sums(rows)
     begin = [f"real v[{made.memory.size}];", f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];",
              f"v[{program.n_inputs}] = R(1.0);"]
-    products = [*(dense(*kind) for kind in sorted(made.products)), *(beside(*kind) for kind in sorted(made.beside))]
+    products = [*(dense(*kind) for kind in sorted(made.products)), *(beside(*kind) for kind in sorted(made.beside)),
+                *(dots(*kind) for kind in sorted(made.dots))]
     loops = [f"static NOINLINE void {kernel}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), kernel in made.kernels.items()]
     end = list(_outputs([made.places[row] for row in rows]))
     whole = "\n    ".join([f"static NOINLINE void {{at}}{name}(const real *in, real *out) {{", *begin, *made.lines, *end])
-    return [*made.tables, DOT], "\n".join([LANES, ROOTS, *products, *loops, f"{whole}\n}}", "#undef LANES"])
+    return made.tables, "\n".join([LANES, ROOTS, *products, *loops, f"{whole}\n}}", "#undef LANES"])

@@ -41,7 +41,12 @@ def expressions(casadi: Any, program: Program, outputs: list[Value], inputs: lis
     known: dict[int, Any] = dict(enumerate(inputs))
 
     def of(x: Value) -> Any:
-        return sum((c * known[k] for k, c in x.terms.items()), casadi.SX(x.bias)) if isinstance(x, Scalar) else casadi.SX(x)
+        if not isinstance(x, Scalar):
+            return casadi.SX(x)
+        if not x.terms:
+            return casadi.SX(x.bias)
+        # one product of vectors: term by term, the way into CasADi takes longer than the sum
+        return casadi.dot(casadi.DM(list(x.terms.values())), casadi.vertcat(*(known[k] for k in x.terms))) + x.bias
 
     for k in sorted(program.dependencies(outputs) - known.keys()):
         known[k] = _atom(casadi, program.atoms[k].kind, [of(x) for x in program.atoms[k].operands])

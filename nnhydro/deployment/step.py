@@ -9,7 +9,6 @@ an elastic drive) is refused, or left out with `mechanics` (dynamics/joint_model
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
 from math import prod
 from typing import Final, final
 
@@ -51,6 +50,11 @@ class MemoryStep:
         self._answer(Motion(zero[:, 0], zero, zero, zero, zero[:, 0], zero[:, 0], True, None, carried))
         return {name: tuple(x.shape[1:]) for name, x in carried.after.items()}
 
+    @cached_property
+    def tried(self) -> list[list[tuple[list[Tensor], tuple[Tensor, ...]]]]:
+        """Inputs and outputs of each step of each trial run."""
+        return [list(inputs_along(self, run)) for run in trial_runs(self.model.arm.n_links)]
+
     @property
     def size(self) -> int:
         """Numbers in the memory."""
@@ -68,8 +72,8 @@ class MemoryStep:
         return {name: part.reshape(1, *shape) for part, (name, shape) in zip(parts, self.layout.items(), strict=True)}
 
     def _answer(self, motion: Motion) -> tuple[Tensor, ...]:
-        tau, std = self.model.torque(motion)[0], self.model.std(motion) if self.with_std else None
-        return (tau,) if std is None else (tau, std[0])
+        tau, std = self.model.torque_and_std(motion) if self.with_std else (self.model.torque(motion), None)
+        return (tau[0],) if std is None else (tau[0], std[0])
 
     def torques(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, memory: Tensor) -> tuple[Tensor, ...]:
         """Return tau (links,) N m, and its std where there is one, at an instant whose own memory is `memory` (size,)."""
@@ -114,7 +118,7 @@ def record_step(model: TorqueModel, whole: int = 0) -> RecordedGraph:
     made = steppable(model)
     runs = trial_runs(model.arm.n_links)
     step = MemoryStep(made, made.std(runs[0]) is not None)
-    pairs = [pair for run in runs for pair in inputs_along(step, run)]
+    pairs = [pair for run in step.tried for pair in run]
     along = _far(torch.stack([answer[0] for _, answer in pairs]), torch.cat([made.torque(run) for run in runs]))
     require(along < FOLLOWS, "this model has a memory that one step in time cannot hold (an instrument with a delay, a "
             "drive that gives way): export it --without-instruments, or a model without that effect", ModelError)
@@ -130,8 +134,7 @@ def record_step(model: TorqueModel, whole: int = 0) -> RecordedGraph:
 
 def record_torques(step: MemoryStep) -> tuple[Program, list[Value]]:
     """Return the torques of an instant, and their std, as scalars of q, qd, qdd, u0, du0 and the memory of this instant."""
-    runs = inputs_along(step, trial_runs(step.model.arm.n_links)[1])
-    given, answer = next(islice(runs, 7, None))
+    given, answer = step.tried[1][7]
     program, arrays = trace(step.torques, [*given[:5], answer[-1]], whole_sums(step.model))
     return program, [x for array in arrays for x in array.ravel()]
 

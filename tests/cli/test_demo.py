@@ -58,7 +58,7 @@ def test_motions_that_could_not_be_scored_are_not_spoken_of():
     assert old.endswith("an error of 12.5 %, the baseline 25.0 %.")
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=90)
 def test_the_demo_trains_compares_diagnoses_and_reveals_without_a_network(tmp_path, capsys, monkeypatch):
     def refuse(*_: object) -> None:
         raise AssertionError("the demo opened a connection")

@@ -29,7 +29,7 @@ def shown(source, names):
     return None if last is None else eval(compile(ast.Expression(last.value), str(NOTEBOOK), "eval"), names)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=40)
 def test_every_cell_runs_and_shows_what_a_notebook_can_draw(monkeypatch):
     mpl.use("agg")
     names = {"__name__": "tutorial", "Image": Picture}

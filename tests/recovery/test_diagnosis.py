@@ -18,7 +18,7 @@ from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import open_campaign
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.slow(seconds=10)
 
 
 def diagnosed(tmp_path, effect, seed):

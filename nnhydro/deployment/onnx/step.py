@@ -40,5 +40,5 @@ class Step:
         w = (flow.A[:, :, None] * stations(flow) + flow.B[:, :, None])[0]
         after = next_state(w, dt, flow.D, flow.nu, wake)
         known = replace(motion, wake=after[:, None])
-        tau, std = self.model.torque(known)[0], self.model.std(known) if self.with_std else None
-        return (tau, after) if std is None else (tau, std[0], after)
+        tau, std = self.model.torque_and_std(known) if self.with_std else (self.model.torque(known), None)
+        return (tau[0], after) if std is None else (tau[0], std[0], after)

@@ -92,6 +92,11 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         else:
             view[...] = values
 
+    @classmethod
+    def _should_skip_dynamo(cls) -> bool:
+        """Nothing here is compiled by torch: without this, torch loads its compiler (3 s) to be told so at each operation."""
+        return False
+
     def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         """Run `func` and, where it touches what is followed, repeat it on expressions."""
         kwargs = kwargs or {}

@@ -126,10 +126,16 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
     assert np.abs(got - want).max() < SAME[precision] * np.sqrt((want**2).mean())
 
 
-@pytest.mark.slow
-def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
+@cache
+def hybrid(baseline):
+    """A hybrid trained for an instant on `baseline`."""
     a = arm(2)
-    model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": baseline}))
+
+
+@pytest.mark.slow(seconds=50)
+def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
+    model = hybrid("constant")
     motion, slow = long_run(100_000), towed(20_000)
     want = model.torque(motion).numpy()
     for precision in ("double", "single"):
@@ -145,8 +151,7 @@ def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand
 
 @pytest.mark.slow
 def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processor_and_in_single_precision(tmp_path):
-    a = arm(2)
-    model = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "state"}))
+    model = hybrid("state")
     motion = long_run(20_000)
     want = model.torque(motion).numpy()
     for precision in ("double", "single"):
@@ -156,19 +161,19 @@ def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processo
             assert far < SAME[precision], f"{precision} {flags}: {far:.1e}"
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=50)
 def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(tmp_path):
-    a = arm(2)
-    hybrid = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
-    model = remembering(hybrid)
+    model, wanted = remembering(hybrid("constant")), []
     for motion in (long_run(20_000), towed(4500)):
         want = model.torque(motion).numpy()
-        assert np.abs(want - hybrid.torque(motion).numpy()).max() > 0.1 * np.sqrt((want**2).mean())
-        for precision in ("double", "single"):
-            told = export_c(model, tmp_path / "arm.h", precision)
-            far = np.abs(driven(tmp_path, motion, precision, told["std"]) - want).max() / np.sqrt((want**2).mean())
+        assert np.abs(want - hybrid("constant").torque(motion).numpy()).max() > 0.1 * np.sqrt((want**2).mean())
+        wanted.append((motion, want))
+    for precision, flags in (("double", ()), ("single", ("-DNO_DISPATCH",))):
+        told = export_c(model, tmp_path / "arm.h", precision)
+        torques = compiled(tmp_path, precision, told["std"], flags)
+        for motion, want in wanted:
+            far = np.abs(torques(motion) - want).max() / np.sqrt((want**2).mean())
             assert far < SAME[precision], f"{precision}: {far:.1e}"
-            (tmp_path / f"{precision}0.so").unlink()
 
 
 @pytest.mark.slow
@@ -273,6 +278,24 @@ def test_a_network_and_its_mirror_image_are_one_product_whose_halves_are_added_a
     np.testing.assert_allclose(native(), np.tanh(np.concatenate([W, W * s]) @ x), atol=1e-13)
 
 
+@pytest.mark.parametrize("far", [0, 70_000], ids=["", "a long vector"])
+def test_long_sums_alone_and_alike_are_those_of_a_matrix_product(monkeypatch, far):
+    monkeypatch.setattr(c_program, "MANY", 0)
+    rng = np.random.default_rng(2)
+    n = 90 + far
+    p, c = Program(n), rng.standard_normal((3, 19))
+    at = [range(far + 5, far + 24), range(30, 49), [3, 1, 7, *range(60, 76)], [8, 2, 5, *range(62, 78)]]  # side by side, and scattered
+    at += [range(k, k + 19) for k in (30, 38, 49, 57, 66)]
+    weights = [c[0], c[1], c[0], c[1], *[c[2]] * 5]
+    outputs = [combine([(x, p.input(k)) for k, x in zip(places, w, strict=True)]) for places, w in zip(at, weights, strict=True)]
+    text = c_program.c_function("void run", p, outputs, "double")
+    assert all(f"plain_{name}" in text for name in ("dots19run", "dots19at", "beside"))
+    native, x = Native(p, outputs, n), rng.uniform(-1, 1, n)
+    native.given[:] = x
+    want = [w @ x[list(places)] for places, w in zip(at, weights, strict=True)]
+    np.testing.assert_allclose(native(), want, rtol=1e-12, atol=1e-13)
+
+
 @pytest.mark.parametrize("given", [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
 def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
     import onnxruntime
@@ -286,7 +309,7 @@ def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
     np.testing.assert_allclose(got, [5.0 if given[0] > 0 else 1.0, 5.0 if given[1] > 0 else 1.4, 1.2])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=30)
 def test_a_hundred_thousand_steps_of_a_state_dependent_model_in_onnxruntime_are_its_torques(tmp_path):
     model, motion, want = hundred_thousand("state")
     export_step(model, tmp_path / "arm.onnx", "onnx")

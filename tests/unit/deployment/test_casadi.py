@@ -26,9 +26,21 @@ def theory(a, loads):
     return StripTheory(a, GIVEN, {}, "physics", loads)
 
 
-def gives_every_step(model, std=False):
-    """Assert that the function gives torques, their standard deviation where there is one, and memory of each step of a run."""
-    step = casadi_function(model)
+@pytest.fixture(scope="module")
+def hybrid():
+    a = arm(2)
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
+
+
+@pytest.fixture(scope="module")
+def with_memory(hybrid):
+    """The hybrid with a net that remembers, and its function."""
+    model = remembering(hybrid)
+    return model, casadi_function(model)
+
+
+def gives_every_step(step, model, std=False):
+    """Assert that `step` gives torques, their standard deviation where there is one, and memory of each step of a run of `model`."""
     for given, answer in inputs_along(MemoryStep(model, std), run(2, 40)):
         found = step(*(x.numpy() for x in given))
         for got, want in zip(found if isinstance(found, tuple) else (found,), answer, strict=False):
@@ -38,16 +50,15 @@ def gives_every_step(model, std=False):
 @pytest.mark.parametrize("name", MODELS)
 def test_the_function_gives_every_step_of_a_run(name):
     a = arm(2)
-    gives_every_step(theory(a, MODELS[name](a)))
+    model = theory(a, MODELS[name](a))
+    gives_every_step(casadi_function(model), model)
 
 
-@pytest.mark.slow
-def test_a_hybrid_is_a_function_too():
-    a = arm(2)
-    choices = DEFAULT_LAWS.model_copy(update={"baseline": "constant"})
-    hybrid = train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), choices)
-    gives_every_step(hybrid, std=True)
-    gives_every_step(remembering(hybrid), std=True)
+@pytest.mark.slow(seconds=30)
+def test_a_hybrid_is_a_function_too(hybrid, with_memory):
+    model, step = with_memory
+    gives_every_step(casadi_function(hybrid), hybrid, std=True)
+    gives_every_step(step, model, std=True)
 
 
 def test_its_derivatives_are_those_of_the_dynamics():
@@ -64,10 +75,8 @@ def test_its_derivatives_are_those_of_the_dynamics():
 
 
 @pytest.mark.slow
-def test_the_derivatives_of_a_hybrid_at_rest_are_finite():
-    a = arm(2)
-    hybrid = train(campaign(a, state_loads(a), 2, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
-    step = casadi_function(remembering(hybrid))
+def test_the_derivatives_of_a_hybrid_at_rest_are_finite(with_memory):
+    _, step = with_memory
     x = [casadi.SX.sym(name, 2) for name in ("q", "qd", "qdd")]
     for dt in (-1.0, 0.01):
         given = [0.0, 0.0, dt, casadi.DM.zeros(step.size1_in(6))]

@@ -115,7 +115,7 @@ def test_a_baseline_that_saw_the_campaign_is_refused_in_a_benchmark(tmp_path):
         benchmark(whole, ["hybrid"], 2, config=config)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=60)
 def test_on_the_demo_campaign_the_hybrid_is_never_worse_under_any_protocol():
     from nnhydro.demo import CAMPAIGN
     from nnhydro.recordings.campaign import open_campaign

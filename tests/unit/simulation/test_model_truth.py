@@ -43,12 +43,12 @@ def folder(tmp_path_factory):
 def test_a_physics_model_as_the_truth_is_its_terms(folder, controller):
     state = dict.fromkeys(("state_drag", "state_added_mass", "state_at_rest"), "start")
     given = ({"truth": "state"}, {"arm": arm(2).document(), "terms": state})
-    (whole,), (terms,) = (runs(of(folder, controller, **truth)) for truth in given)
+    (whole,), (terms,) = (runs(of(folder, controller, sample_rate_hz=50, **truth)) for truth in given)
     for got, want in ((whole.state.q, terms.state.q), (whole.tau, terms.tau)):
         np.testing.assert_allclose(got, want, rtol=1e-9, atol=1e-9 * np.abs(want).max())
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=30)
 @pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 def test_under_a_controller_a_learned_truth_moves_as_its_own_inverse_dynamics_say(folder):
     model = load_model(folder / "hybrid")
