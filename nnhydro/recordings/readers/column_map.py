@@ -11,6 +11,8 @@ joints: [shoulder, elbow]       # for ROS bags
 topic: /joint_states
 ```
 
+A channel that stands at the left margin, as messages write the line that mends it, stands for one below `columns`.
+
     SI value = unit * scale * (sign * value + offset)        offset in the foreign unit
 
 An angle that begins again after a turn states its `period`, in the foreign unit too (360, say): it then goes on.
@@ -93,9 +95,21 @@ def _require_known(where: str, targets: dict[str, Source]) -> None:
                 raise ConfigError(f"{where}: {cause}") from cause
 
 
+def _below_columns(document: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return `document` with the channels at its left margin below `columns`; raises ConfigError for one that stands at both places."""
+    at_margin = {key: value for key, value in document.items() if key in TARGETS} if isinstance(document, dict) else {}
+    below = document.get("columns", {}) if at_margin else {}
+    if not at_margin or not isinstance(below, dict):
+        return document
+    twice = sorted(set(at_margin) & set(below))
+    if twice:
+        raise ConfigError(f"{where}: {twice[0]!r} is mapped twice, below 'columns' and beside it: keep one of the lines")
+    return {key: value for key, value in document.items() if key not in TARGETS} | {"columns": {**below, **at_margin}}
+
+
 def parse_column_map(document: dict[str, Any], where: str, sha256: str = "") -> ColumnMap:
     """Return the mapping that `document` describes; raises ConfigError naming `where` and the key."""
-    settings = validate(MapFile, document, where, ConfigError)
+    settings = validate(MapFile, _below_columns(document, where), where, ConfigError)
     _require_known(where, settings.columns)
     _require_known(where, settings.steady)
     return ColumnMap(where, sha256, settings)

@@ -57,7 +57,8 @@ def test_a_machine_that_coasts_has_the_inertia_that_is_stated_and_laws_as_they_a
     t = np.arange(0, 20, 0.02)
     rate = 5 / (1 + 0.1 * t)
     wheel = Arm.model_validate({"fluid": {"density_kg_m3": 1.2, "kinematic_viscosity_m2_s": 1.5e-5},
-                                "links": [{"length_m": 0.5, "diameter_m": 0.2, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 10.0, "known_to": 0.05}]})
+                                "links": [
+        {"length_m": 0.5, "diameter_m": 0.2, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 10.0, "known_to": 0.05}]})
     runs = [Recording(f"r{k}", t, (50 * np.log1p(0.1 * t))[:, None] * (1 + 0.1 * k), 0 * t[:, None], rate[:, None] * (1 + 0.1 * k))
             for k in range(3)]
     design = of(Campaign.of(wheel, runs))

@@ -196,6 +196,15 @@ def test_a_stated_unit_of_the_time_is_believed():
     assert "time_unit" not in found_of[1]
 
 
+def test_in_air_a_drum_may_be_shorter_than_it_is_wide():
+    short = tuple(link.model_copy(update={"diameter_m": 2 * link.length_m}) for link in the_arm().links)
+    drums = [the_arm().model_copy(update={"links": short, "fluid": the_arm().fluid.model_copy(update={"density_kg_m3": density})})
+             for density in (0.0, 1000.0)]
+    said = [{o.check for o in survey(Campaign.of(drum, [recording(healthy(1))])).oddities} for drum in drums]
+    assert "stubby" not in said[0]
+    assert "stubby" in said[1]
+
+
 def test_a_shaft_that_was_read_once_a_turn_does_not_begin_again():
     assert wraps(2 * np.pi * np.arange(20), 2 * np.pi) == []
     assert wraps(np.arange(0, 20, 0.5) % (2 * np.pi), 2 * np.pi) == [12, 25, 37]

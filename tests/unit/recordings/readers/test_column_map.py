@@ -62,6 +62,19 @@ def test_a_mapped_file_gives_the_recording_in_si(tmp_path: Path):
     assert any("map.yaml" in step for step in r.steps)
 
 
+def test_a_line_that_a_message_gives_may_stand_as_it_is(tmp_path: Path):
+    """`check` says: 'q1_rad: {from: shoulder, unit: deg}' in columns.yaml."""
+    where = tmp_path / "map.yaml"
+    where.write_text(MAP)
+    below = read_column_map(where)
+    first, *lines = MAP.splitlines()
+    where.write_text("\n".join([*(line[2:] for line in lines[:3]), first, *lines[3:]]))
+    assert read_column_map(where).settings == below.settings
+    where.write_text(MAP + "t_s: seconds\n")
+    with pytest.raises(ConfigError, match="'t_s' is mapped twice"):
+        read_column_map(where)
+
+
 def test_a_mapping_in_the_campaign_is_found_and_one_given_takes_its_place(tmp_path: Path):
     root = write_campaign(tmp_path / "c")
     for name in ("recordings/run1.csv", "recordings/run2.csv", "unseen/next.csv"):
