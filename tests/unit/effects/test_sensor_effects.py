@@ -12,6 +12,7 @@ from rigs import arm, assert_close, run
 from nnhydro.diagnosis.corrected_model import _for_prediction
 from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER, with_effects
+from nnhydro.effects.hypotheses.backlash import Backlash
 from nnhydro.effects.hypotheses.sensor_timing import first_order_lag, time_delay
 from nnhydro.effects.sensor_view import SensorView, time_derivative
 from nnhydro.models.baselines import baseline
@@ -272,3 +273,8 @@ def test_the_time_derivative_is_that_of_a_cubic_spline(n):
 
     t, x = np.linspace(1, 3, n), np.random.default_rng(0).standard_normal((n, 2))
     assert np.allclose(time_derivative(tensor(t), tensor(x)).numpy(), CubicSpline(t, x)(t, 1), atol=1e-9)
+
+
+def test_the_search_for_a_backlash_begins_with_gaps_that_are_crossed_within_30_ms():
+    """A torque P sin(2 pi f t) that changes its sign carries the link across with the impulse pi f P t^2."""
+    assert min(Backlash.grids()["impulse"]) <= np.pi * 0.5 * 0.03**2

@@ -71,4 +71,6 @@ def test_of_a_machine_that_nothing_drives_baseline_values_are_those_over_the_fac
     free = fit_at(one, one.score((0,)), driven.whitened.v)
     assert free.scale_factor == pytest.approx(1 - 0.4 * free.posterior.mean[free.own[2]]), "two fifths of the law's torque lift the weight"
     assert abs(free.scale_factor - 1.0) > 0.01
+    one.view.library.scale[:] = 0.5
+    np.testing.assert_allclose(fit_at(one, one.score((0,)), driven.whitened.v).weight, [0.2], err_msg="the column is scaled, and its share")
     np.testing.assert_allclose(free.z, free.posterior.mean[:2] / free.scale_factor)
