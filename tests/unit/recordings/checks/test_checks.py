@@ -188,7 +188,7 @@ def test_lost_rows_are_counted_and_no_jitter():
     assert oddities.entries[0].jitter < 1e-6
 
 
-def test_a_stated_unit_of_the_time_is_believed():
+def test_a_stated_unit_of_the_time_is_taken_as_given():
     slow = recording({**{name: x[::10] for name, x in healthy(1).items()}, "t_s": np.arange(100.0)})
     stated = replace(slow, origin=replace(slow.origin, stated=("t_s",)))
     found_of = [{o.check for o in survey(Campaign.of(the_arm(), [r])).oddities} for r in (slow, stated)]
