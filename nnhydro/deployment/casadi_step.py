@@ -41,6 +41,7 @@ def expressions(casadi: Any, program: Program, outputs: list[Value], inputs: lis
     known: dict[int, Any] = dict(enumerate(inputs))
 
     def of(x: Value) -> Any:
+        """Return the CasADi expression of a value: an input, or a weighted sum of atoms."""
         if not isinstance(x, Scalar):
             return casadi.SX(x)
         if not x.terms:

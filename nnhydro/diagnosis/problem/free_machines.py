@@ -44,9 +44,8 @@ def scale_direction(design: "Design") -> Array:
 
     def part(stretch: Stretch) -> Array:
         """Return the columns and the torque N m of the model's largest part on a stretch, (n, joints, r + 1)."""
-        s = stretch.segment
-        still = replace(s, qd=0 * s.qd, qdd=0 * s.qdd if design.heavy else s.qdd, u0=0 * s.u0, du0=0 * s.du0, base=None, dbase=None,
-                        current=None, dcurrent=None)
+        still = stretch.at_rest().segment
+        still = still if design.heavy else replace(still, qdd=stretch.segment.qdd)
         Y, c0 = columns_and_offset(base.physics.loads, still, arm)
         return np.concatenate([Y @ base.prior.F, (c0 + Y @ base.prior.mean)[..., None]], axis=2)
 
