@@ -1,20 +1,55 @@
 """How probable it is that a name which fits is the cause, and not one that is on no card and merely resembles it.
 
-    P = LISTED / (1 + o (left / TRUSTED_RATIO)^4),   left as in search.stepwise
+    P = LISTED / (1 + (left / TRUSTED_RATIO)^4)
 
-u: nats that the unknown gains at the joints that the law loads; o: 1 for a standard term of a joint, else the number of all causes.
-A law that is the cause leaves the unknown next to nothing, one that resembles it leaves a share. How large a share speaks against a name
-hangs on how probable the cause was before: against the friction of a joint less than against one special cause among all. Below
-`FEW_NATS` nothing is left.
+A law that is the cause leaves the unknown next to nothing, one that resembles it leaves a share. A special cause was improbable before:
+`left` is what the whole unknown keeps of what there was to explain, as in search.stepwise. That a standard term of a joint is there was
+probable, whatever else moves the arm. It is asked for its form alone: how much better than the laws of its variable does any function of
+this variable explain the torque of the joint?
+
+    left = n(S) / n(S less the laws of this variable),    n: nats that a smooth function of the variable gains beside a set
+
+A viscous friction in place of a dry one leaves half; dry friction of a real drive a tenth. Below `FEW_NATS` nothing is left.
 """
 
-from nnhydro.diagnosis.constants import LISTED, TRUSTED_RATIO
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+import numpy as np
+
+from nnhydro.diagnosis.constants import FEW_NATS, LISTED, SMALLEST_SIZE, TRUSTED_RATIO
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
+from nnhydro.diagnosis.search.stepwise import LARGE_START, SMALL_START, ScoredSet, Search
+
+VARIABLES: dict[tuple[str, ...], str] = {("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}
 
 
 def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
     """Return the probability that member `k` of `found` is the cause itself, given that some cause like it is there."""
-    library = search.view.library
-    left = search.share_left(search.score(tuple(x for x in found.chosen if x != k)), found)
-    odds = 1.0 if library.hypotheses[k].effect.standard else float(len(library.key_counts))
-    return LISTED / (1.0 + odds * (max(left, 0.0) / TRUSTED_RATIO) ** 4)
+    if search.view.library.hypotheses[k].effect.standard:
+        left = share_left_of_form(search, found, k)
+    else:
+        left = search.share_left(search.score(tuple(x for x in found.chosen if x != k)), found)
+    return LISTED / (1.0 + (max(left, 0.0) / TRUSTED_RATIO) ** 4)
+
+
+def share_left_of_form(search: Search, found: ScoredSet, k: int) -> float:
+    """Return the share of what a function of the variable of member `k` explains that the laws of this variable leave to it."""
+    hypotheses = search.view.library.hypotheses
+    name = VARIABLES.get(hypotheses[k].effect.signature.depends_on)
+    if name is None or name.format(search.key(k)[1]) not in search.whitened.unknown.names:
+        return 0.0
+    own = {i for i in found.chosen if hypotheses[i].effect.signature.depends_on == hypotheses[k].effect.signature.depends_on
+           and search.key(i)[1] == search.key(k)[1]}
+    at = search.key(k)[1] - 1, search.whitened.unknown.names.index(name.format(search.key(k)[1]))
+    after = _nats_of_one_variable(search, found.chosen, at)
+    before = _nats_of_one_variable(search, tuple(x for x in found.chosen if x not in own), at)
+    return 0.0 if after <= FEW_NATS else after / max(before, after)
+
+
+def _nats_of_one_variable(search: Search, chosen: tuple[int, ...], at: tuple[int, int]) -> float:
+    """Return the nats that the unknown gains beside `chosen` as a function of one variable at one joint, `at`."""
+    whitened, columns = search.whitened, search.view.join(chosen)
+    gained = [0.0]
+    for start in (LARGE_START, SMALL_START):
+        tau = np.full((whitened.joints, len(whitened.unknown.names)), SMALLEST_SIZE)
+        tau[at] = start
+        gained.append(fit_sizes(whitened, columns, Sizes(tau))[0].log_evidence - without_unknown(whitened, columns).log_evidence)
+    return float(max(gained))

@@ -9,18 +9,20 @@ from nnhydro.recordings.checks.reading import Array, Reading
 
 COARSE = 0.002  # of the range
 WHOLE = 0.9  # share of steps that are whole multiples of the smallest
+ALIKE = 0.9  # share of rows that lie one such step apart: more is a joint that turns at one speed
 
 
 def step_of(x: Array) -> float:
     """Return the step of a quantised channel, 0 where it is none."""
-    steps = np.abs(np.diff(x[np.isfinite(x)]))
-    steps = steps[steps > 1e-12 * max(float(np.ptp(x[np.isfinite(x)])), 1e-300)] if len(steps) else steps
+    between = np.abs(np.diff(x[np.isfinite(x)]))
+    steps = between[between > 1e-12 * max(float(np.ptp(x[np.isfinite(x)])), 1e-300)] if len(between) else between
     if len(steps) < 20:
         return 0.0
     step = float(np.percentile(steps, 1))
     multiples = steps / step
     whole = np.abs(multiples - np.round(multiples)) < 0.05 + 0.01 * multiples
-    return step if bool(whole.mean() > WHOLE) and np.median(multiples) < 20 else 0.0
+    at_one_speed = (np.round(multiples) == 1).sum() > ALIKE * len(between)
+    return step if bool(whole.mean() > WHOLE) and np.median(multiples) < 20 and not at_one_speed else 0.0
 
 
 @check

@@ -17,6 +17,7 @@ from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
 CHANNEL_FIELDS = ("t", *CHANNELS, *PAIRS, "clock")
+MOVED = 0.02  # rad by which a joint moved while its angle stood still
 BLOCK = 0.02  # s: increments over so long a time are read off encoders without most of their noise
 
 
@@ -83,6 +84,14 @@ class Reading:
         """Range of every angle, rad (links,); 0 where nothing is finite."""
         q = self.recording.q
         return np.array([np.ptp(x[np.isfinite(x)]) if np.isfinite(x).any() else 0.0 for x in q.T])
+
+    def turned_by_rate(self, joint: int, span: tuple[int, int]) -> float:
+        """Return how far the given rate takes `joint` (from 0) away within rows `span` (start, stop), rad; 0 if none is given."""
+        r, (a, b) = self.recording, span
+        if r.qd is None:
+            return 0.0
+        qd, steps = r.qd[a:b, joint], np.diff(r.t[a:b])
+        return float(np.abs(np.nancumsum(0.5 * (qd[1:] + qd[:-1]) * steps)).max(initial=0.0))
 
     @cached_property
     def towed(self) -> bool:

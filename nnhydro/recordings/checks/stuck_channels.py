@@ -6,11 +6,10 @@ import numpy as np
 
 from nnhydro.recordings.checks.clipping import clipped_plateaus
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
-from nnhydro.recordings.checks.reading import Array, Reading, quantum, rows, runs
+from nnhydro.recordings.checks.reading import MOVED, Array, Reading, quantum, rows, runs
 
 FROZEN = 0.1  # s
 FROZEN_ROWS = 10
-MOVED = 0.02  # rad that the joint moved meanwhile
 STOP = 5  # rows over which a speed is taken
 JUMP = 5.0  # times the largest step elsewhere
 
@@ -22,16 +21,6 @@ def _frozen_rows(x: Array, dt: float) -> list[tuple[int, int]]:
     least = max(FROZEN_ROWS, round(FROZEN / dt))
     known = {float(np.nanmax(x)), float(np.nanmin(x))} if clipped_plateaus(x) else set()
     return [(a, b + 1) for a, b in runs(np.diff(x) == 0) if b + 1 - a >= least and float(x[a]) not in known]
-
-
-def _by_rate(reading: Reading, joint: int, span: tuple[int, int]) -> float:
-    """How far the given rate says that the joint moved over the frozen rows, rad."""
-    r = reading.recording
-    a, b = span
-    if r.qd is None:
-        return 0.0
-    qd, steps = r.qd[a:b, joint], np.diff(r.t[a:b])
-    return float(abs(np.nansum(0.5 * (qd[1:] + qd[:-1]) * steps)))
 
 
 def _by_jump(q: Array, span: tuple[int, int]) -> float:
@@ -68,7 +57,7 @@ class StuckEncoder(RecordingCheck):
         for joint in range(reading.arm.n_links):
             q = reading.recording.q[:, joint]
             found = [(moved, span) for span in _frozen_rows(q, reading.dt)
-                     if (moved := max(_by_rate(reading, joint, span), _by_jump(q, span), _by_stop(reading, joint, span))) > MOVED]
+                     if (moved := max(reading.turned_by_rate(joint, span), _by_jump(q, span), _by_stop(reading, joint, span))) > MOVED]
             if found:
                 moved, span = max(found)
                 what = f"keeps exactly {q[span[0]]:.6g} rad while the joint moves by about {moved:.2g} rad ({len(found)} time(s))"

@@ -9,7 +9,7 @@ from planted import Columns, healthy, recording, the_arm
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
-from nnhydro.recordings.recording import SteadyTable
+from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.repeats import expected_noise, group_names, noise_floor, repeated_recordings, repeated_rows
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -89,3 +89,17 @@ def test_the_repeats_of_the_synthetic_tank_are_those_it_was_made_with():
         pytest.skip(f"{path} is not here: the data sets travel with the source tree, not with the wheel")
     names = {frozenset(group) for group in repeated_recordings(open_campaign(path))}
     assert names == {frozenset(f"{stem}_repeat{k}" for k in (1, 2, 3)) for stem in ("fourier1", "fourier_tow1")}
+
+
+def test_rows_that_one_of_the_repeats_has_lost_are_not_compared():
+    there = np.r_[0:300, 330:1000]  # a torque interpolated over 0.3 s would miss what it did
+
+    def run(seed: int, rows: object) -> Recording:
+        columns = again(seed, wander=0.0)
+        columns["tau1_Nm"] = columns["tau1_Nm"] + 2 * np.sin(2 * np.pi * columns["t_s"] / 0.6)
+        return recording({name: x[rows] for name, x in columns.items()}, f"same{seed}")
+
+    both, torn = (noise_floor(Campaign.of(the_arm(), [run(0, slice(None)), run(1, rows)]), PLAIN) for rows in (slice(None), there))
+    assert both is not None
+    assert torn is not None
+    np.testing.assert_allclose(torn.std, both.std, rtol=0.1)

@@ -1,4 +1,4 @@
-"""A name that leaves much of the unknown is less probable than a cause on no card, a special cause more so than a friction."""
+"""A name that leaves much of what there is to explain is less probable than a cause on no card; a standard term is asked for its form."""
 
 import numpy as np
 import pytest
@@ -6,12 +6,12 @@ from problems import design, law, search, unknown
 
 from nnhydro.diagnosis.constants import FEW_NATS, LISTED, TRUSTED_RATIO
 from nnhydro.diagnosis.decision.decide import decide
-from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.decision.listed import listed_probability, share_left_of_form
 
 OTHERS = tuple(law(f"law_{k}") for k in range(30))
 
 
-def hidden(rest, standard):
+def hidden(rest):
     """A search in which one smooth law acts beside `rest` of a smooth function that is on no card."""
     of = design(4, groups=8, rows=60, noise=0.02)
     smooth = unknown(of).Phi
@@ -20,7 +20,20 @@ def hidden(rest, standard):
     X[..., 0] = smooth @ rng.standard_normal((smooth.shape[1], 2))
     X /= np.sqrt((X**2).mean(axis=(0, 1)))
     of.y = of.y + 0.3 * X[..., 0] + rest * smooth[:, ::-1][:, :2]
-    return search(of, (law("smooth", standard=standard), *OTHERS), X, level=0.02**2)
+    return search(of, (law("smooth"), *OTHERS), X, level=0.02**2)
+
+
+def standard(same=0.0, other=0.0, more=()):
+    """A search with a standard term of joint 1 of size 0.3, beside another function of its variable, and one of other variables."""
+    of = design(4, groups=8, rows=60, noise=0.02)
+    columns = unknown(of).Phi  # three of the angle of joint 1, three of pairs
+    own = columns[:, 0] + 0.5 * np.random.default_rng(8).standard_normal(len(columns))  # partly rougher than the unknown
+    of.y[:, 0] += 0.3 * own + same * columns[:, 1] + other * columns[:, 3]
+    X = np.random.default_rng(7).standard_normal((*of.y.shape, 1 + len(more)))
+    X[..., 0] = own[:, None] * np.array([1.0, 0.0])
+    for k in range(len(more)):
+        X[..., 1 + k] = columns[:, 1:2] * np.array([1.0, 0.0])
+    return search(of, (law("term", joint=1, standard=True, depends_on=("q",)), *more), X, level=0.02**2)
 
 
 def left(one):
@@ -28,24 +41,54 @@ def left(one):
     return one.share_left(one.score(()), one.score((0,)))
 
 
-@pytest.mark.parametrize("standard", [True, False])
 @pytest.mark.parametrize("rest", [0.01, 0.03, 0.1])
-def test_the_probability_falls_with_what_is_left_by_the_odds_of_the_cause(rest, standard):
-    one = hidden(rest, standard)
-    odds = 1 if standard else 1 + len(OTHERS)
-    want = LISTED / (1 + odds * (max(left(one), 0.0) / TRUSTED_RATIO) ** 4)
+def test_the_probability_of_a_special_cause_falls_with_the_share_that_it_leaves(rest):
+    one = hidden(rest)
+    want = LISTED / (1 + (max(left(one), 0.0) / TRUSTED_RATIO) ** 4)
     assert one.unknown_beside(one.score((0,)), [0]) > FEW_NATS
     assert listed_probability(one, one.score((0,)), 0) == pytest.approx(want)
 
 
 def test_what_leaves_no_more_than_chance_is_the_cause_as_far_as_any_list_can_tell():
-    one = hidden(0.0, standard=False)
+    one = hidden(0.0)
     assert listed_probability(one, one.score((0,)), 0) == LISTED
 
 
-def test_beside_a_third_of_the_unknown_friction_is_told_and_a_special_cause_is_not():
-    rest = next(r for r in np.geomspace(0.01, 0.3, 40) if 0.28 < left(hidden(r, standard=False)) < 0.45)
-    told = {standard: decide(one, one.score((0,)), 0) for standard in (True, False) for one in [hidden(rest, standard)]}
-    assert told[True].claimed.chosen == (0,)
-    assert told[False].claimed.chosen == ()
-    assert "outside the catalogue" in told[False].decisions[0].reason
+def test_a_special_cause_that_leaves_a_third_of_the_unknown_is_not_named():
+    rest = next(r for r in np.geomspace(0.01, 0.3, 40) if 0.28 < left(hidden(r)) < 0.45)
+    one = hidden(rest)
+    told = decide(one, one.score((0,)), 0)
+    assert told.claimed.chosen == ()
+    assert "outside the catalogue" in told.decisions[0].reason
+
+
+@pytest.mark.parametrize("same", [0.1, 0.2, 0.4])
+def test_a_standard_term_leaves_the_share_of_what_any_function_of_its_variable_explains(same):
+    one = standard(same)
+    assert share_left_of_form(one, one.score((0,)), 0) == pytest.approx(same**2 / (0.3**2 + same**2), rel=0.25)
+
+
+def test_a_standard_term_of_another_form_than_its_variable_acts_in_is_not_named():
+    true, wrong = standard(same=0.02), standard(same=0.3)
+    assert decide(true, true.score((0,)), 0).claimed.chosen == (0,)
+    told = decide(wrong, wrong.score((0,)), 0)
+    assert told.claimed.chosen == ()
+    assert "outside the catalogue" in told.decisions[0].reason
+
+
+def test_what_other_variables_do_is_no_evidence_against_a_standard_term():
+    one = standard(other=0.6)
+    assert one.unknown_beside(one.score((0,)), [0]) > FEW_NATS
+    assert listed_probability(one, one.score((0,)), 0) == pytest.approx(LISTED, abs=1e-3)
+
+
+def test_two_laws_of_one_variable_are_asked_for_their_form_together():
+    one = standard(same=0.3, more=(law("second", joint=1, standard=True, depends_on=("q",)),))
+    alone, both = one.score((0,)), one.score((0, 1))
+    assert share_left_of_form(one, alone, 0) > 0.3
+    assert share_left_of_form(one, both, 0) == share_left_of_form(one, both, 1) == 0.0
+
+
+def test_a_term_of_no_variable_has_no_form():
+    one = standard(same=0.3, more=(law("offset", joint=1, standard=True, depends_on=("nothing",)),))
+    assert share_left_of_form(one, one.score((0, 1)), 1) == 0.0

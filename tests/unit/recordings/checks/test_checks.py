@@ -14,6 +14,7 @@ from nnhydro.cli.terminal.survey import oddity_lines
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.oddity import Oddity
+from nnhydro.recordings.checks.quantisation import step_of
 from nnhydro.recordings.checks.wrapped_angles import wraps
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.repeats import copied_recordings
@@ -247,6 +248,24 @@ def test_a_pause_at_the_largest_angle_is_not_clipped():
     columns = {"t_s": t, "q1_rad": q, "q2_rad": 0.5 * q, "tau1_Nm": 4 * rate * np.abs(rate) + np.gradient(rate, t),
                "tau2_Nm": rate * np.abs(rate) + 0.2 * np.gradient(rate, t)}
     assert found(Campaign.of(the_arm(), [recording(columns)])) == set()
+
+
+@pytest.mark.parametrize(("rate", "expected"), [(0.0, False), (1.0, True)])
+def test_a_joint_whose_own_rate_says_that_it_stands_still_is_not_clipped(rate: float, expected: bool):
+    columns = healthy(1)
+    flat = clipped("q1_rad", 0.7)(columns)["q1_rad"]
+    held = flat == flat.max()
+    columns |= {"q1_rad": flat, "dq1_rad_s": np.where(held, rate, 1.0) * columns["dq1_rad_s"]}
+    assert ("clipped" in found(Campaign.of(the_arm(), [recording(columns)]))) == expected
+
+
+@pytest.mark.parametrize(("speed", "expected"), [(lambda t: 1 + 0.01 * np.sin(40 * t), False), (lambda t: 1 + 0.8 * np.sin(3 * t), True)])
+def test_a_joint_at_one_speed_has_no_coarse_encoder(speed, expected):
+    t = np.arange(200) / 100
+    q = np.cumsum(speed(t)) / 100
+    q = q if not expected else np.round(q / 0.01) * 0.01
+    reading = recording({**healthy(1, rows=200), "q1_rad": q})
+    assert (step_of(reading.q[:, 0]) > 0) == expected
 
 
 @pytest.mark.parametrize(("key", "value", "expected"), [("length_m", 0.05, "stubby mass_centre inertia"), ("com_m", 0.7, "mass_centre"),
