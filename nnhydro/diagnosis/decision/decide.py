@@ -14,8 +14,8 @@ A member k of the best set S is claimed if
     5. it moves the torque by RELEVANT of its rms, or makes FORM of the energy of what remains without it; in a part of the campaign also
        FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
-Members that fail leave the set, the one that gains least first, and the others are judged again. Those that would only be the form of
-another leave last, and come back when another fails: its form they were not.
+Members that fail leave the set, and the others are judged again: the least probable of what is no listed cause first, then what gains
+least. Those that would only be the form of another leave last, and come back when another fails: its form they were not.
 """
 
 from collections.abc import Sequence, Set
@@ -40,6 +40,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.sheet import percent
 
 Array = NDArray[np.float64]
+LEAST_PROBABLE = 0.5  # of a name: below it a cause on no card is more probable
 
 
 @final
@@ -101,11 +102,11 @@ def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
         chance = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests.values()))
         bars = _form_bars(search, now, list(rests.values()))
         judged = {k: _judge(search, now, rests[k], k, held[:, i], shares, max(chance, bars[i])) for i, k in enumerate(now.chosen)}
-        failed = [(chance < gain <= bar, gain, k) for k, bar in zip(now.chosen, bars, strict=True)
-                  if not judged[k].claimed for gain in (search.gain(rests[k], now),)]
+        failed = [(chance < gain <= bar, min(listed_probability(search, now, k), LEAST_PROBABLE), gain, k)
+                  for k, bar in zip(now.chosen, bars, strict=True) if not judged[k].claimed for gain in (search.gain(rests[k], now),)]
         if not failed:
             return Claims(now, (*(d for k, d in decisions.items() if k not in judged), *judged.values()), shares, as_form)
-        form, _, worst = min(failed)
+        form, *_, worst = min(failed)
         decisions = {k: d for k, d in decisions.items() if k != worst} | {worst: judged[worst]}
         now = rests[worst] if form else search.score(sorted({*rests[worst].chosen, *as_form}))
         as_form = as_form | {worst} if form else frozenset()
@@ -167,7 +168,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
         (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
         (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
-        (listed_probability(search, now, k), 0.5, "it leaves so much unexplained that a cause outside the catalogue is more probable"),
+        (listed_probability(search, now, k), LEAST_PROBABLE, "with what it leaves, a cause outside the catalogue is more probable"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),
     )
     for statistic, needed, reason in tests:

@@ -94,6 +94,16 @@ def test_what_was_left_out_as_the_form_of_another_comes_back_when_that_fails_its
     assert sorted((d.effect, d.claimed) for d in claims.decisions) == [("law_0", False), ("law_1", True)]
 
 
+def test_the_least_probable_of_what_is_no_listed_cause_leaves_before_what_gains_less(monkeypatch):
+    """Beside the wrong law 0, law 1 has the wrong form, too: it would leave with it, if it left first."""
+    one = with_planted([0.5, -0.3])
+    probable = {(0, 1): {0: 0.05, 1: 0.4}, (0,): {0: 0.05}, (1,): {1: 0.9}}
+    monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: probable[found.chosen][k])
+    both = one.score((0, 1))
+    assert one.gain(one.score((1,)), both) > one.gain(one.score((0,)), both)
+    assert decide(one, both, 0).claimed.chosen == (1,)
+
+
 def test_a_member_that_is_not_admitted_leaves_the_others_standing():
     of = design(2, groups=8, rows=60, noise=0.02)
     smooth = unknown(of).Phi
