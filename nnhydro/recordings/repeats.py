@@ -133,7 +133,7 @@ def _compared_rows(segments: tuple[Segment, ...]) -> tuple[Array, Array]:
     return (np.concatenate(t), np.concatenate(tau)) if t else (np.zeros(0), np.zeros((0, 1)))
 
 
-def _covered(grid: Array, t: Array) -> NDArray[np.bool_]:
+def _between_rows(grid: Array, t: Array) -> NDArray[np.bool_]:
     """Return which times of `grid` lie between two rows of `t` that follow each other: in gaps nothing is compared."""
     right = np.clip(np.searchsorted(t, grid), 1, len(t) - 1)
     inside = (grid >= t[0]) & (grid <= t[-1])
@@ -145,7 +145,7 @@ def scatter(campaign: Campaign, group: tuple[str, ...], how: Preparation) -> Spr
     found = [_compared_rows(campaign.segments(name, how)) for name in group]
     if any(len(t) < MIN_ROWS for t, _ in found):
         return None
-    grid = found[0][0][np.all([_covered(found[0][0], t) for t, _ in found], axis=0)]
+    grid = found[0][0][np.all([_between_rows(found[0][0], t) for t, _ in found], axis=0)]
     if len(grid) < MIN_ROWS:
         return None
     return _spread(np.array([np.column_stack([np.interp(grid, t, x) for x in tau.T]) for t, tau in found]))

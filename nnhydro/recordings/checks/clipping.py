@@ -44,7 +44,7 @@ def clipped_plateaus(x: Array) -> list[tuple[int, int]]:
     return spans if len(spans) >= PLATEAUS or sum(b - a for a, b in spans) >= LONG else []
 
 
-def _held(reading: Reading, name: str, spans: list[tuple[int, int]]) -> bool:
+def _stands_still(reading: Reading, name: str, spans: list[tuple[int, int]]) -> bool:
     """Whether the channel is an angle and a rate of its own says that the joint stood still over all of `spans`."""
     angles = {reading.arm.column("q", joint + 1): joint for joint in range(reading.arm.n_links)}
     return name in angles and reading.recording.qd is not None and all(reading.turned_by_rate(angles[name], span) < MOVED for span in spans)
@@ -64,7 +64,7 @@ class Clipping(RecordingCheck):
             if not name.startswith(("q", "tau")) or "_sim" in name:
                 continue
             spans = clipped_plateaus(x)
-            if spans and not _held(reading, name, spans):
+            if spans and not _stands_still(reading, name, spans):
                 count = sum(b - a for a, b in spans)
                 values = sorted({float(x[a]) for a, _ in spans})
                 what = f"stays at exactly {' and '.join(f'{v:.6g}' for v in values)} {len(spans)} time(s), {count} rows in all"
