@@ -55,6 +55,14 @@ def rubbing(**keys):
     return Campaign.of(ARM, made(more=lambda r, k: dry(r), **keys))
 
 
+def of_size(factor):
+    """The rubbing arm with all forces and masses times `factor`, in water so much denser."""
+    a = ARM.model_copy(update={"fluid": ARM.fluid.model_copy(update={"density_kg_m3": factor * ARM.fluid.density_kg_m3}),
+                               "links": tuple(link.model_copy(update={"mass_kg": factor * link.mass_kg, "inertia_kg_m2":
+                                                                      factor * link.inertia_kg_m2}) for link in ARM.links)})
+    return Campaign.of(a, made(a, more=lambda r, k: dry(r, level=factor * FRICTION)))
+
+
 def friction_stated(level=0.45):
     """The rubbing arm, whose friction arm.yaml states: a tenth too small, and as a step where the drive's goes smoothly."""
     known = Arm.model_validate(ARM.document() | {"friction": [{"coulomb_Nm": level, "known_to": 0.15}]})
@@ -277,6 +285,8 @@ CAMPAIGNS = {
         recording(ARM, planted(ARM), f"run{k}", seed=25 + k, rate=50.0, highest=0.22 * (1 + 2 * k), noise=0.01) for k in range(2))]),
     "sticking at rest": resting,
     "column": lambda: simulated(True),
+    "rubbing, a giant": partial(of_size, 1e5),
+    "rubbing, a dwarf": partial(of_size, 1e-5),
     "steady": table,
     "steady, offset": lambda: table(0.4),
     **{f"shaft, {rows} speeds": partial(shaft, rows) for rows in (8, 12, 30)},

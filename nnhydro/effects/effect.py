@@ -23,10 +23,11 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm
-from nnhydro.physics.parametrised import ParametricTerm, Values, parameter
+from nnhydro.physics.parametrised import ANY_SIZE, ANY_VALUE, ParametricTerm, Values, parameter
 from nnhydro.recordings.arm import Arm
 
-__all__ = ["REGISTER", "Effect", "InstrumentEffect", "LoadEffect", "Signature", "Values", "at_joint", "effect", "parameter"]
+__all__ = ["ANY_SIZE", "ANY_VALUE", "REGISTER", "Effect", "InstrumentEffect", "LoadEffect", "Signature", "Values", "at_joint",
+           "effect", "parameter"]
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from torch import Tensor
 
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.parametrised import PER, ParametricTerm, Values, parameter
+from nnhydro.physics.parametrised import ANY_SIZE, ANY_VALUE, PER, ParametricTerm, Values, parameter
 
-__all__ = ["PER", "LinearTerm", "LoadTerm", "Values", "parameter", "term_kinds", "term_of"]
+__all__ = ["ANY_SIZE", "ANY_VALUE", "PER", "LinearTerm", "LoadTerm", "Values", "parameter", "term_kinds", "term_of"]
 
 HERE = "nnhydro.physics."
 

@@ -15,6 +15,7 @@ from nnhydro.recordings.arm import Arm
 
 Values = tuple[float, ...]
 PER = ("link", "joint", "arm", "other joint")
+ANY_SIZE, ANY_VALUE = (0.0, 1e12), (-1e12, 1e12)  # bounds of what has a unit of force or mass: machines are of any size
 
 
 def parameter(unit: str, start: float, bounds: tuple[float, float], meaning: str, per: str = "link", linear: bool = True,

@@ -119,7 +119,7 @@ class Library:
 
     def bounds(self, k: int) -> tuple[Array, Array]:
         """Return the physical bounds (width,) of the scaled values of hypothesis `k`."""
-        s = np.maximum(self.scale[self.at(k)], 1e-300)
+        s = np.maximum(self.scale[self.at(k)], 1e-280)
         low, high = np.array(self.hypotheses[k].bounds(), dtype=float).reshape(-1, 2).T
         return low / s, high / s
 

@@ -49,8 +49,8 @@ class Backlash(InstrumentEffect):
     stage = 1
     torque_scaled = ("impulse",)
 
-    gap: Values = parameter("rad", 1e-3, (0.0, 0.5), "play of the drive, from flank to flank", per="arm")
-    impulse: Values = parameter("N m s", 0.02, (1e-6, 1e4), "torque times time I that carries the link across the gap", per="arm",
+    gap: Values = parameter("rad", 1e-3, (0.0, 0.2), "play of the drive, from flank to flank; more is a broken coupling", per="arm")
+    impulse: Values = parameter("N m s", 0.02, (1e-12, 1e12), "torque times time I that carries the link across the gap", per="arm",
                                 linear=False,
                                 grid=(0.00125, 0.0025, 0.005, 0.01, 0.014, 0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32))
     settling: Values = parameter("s", 0.0, (0.0, 10.0), "time T in which the flanks give way; 0: they are rigid", per="arm", linear=False,

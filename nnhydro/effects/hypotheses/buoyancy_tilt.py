@@ -7,7 +7,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.effects.effect import ANY_VALUE, LoadEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity, polar
 from nnhydro.physics.flow import Flow
 
@@ -31,8 +31,8 @@ class BuoyancyTilt(LoadEffect):
     )
     acts = "arm"
 
-    force_X: Values = parameter("N", 0.0, (-1e4, 1e4), "force on the link along X, taken at its middle")
-    force_Y: Values = parameter("N", 0.0, (-1e4, 1e4), "force on the link along Y, taken at its middle")
+    force_X: Values = parameter("N", 0.0, ANY_VALUE, "force on the link along X, taken at its middle")
+    force_Y: Values = parameter("N", 0.0, ANY_VALUE, "force on the link along Y, taken at its middle")
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (force_X, force_Y), (n, joints, 2 links)."""

@@ -7,7 +7,7 @@ from typing import final
 from torch import Tensor
 
 from nnhydro.effects.dry_contact import DryContact
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
@@ -34,7 +34,7 @@ class CoulombFriction(DryContact, LoadEffect):
     standard = True
     dissipates = True
 
-    level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque while the joint turns", per="arm")
+    level: Values = parameter("N m", 0.1, ANY_SIZE, "friction torque while the joint turns", per="arm")
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, 1)."""
         z = CoulombTerm(self.level, self.width, sum(self.bending)).sign(flow.motion, self.joint)

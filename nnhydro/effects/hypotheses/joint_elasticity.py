@@ -8,7 +8,7 @@ from typing import final
 from torch import Tensor
 
 from nnhydro.effects.compliance import Twist, by_own_motion, direction, ringing_twist
-from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
+from nnhydro.effects.effect import ANY_SIZE, InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
 
@@ -38,7 +38,7 @@ class JointElasticity(InstrumentEffect):
     stage = 1
     predictable_share = 0.5  # what rings at the resonance of link and drive hangs on how each recording began
 
-    compliance: Values = parameter("rad/(N m)", 1e-3, (0.0, 10.0), "twist per torque, 1/k", per="arm")
+    compliance: Values = parameter("rad/(N m)", 1e-3, ANY_SIZE, "twist per torque, 1/k", per="arm")
     damping: Values = parameter("1", 0.05, (0.0, 2.0), "damping ratio zeta of link and spring", per="arm", linear=False, grid=(0.05, 0.3))
 
     def columns(self, seen: SensorView) -> Tensor:

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.dry_contact import DryContact
-from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import ANY_SIZE, InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.joints import DRY_WIDTH, SIGN_WIDTH
@@ -37,7 +37,7 @@ class LoadFriction(DryContact, InstrumentEffect):
     dissipates = True
 
     coefficient: Values = parameter("1", 0.05, (0.0, 0.9), "friction torque per unit of torque carried", per="arm")
-    level: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque without load, T_0", per="arm", absent=True)
+    level: Values = parameter("N m", 0.1, ANY_SIZE, "friction torque without load, T_0", per="arm", absent=True)
 
     def narrower(self) -> tuple["LoadFriction", ...]:
         """Return the law without a level."""

@@ -6,7 +6,7 @@ from typing import final
 
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.rigid_body import RigidBody
 
@@ -30,7 +30,7 @@ class PayloadMass(LoadEffect):
     )
     acts = "arm"
 
-    mass: Values = parameter("kg", 0.1, (0.0, 1e3), "mass at the tip", per="arm")
+    mass: Values = parameter("kg", 0.1, ANY_SIZE, "mass at the tip", per="arm")
     beyond: Values = parameter("m", 0.0, (0.0, 1.0), "how far beyond the link's end its centre lies", per="arm", linear=False,
                                grid=(0.0, 0.06))
 

@@ -6,7 +6,7 @@ from typing import final
 
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, of_joint, parameter
+from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effect, of_joint, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.drive_inertia import DriveInertia
 
@@ -31,7 +31,7 @@ class RotorInertia(LoadEffect):
     acts = "joint"
     standard = True
 
-    inertia: Values = parameter("kg m^2", 0.05, (0.0, 1e4), "inertia as felt at the joint", per="arm")
+    inertia: Values = parameter("kg m^2", 0.05, ANY_SIZE, "inertia as felt at the joint", per="arm")
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d inertia, (n, joints, 1)."""

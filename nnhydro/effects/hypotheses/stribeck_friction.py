@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.dry_contact import DryContact
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 
@@ -37,8 +37,8 @@ class StribeckFriction(DryContact, LoadEffect):
     rate_scaled = ("speed",)
     dissipates = True
 
-    sliding: Values = parameter("N m", 0.1, (0.0, 1e3), "friction torque of fast sliding, T_C", per="arm")
-    excess: Values = parameter("N m", 0.1, (0.0, 1e3), "what breakaway takes beyond that, T_S - T_C", per="arm")
+    sliding: Values = parameter("N m", 0.1, ANY_SIZE, "friction torque of fast sliding, T_C", per="arm")
+    excess: Values = parameter("N m", 0.1, ANY_SIZE, "what breakaway takes beyond that, T_S - T_C", per="arm")
     speed: Values = parameter("rad/s", 0.1, (1e-5, 3.0), "speed over which the grip is lost, v_S", per="arm", linear=False,
                               grid=(0.05, 0.1, 0.2, 0.4, 0.8))
     tail: Values = parameter("1", 0.0, (0.0, 1.0), "how slowly the grip is lost, m", per="arm", linear=False, grid=(0.0, 1.0),

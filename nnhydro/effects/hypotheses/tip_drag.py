@@ -7,7 +7,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 
@@ -38,7 +38,7 @@ class TipDrag(LoadEffect):
     dissipates = True
 
     drag_area: Values = parameter("m^2", 0.002, (0.0, 10.0), "drag coefficient times frontal area", per="arm")
-    linear: Values = parameter("N s/m", 0.1, (0.0, 1e4), "part of the drag in proportion to the speed, b", per="arm", absent=True)
+    linear: Values = parameter("N s/m", 0.1, ANY_SIZE, "part of the drag in proportion to the speed, b", per="arm", absent=True)
 
     def narrower(self) -> tuple["TipDrag", ...]:
         """Return the bluff body alone."""

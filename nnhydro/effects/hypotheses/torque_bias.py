@@ -7,7 +7,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import ANY_VALUE, InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
 
 
@@ -32,7 +32,7 @@ class TorqueBias(InstrumentEffect):
     standard = True
     stage = 4
 
-    offset: Values = parameter("N m", 0.0, (-1e4, 1e4), "reading minus torque", per="arm")
+    offset: Values = parameter("N m", 0.0, ANY_VALUE, "reading minus torque", per="arm")
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return 1 at the joint, (n, joints, 1)."""

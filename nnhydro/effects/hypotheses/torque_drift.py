@@ -7,7 +7,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import InstrumentEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import ANY_VALUE, InstrumentEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.hypotheses.torque_bias import TorqueBias
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
@@ -34,9 +34,9 @@ class TorqueDrift(InstrumentEffect):
     stage = 4
     random_intercept = True
 
-    trend: Values = parameter("N m", 0.0, (-1e4, 1e4), "half of the change from first to last row", per="arm")
-    bend: Values = parameter("N m", 0.0, (-1e4, 1e4), "curvature over the campaign", per="arm")
-    turn: Values = parameter("N m", 0.0, (-1e4, 1e4), "third-order part over the campaign", per="arm")
+    trend: Values = parameter("N m", 0.0, ANY_VALUE, "half of the change from first to last row", per="arm")
+    bend: Values = parameter("N m", 0.0, ANY_VALUE, "curvature over the campaign", per="arm")
+    turn: Values = parameter("N m", 0.0, ANY_VALUE, "third-order part over the campaign", per="arm")
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return P_1, P_2, P_3 at the joint, (n, joints, 3); 0 where the place in the campaign is not known."""

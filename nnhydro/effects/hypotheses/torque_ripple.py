@@ -8,7 +8,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import ANY_VALUE, LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 
@@ -32,8 +32,8 @@ class TorqueRipple(LoadEffect):
     )
     acts = "joint"
 
-    cosine: Values = parameter("N m", 0.0, (-1e3, 1e3), "amplitude in phase with the angle", per="arm")
-    sine: Values = parameter("N m", 0.0, (-1e3, 1e3), "amplitude a quarter period later", per="arm")
+    cosine: Values = parameter("N m", 0.0, ANY_VALUE, "amplitude in phase with the angle", per="arm")
+    sine: Values = parameter("N m", 0.0, ANY_VALUE, "amplitude a quarter period later", per="arm")
     periods: Values = parameter("1", 12.0, (1.0, 1000.0), "periods a turn, N", per="arm", linear=False,
                                 grid=(*map(float, range(4, 60)), *map(float, range(60, 124, 4))))
 

@@ -34,7 +34,7 @@ class TorqueSaturation(InstrumentEffect):
     spread: ClassVar[Mapping[str, tuple[float, ...]]] = {"level": (0.4, 0.7)}  # a soft one bends over a range: a sum of clippings
 
     share: Values = parameter("1", 1.0, (0.0, 1.5), "part of the excess that is cut off", per="arm")
-    level: Values = parameter("N m", 0.9, (1e-3, 1e5), "torque at which clipping begins", per="arm", linear=False,
+    level: Values = parameter("N m", 0.9, (1e-12, 1e12), "torque at which clipping begins", per="arm", linear=False,
                               grid=(1.0, 0.97, 0.94, 0.9, 0.85, 0.8))
 
     def columns(self, seen: SensorView) -> Tensor:

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, at_joint, effect, parameter
+from nnhydro.effects.effect import ANY_VALUE, LoadEffect, Signature, Values, at_joint, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 
@@ -37,10 +37,10 @@ class UmbilicalStiffness(LoadEffect):
     )
     acts = "joint"
 
-    stiffness: Values = parameter("N m/rad", 0.5, (-1e4, 1e4), "torque per angle at x = 0: the spring constant of a linear one", per="arm")
-    preload: Values = parameter("N m", 0.0, (-1e4, 1e4), "torque at x = 0: stiffness times q_mean - q_rest, where linear", per="arm")
-    quadratic: Values = parameter("N m/rad^2", 0.0, (-1e4, 1e4), "how much stiffer it is on one side, k_2", per="arm", absent=True)
-    cubic: Values = parameter("N m/rad^3", 0.0, (-1e4, 1e4), "how much stiffer it grows on both sides, k_3", per="arm", absent=True)
+    stiffness: Values = parameter("N m/rad", 0.5, ANY_VALUE, "torque per angle at x = 0: the spring constant of a linear one", per="arm")
+    preload: Values = parameter("N m", 0.0, ANY_VALUE, "torque at x = 0: stiffness times q_mean - q_rest, where linear", per="arm")
+    quadratic: Values = parameter("N m/rad^2", 0.0, ANY_VALUE, "how much stiffer it is on one side, k_2", per="arm", absent=True)
+    cubic: Values = parameter("N m/rad^3", 0.0, ANY_VALUE, "how much stiffer it grows on both sides, k_3", per="arm", absent=True)
 
     about: float = field(default=0.0, kw_only=True)  # rad: q_mean, so that its size hangs on no choice of the angle's origin
 

@@ -6,7 +6,7 @@ from typing import final
 
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, of_joint, parameter
+from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effect, of_joint, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 
@@ -32,7 +32,7 @@ class ViscousFriction(LoadEffect):
     standard = True
     dissipates = True
 
-    coefficient: Values = parameter("N m s/rad", 0.05, (0.0, 1e3), "friction torque per unit joint rate", per="arm")
+    coefficient: Values = parameter("N m s/rad", 0.05, ANY_SIZE, "friction torque per unit joint rate", per="arm")
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d coefficient, (n, joints, 1)."""

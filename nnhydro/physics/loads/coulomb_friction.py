@@ -20,7 +20,7 @@ from torch import Tensor
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.joints import SIGN_WIDTH, bent_sign, own_joint, require_bending, require_positive
-from nnhydro.physics.load_term import LinearTerm, Values, parameter
+from nnhydro.physics.load_term import ANY_SIZE, LinearTerm, Values, parameter
 from nnhydro.physics.motion import Motion
 
 
@@ -30,7 +30,7 @@ class CoulombTerm(LinearTerm):
     """Constant friction with one level a joint, whose contacts may bend like a spring before they slip."""
 
     kind: ClassVar[str] = "coulomb_friction"
-    level: Values = parameter("N m", 0.05, (0.0, 1e3), "friction torque while the joint turns", per="joint")
+    level: Values = parameter("N m", 0.05, ANY_SIZE, "friction torque while the joint turns", per="joint")
     v0_rad_s: float = SIGN_WIDTH
     bending_rad: float = 0.0
 

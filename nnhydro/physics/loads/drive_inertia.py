@@ -16,7 +16,7 @@ from torch import Tensor
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.joints import own_joint
-from nnhydro.physics.load_term import LinearTerm, Values, parameter
+from nnhydro.physics.load_term import ANY_SIZE, LinearTerm, Values, parameter
 from nnhydro.physics.transmission import drive_rates
 
 
@@ -26,7 +26,7 @@ class DriveInertia(LinearTerm):
     """One inertia a drive."""
 
     kind: ClassVar[str] = "drive_inertia"
-    inertia: Values = parameter("kg m^2", 0.05, (0.0, 1e4), "inertia of rotor and gear as felt at the joint", per="joint")
+    inertia: Values = parameter("kg m^2", 0.05, ANY_SIZE, "inertia of rotor and gear as felt at the joint", per="joint")
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d inertia, (n, joints, joints)."""

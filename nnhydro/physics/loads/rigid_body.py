@@ -17,7 +17,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.load_term import LinearTerm, Values, parameter
+from nnhydro.physics.load_term import ANY_SIZE, ANY_VALUE, LinearTerm, Values, parameter
 from nnhydro.recordings.arm import Arm
 
 
@@ -32,9 +32,9 @@ class RigidBody(LinearTerm):
     """Rigid-body torques of the dry arm; parameters are moments of mass about each link's own joint."""
 
     kind: ClassVar[str] = "rigid_body"
-    mass: Values = parameter("kg", 1.0, (0.0, 1e6), "mass of the link")
-    first_moment: Values = parameter("kg m", 0.1, (-1e6, 1e6), "mass times distance of the mass centre from the joint")
-    second_moment: Values = parameter("kg m^2", 0.1, (0.0, 1e6), "moment of inertia about the joint")
+    mass: Values = parameter("kg", 1.0, ANY_SIZE, "mass of the link")
+    first_moment: Values = parameter("kg m", 0.1, ANY_VALUE, "mass times distance of the mass centre from the joint")
+    second_moment: Values = parameter("kg m^2", 0.1, ANY_SIZE, "moment of inertia about the joint")
 
     @classmethod
     def of_arm(cls, arm: Arm) -> "RigidBody":

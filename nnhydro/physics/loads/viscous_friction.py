@@ -16,7 +16,7 @@ from torch import Tensor
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.joints import own_joint
-from nnhydro.physics.load_term import LinearTerm, Values, parameter
+from nnhydro.physics.load_term import ANY_SIZE, LinearTerm, Values, parameter
 
 
 @final
@@ -25,7 +25,7 @@ class ViscousTerm(LinearTerm):
     """Friction proportional to speed with one coefficient a joint."""
 
     kind: ClassVar[str] = "viscous_friction"
-    b: Values = parameter("N m s/rad", 0.02, (0.0, 1e3), "friction torque per unit joint rate", per="joint")
+    b: Values = parameter("N m s/rad", 0.02, ANY_SIZE, "friction torque per unit joint rate", per="joint")
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d b, (n, joints, joints)."""

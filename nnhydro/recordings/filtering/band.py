@@ -87,8 +87,8 @@ def highest_line(recordings: Iterable[Recording], above: float) -> float:
 def band_of(recordings: Iterable[Recording]) -> Band:
     """Return the band of the comparison of `recordings` and of their motion."""
     known = list(recordings)
-    edge, cap = known_edge(known)
+    edge, lowest, cap = known_edge(known)
     if not edge:
         return Band(cap, LOWEST_EDGE)
-    motion = float(np.clip(edge, LOWEST_EDGE, cap))
+    motion = float(np.clip(edge, lowest, cap))
     return Band(float(np.clip(PAST * highest_line(known, motion), motion, cap)), motion)

@@ -31,6 +31,7 @@ from nnhydro.recordings.recording import Recording
 Array = NDArray[np.float64]
 KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
 LOWEST_EDGE, HIGHEST_EDGE = 0.3, 8.0  # Hz: above, corners of a motion are sharper than any record of them
+FEWEST_LINES = 6.0  # of the longest stretch in the band: what moves slowly, as a ship does, is recorded for long, and its edge lies lower
 ROWS_PER_PERIOD = 8.0  # of the band's edge: laws that bend (friction, drag) spread a motion to higher frequencies
 ROW_RATE = 100.0  # Hz at least: between rows a step of dry friction is displaced by 3 ms rms, a fifth of what a drive's filter delays
 WIDEST = 50.0  # Hz: the spectrum is looked at up to here
@@ -146,16 +147,24 @@ def _end(edges: Array, motion: Array, good: NDArray[np.bool_]) -> float:
 
 def trusted_edge(recordings: Iterable[Recording]) -> float:
     """Return the upper edge of the band, Hz, in which some acceleration of these recordings is known to `KNOWN`."""
-    edge, cap = known_edge(recordings)
-    return float(np.clip(edge or cap, LOWEST_EDGE, cap))
+    edge, lowest, cap = known_edge(recordings)
+    return float(np.clip(edge or cap, lowest, cap))
 
 
-def known_edge(recordings: Iterable[Recording]) -> tuple[float, float]:
-    """Return the highest frequency, Hz, at which some acceleration is known to `KNOWN`, 0 where none is, and the highest edge of a band."""
-    edges = LOWEST_EDGE * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * np.log2(WIDEST / LOWEST_EDGE)) + 1) / BANDS_PER_OCTAVE)
+def _octaves_below(lines: float) -> float:
+    """Return how many whole octaves below a band of so many `lines` there are until one is left, 0 at least."""
+    return float(max(np.floor(np.log2(max(lines, 1.0))), 0.0))
+
+
+def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
+    """Return the highest frequency, Hz, at which some acceleration is known to `KNOWN`, 0 for none, and the lowest and highest edge."""
+    known = list(recordings)
+    longest = max((float(r.t[stop - 1] - r.t[start]) for r in known for start, stop in stretches(r, with_torque=False)), default=0.0)
+    first, lowest = (LOWEST_EDGE * 2.0 ** -_octaves_below(LOWEST_EDGE * longest / lines) for lines in (1.0, FEWEST_LINES))
+    edges = first * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * np.log2(WIDEST / first)) + 1) / BANDS_PER_OCTAVE)
     sums: dict[str, tuple[Array, Array, Array]] = {}
     nyquist = np.inf
-    for r in recordings:
+    for r in known:
         for start, stop in stretches(r, with_torque=False):
             part = resample(r.without_torque(), start, stop)
             dt = float(part.t[1] - part.t[0])
@@ -173,7 +182,7 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float]:
         motion, noise = (np.where(count > 0, x / np.maximum(count, 1e-300), 0.0) for x in (S_sum, N_sum))
         good = (motion > np.maximum(noise, _plateau(motion)) / KNOWN**2) & (motion > TINY * motion.max())
         highest = max(highest, _end(edges, motion, good))
-    return highest, float(max(LOWEST_EDGE, min(HIGHEST_EDGE, 0.9 * nyquist)))
+    return highest, lowest, float(max(lowest, min(HIGHEST_EDGE, 0.9 * nyquist)))
 
 
 def band_limited(x: Array, rows: int) -> Array:

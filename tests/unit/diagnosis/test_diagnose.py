@@ -95,6 +95,14 @@ def test_dry_friction_is_named_with_its_level_and_nothing_else(name):
     assert decision.statistic > decision.threshold
 
 
+@pytest.mark.parametrize(("name", "factor"), [("rubbing, a giant", 1e5), ("rubbing, a dwarf", 1e-5)])
+def test_machines_may_be_of_any_size(name, factor):
+    usual, other = diagnosed("rubbing"), diagnosed(name)
+    assert named(other) == RUBS
+    assert value(name, "coulomb_friction", "level")[0] / factor == pytest.approx(value("rubbing", "coulomb_friction", "level")[0], rel=1e-3)
+    assert other.proof.after == pytest.approx(usual.proof.after, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_the_joint_that_rubs_is_told_from_the_one_that_does_not():
     told = diagnosed("rubbing, two links")

@@ -103,6 +103,14 @@ def test_the_edge_of_the_band_is_the_same_logged_at_100_hz_and_at_1_khz(channels
     assert edges[1] == pytest.approx(edges[0], rel=0.2)  # one band in four an octave
 
 
+@pytest.mark.parametrize("channels", ["q", "qva"])
+def test_a_motion_sixteen_times_as_slow_has_a_band_sixteen_times_as_low(channels):
+    r = moved(seconds=16.0, channels=channels, noise=(1e-3, 1e-2, 0.1))[0]
+    slow = replace(r, t=16 * r.t, qd=None if r.qd is None else r.qd / 16, qdd=None if r.qdd is None else r.qdd / 256)
+    assert trusted_edge([slow]) == pytest.approx(trusted_edge([r]) / 16)
+    assert trusted_edge([slow]) < LOWEST_EDGE
+
+
 def test_the_noise_of_one_channel_is_no_motion_because_another_is_quieter():
     """Noisy angles, twice differentiated, exceed any motion: beside good accelerations they once ended the band at its highest."""
     quiet, noisy = (trusted_edge([moved(seconds=16.0, noise=(s, 1e-2, 0.1))[0]]) for s in (1e-6, 1e-3))
