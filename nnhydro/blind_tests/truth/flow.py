@@ -67,20 +67,17 @@ class LinkFlow:
     @property
     def w(self) -> Array:
         """Normal speed through the water (n, s) m/s."""
-        speed: Array = (self.v * self.nrm).sum(axis=-1)
-        return speed
+        return dot(self.v, self.nrm)
 
     @property
     def u(self) -> Array:
         """Axial speed through the water (n, s) m/s."""
-        speed: Array = (self.v * self.e).sum(axis=-1)
-        return speed
+        return dot(self.v, self.e)
 
     @property
     def dw(self) -> Array:
         """Derivative of w in the link's own frame (n, s) m/s2."""
-        rate: Array = (self.a * self.nrm).sum(axis=-1) - self.frames.spin[:, None, self.i] * self.u
-        return rate
+        return dot(self.a, self.nrm) - self.frames.spin[:, None, self.i] * self.u
 
     @property
     def drag(self) -> Array:
@@ -133,6 +130,12 @@ def strips_of(run: TrueRun, arm: TrueArm, frames: Frames, i: int, strips: int = 
     a = frames.A[:, None, i] + out * (frames.dspin[:, None, i, None] * side - turn**2 * e)
     shape = pos.shape[:2]
     return LinkFlow(run, arm, frames, i, x, pos, v, a, np.full(shape, link.C_D), np.full(shape, link.C_M), np.zeros((*shape, 2)))
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Return a . b of plane vectors: numpy takes six times as long for a sum over two."""
+    along: Array = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+    return along
 
 
 def cross(a: Array, b: Array) -> Array:
