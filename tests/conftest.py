@@ -38,6 +38,15 @@ def pytest_collection_modifyitems(config, items):
     items.sort(key=lambda item: -cost[item.path])
 
 
+@pytest.fixture(scope="session")
+def quick_python():
+    """The folder of a `python` that starts in a fraction of the time."""
+    from warm_python import warm_python
+
+    with warm_python() as folder:
+        yield folder
+
+
 @pytest.fixture
 def catalogue_as_it_was():
     """Effects that a test adds leave the catalogue with it."""

@@ -44,10 +44,10 @@ def blocks(path: Path) -> Iterator[Block]:
             assert head in ("", "mermaid", "{toctree}", "{eval-rst}"), f"{path.stem}: a block of kind {head!r} would not be tested"
 
 
-def typed(command: str, folder: Path, **environment: str) -> str:
-    """What a shell prints for a block of commands."""
+def typed(command: str, folder: Path, python: Path, **environment: str) -> str:
+    """What a shell prints for a block of commands; its `python` is the one in the folder `python`."""
     lines = [line for line in command.splitlines() if not line.startswith(INSTALLS)]
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    path = os.pathsep.join([str(python), str(Path(sys.executable).parent), os.environ["PATH"]])
     done = subprocess.run(["bash", "-euo", "pipefail", "-c", "\n".join(lines)], cwd=folder, capture_output=True, text=True,
                           env={**os.environ, "PATH": path, "OMP_NUM_THREADS": "1", **environment})
     assert done.returncode == 0, f"$ {command}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
@@ -85,8 +85,11 @@ def changed(text: str, change: str) -> str:
     return f"\n{text}".replace(f"\n{before}\n", f"\n{after}\n")[1:]
 
 
-def follow(page: Path, tree: Path) -> str:
-    """Do what a page says in a copy of the tree, block by block: write files, change lines, type commands; return what was printed last."""
+def follow(page: Path, tree: Path, python: Path) -> str:
+    """Do what a page says in a copy of the tree, block by block: write files, change lines, type commands; return what was printed last.
+
+    `python` is the folder of the Python that the commands find.
+    """
     out = ""
     for block in blocks(page):
         path = tree / block.file
@@ -96,9 +99,9 @@ def follow(page: Path, tree: Path) -> str:
             assert not path.exists(), f"{page.stem}: {block.file} is there already"
             path.write_text(block.text, encoding="utf-8")
         elif block.kind == "sh":
-            out = typed(block.text, tree, PYTHONPATH=str(tree))
+            out = typed(block.text, tree, python, PYTHONPATH=str(tree))
         elif block.kind == "python":
-            done = subprocess.run([sys.executable, "-c", block.text], cwd=tree, capture_output=True, text=True,
+            done = subprocess.run([python / "python", "-c", block.text], cwd=tree, capture_output=True, text=True,
                                   env={**os.environ, "PYTHONPATH": str(tree)})
             assert done.returncode == 0, f"{page.stem}: {done.stderr[-2000:]}"
         else:

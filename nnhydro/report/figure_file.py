@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 KINDS = (".png", ".svg")
+DPI = 130  # dots per inch
 SVG: dict[Any, Any] = {"svg.hashsalt": "nnhydro", "svg.fonttype": "none"}  # same figure, same file; its text stays text
 # a page's colours follow its theme: ink, the models' and the grid's
 THEME = {"#111111": "currentColor", "#000000": "currentColor", "#d55e00": "var(--c0)", "#0072b2": "var(--c1)", "#009e73": "var(--c2)",
@@ -79,15 +80,18 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
     """Write the figure as `stem`.png, .svg and .csv, each whole or not at all; returns the paths, the picture first."""
     from matplotlib import rc_context
 
-    written = []
+    written, layout = [], figure.get_layout_engine()
+    figure.set_dpi(DPI)
+    if layout is not None:  # found once, and not by a drawing of its own: finding it takes most of the time
+        layout.execute(figure)
+        figure.set_layout_engine(None)
     for kind in KINDS:
         path = stem.with_suffix(kind)
         temporary = path.with_name(f".{path.name}")
         with rc_context(SVG):
-            figure.savefig(temporary, dpi=130, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
+            figure.savefig(temporary, dpi=DPI, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
         temporary.replace(path)
         written.append(path)
-        figure.set_layout_engine(None)  # the layout stays as it was found for the first kind: finding it takes most of the time
     write_text(stem.with_suffix(".csv"), figure_csv(figure))
     return [*written, stem.with_suffix(".csv")]
 

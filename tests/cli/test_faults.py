@@ -19,8 +19,6 @@ from nnhydro.recordings.readers import files as readers
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.runtime.stamp import STAMP
 
-NNHYDRO = f"{shlex.quote(sys.executable)} -m nnhydro"
-
 
 def names(folder):
     return sorted(p.name for p in folder.iterdir() if p.name != STAMP)
@@ -92,9 +90,9 @@ def test_a_folder_that_may_not_be_written_to_gets_one_line(tmp_path, capsys):
     ("{n} check {c} | head -n 1", 0), ("{n} check {c} | true", 0), ("{n} check {c} --json | head -c 10", 0),
     ("{n} identify {c} --model textbook --out {o} 2>&1 | true", 0), ("{n} check {c} > /dev/full", 2), ("{n} check {c} >&-", 0),
 ])
-def test_whoever_stops_reading_does_not_stop_the_work(line, code, tmp_path):
+def test_whoever_stops_reading_does_not_stop_the_work(line, code, tmp_path, quick_python):
     root = write_campaign(tmp_path / "c")
-    line = line.format(n=NNHYDRO, c=root, o=tmp_path / "model")
+    line = line.format(n=f"{shlex.quote(str(quick_python / 'python'))} -m nnhydro", c=root, o=tmp_path / "model")
     done = subprocess.run(["bash", "-c", f"set -o pipefail; {line}"], capture_output=True, text=True, check=False)
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
@@ -132,5 +130,15 @@ def test_a_recording_that_changes_between_two_readings_is_refused(tmp_path):
 @pytest.mark.slow
 def test_json_on_a_pipe_is_whole(tmp_path):
     root = write_campaign(tmp_path / "c")
-    done = subprocess.run(["bash", "-c", f"{NNHYDRO} check {root} --json | cat"], capture_output=True, text=True, check=True)
+    line = f"{shlex.quote(sys.executable)} -m nnhydro check {root} --json | cat"
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=True)
     assert json.loads(done.stdout)
+
+
+@pytest.mark.parametrize(("line", "code", "said"), [
+    ("{p} -c 'print(6 * 7); raise SystemExit(3)'", 3, "42"), ("{p} -m base64 -e <<< a", 0, "YQo="),
+    ("{p} -c 'import sys; assert sys.stdout is None' >&-", 0, ""), ("{p} -c 'import os; os.kill(os.getpid(), 15)'", 143, ""),
+    ("A=b {p} -c 'import os; print(os.environ[\"A\"], os.getcwd())'", 0, "b {c}")])
+def test_a_quick_python_runs_as_any_python(line, code, said, tmp_path, quick_python):
+    done = subprocess.run(["bash", "-c", line.format(p=quick_python / "python")], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (code, said.format(c=tmp_path), "")

@@ -34,9 +34,9 @@ def tree(tmp_path_factory):
 
 @pytest.mark.slow(seconds=25)
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_newcomer_gets_there_with_the_page_alone(page, tree):
+def test_a_newcomer_gets_there_with_the_page_alone(page, tree, quick_python):
     if page.stem != "index":
-        follow(page, tree)
+        follow(page, tree, quick_python)
 
 
 @pytest.mark.parametrize("name", TOUCHED)

@@ -67,20 +67,17 @@ class LinkFlow:
     @property
     def w(self) -> Array:
         """Normal speed through the water (n, s) m/s."""
-        speed: Array = (self.v * self.nrm).sum(axis=-1)
-        return speed
+        return dot(self.v, self.nrm)
 
     @property
     def u(self) -> Array:
         """Axial speed through the water (n, s) m/s."""
-        speed: Array = (self.v * self.e).sum(axis=-1)
-        return speed
+        return dot(self.v, self.e)
 
     @property
     def dw(self) -> Array:
         """Derivative of w in the link's own frame (n, s) m/s2."""
-        rate: Array = (self.a * self.nrm).sum(axis=-1) - self.frames.spin[:, None, self.i] * self.u
-        return rate
+        return dot(self.a, self.nrm) - self.frames.spin[:, None, self.i] * self.u
 
     @property
     def drag(self) -> Array:
@@ -99,7 +96,7 @@ class LinkFlow:
 
     def with_normal_load(self, normal: Array) -> LinkFlow:
         """Return the flow with a further normal load (n, s) N/m."""
-        return replace(self, extra=self.extra + normal[..., None] * self.nrm)
+        return replace(self, extra=self.extra + vectors(normal, self.nrm))
 
 
 WaterChange = Callable[[LinkFlow], LinkFlow]
@@ -126,13 +123,25 @@ def strips_of(run: TrueRun, arm: TrueArm, frames: Frames, i: int, strips: int = 
     """Return the strips of link `i` in still water with constant coefficients."""
     link = arm.links[i]
     x = (np.arange(strips) + 0.5) * link.length / strips
-    e, side, turn = frames.e[:, None, i], frames.nrm[:, None, i], frames.spin[:, None, i, None]
-    out = x[None, :, None]
-    pos = frames.P[:, None, i] + out * e
-    v = frames.V[:, None, i] + out * turn * side
-    a = frames.A[:, None, i] + out * (frames.dspin[:, None, i, None] * side - turn**2 * e)
-    shape = pos.shape[:2]
+    shape, turn, dturn = (len(frames.spin), strips), frames.spin[:, i, None], frames.dspin[:, i, None]
+    pos, v, a = (np.empty((*shape, 2)) for _ in range(3))
+    for k in range(2):  # X and Y
+        e, side = frames.e[:, i, k, None], frames.nrm[:, i, k, None]
+        pos[..., k] = frames.P[:, i, k, None] + x * e
+        v[..., k] = frames.V[:, i, k, None] + x * turn * side
+        a[..., k] = frames.A[:, i, k, None] + x * (dturn * side - turn**2 * e)
     return LinkFlow(run, arm, frames, i, x, pos, v, a, np.full(shape, link.C_D), np.full(shape, link.C_M), np.zeros((*shape, 2)))
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Return a . b of plane vectors (..., 2), a component at a time: numpy is slow along an axis of two."""
+    along: Array = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+    return along
+
+
+def vectors(amount: Array, direction: Array) -> Array:
+    """Return plane vectors (..., 2) of `amount` (...) along `direction` (..., 2)."""
+    return np.stack([amount * direction[..., 0], amount * direction[..., 1]], axis=-1)
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -145,7 +154,8 @@ def moments(frames: Frames, i: int, pos: Array, force: Array) -> Array:
     """Return (n, L) N m about every joint up to link `i` of forces (n, s, 2) N at `pos`."""
     tau = np.zeros(frames.spin.shape)
     for j in range(i + 1):
-        tau[:, j] = cross(pos - frames.P[:, None, j], force).sum(axis=1)
+        x, y = (pos[..., k] - frames.P[:, j, k, None] for k in range(2))
+        tau[:, j] = (x * force[..., 1] - y * force[..., 0]).sum(axis=1)
     return tau
 
 
@@ -157,7 +167,7 @@ def water_torque(run: TrueRun, arm: TrueArm, changes: Sequence[WaterChange] = ()
         for change in changes:
             flow = change(flow)
         normal = flow.drag + flow.section * flow.C_M * flow.dw
-        force = (normal[..., None] * flow.nrm + flow.extra) * (flow.link.length / strips)
+        force = (vectors(normal, flow.nrm) + flow.extra) * (flow.link.length / strips)
         tau += moments(frames, i, flow.pos, force)
     return tau
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nnhydro.blind_tests.truth.flow import LinkFlow
+from nnhydro.blind_tests.truth.flow import LinkFlow, dot
 from nnhydro.blind_tests.truth.registry import hides
 from nnhydro.blind_tests.truth.world import Array, Cause, Draft, Generator, TrueArm
 
@@ -21,12 +21,12 @@ POINTS = 10  # of the shading link
 def shadow(flow: LinkFlow, other: int) -> Array:
     """Return the depth (n, s) in 0..1 of link `other`'s wake at the strips of this link."""
     D, F = flow.arm.links[other].diameter, flow.frames
-    speed = np.linalg.norm(flow.v, axis=-1)
+    speed = np.sqrt(dot(flow.v, flow.v))
     ahead = flow.v / (speed[..., None] + 1e-3)
     deepest = np.zeros(speed.shape)
     for z in (np.arange(POINTS) + 0.5) * flow.arm.links[other].length / POINTS:
         to = (F.P[:, other] + z * F.e[:, other])[:, None] - flow.pos
-        way = (to * ahead).sum(axis=-1)
+        way = dot(to, ahead)
         beside = to[..., 0] * ahead[..., 1] - to[..., 1] * ahead[..., 0]
         spread = 0.5 * D + 0.5 * flow.arm.links[other].length / POINTS + 0.12 * np.maximum(way, 0)
         depth = np.exp(-((beside / spread) ** 2)) / (1 + np.maximum(way, 0) / (6 * D)) * np.clip(way / D, 0, 1)

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nnhydro.blind_tests.truth.flow import LinkFlow
+from nnhydro.blind_tests.truth.flow import LinkFlow, vectors
 from nnhydro.blind_tests.truth.registry import hides
 from nnhydro.blind_tests.truth.world import Cause, Draft, Generator, TrueArm
 
@@ -57,8 +57,8 @@ def wave_orbital(rng: Generator, arm: TrueArm) -> Draft:
             arg = k * (flow.pos @ d) - omega * flow.run.t[:, None] + phase
             speed = a * (np.cos(arg) + second * np.cos(2 * arg))
             rate = a * omega * (np.sin(arg) + 2 * second * np.sin(2 * arg))
-            push = flow.section * rate[..., None] * (flow.nrm @ d)[..., None] * flow.nrm
-            return replace(flow, v=flow.v - speed[..., None] * d, a=flow.a - rate[..., None] * d, extra=flow.extra - push)
+            push = vectors(flow.section * rate * (flow.nrm @ d), flow.nrm)
+            return replace(flow, v=flow.v - vectors(speed, d), a=flow.a - vectors(rate, d), extra=flow.extra - push)
         return Cause("wave_orbital", None, "other" if second else "plain", "a regular wave's orbital velocity",
                      {"speed": (a, "m/s"), "frequency": (f, "Hz"), "direction": (angle, "rad")}, water, chance=True)
     return Draft(make, 1e-3, 0.3)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -28,6 +29,13 @@ LOWEST, SHARE = 8.0, 0.01
 BAND = 8.0  # Hz
 FACTORS = {"weak": (1.6, 3.0), "strong": (8.0, 25.0)}
 COARSE = 30  # strips a link of the baseline's columns
+
+
+@lru_cache(maxsize=32)
+def low_pass_sections(rate: float) -> Array:
+    """Return the second-order sections of the low-pass at BAND of recordings at `rate` Hz."""
+    sections: Array = butter(2, BAND, fs=rate, output="sos")
+    return sections
 
 
 def base_columns(run: TrueRun, arm: TrueArm, known_to: float, added_mass: bool) -> tuple[Array, Array]:
@@ -63,8 +71,7 @@ class Yardstick:
         x = x[::FINE]
         if self.sensors.given == "all":
             return x
-        sos = butter(2, BAND, fs=self.sensors.rate, output="sos")
-        result: Array = sosfiltfilt(sos, x, axis=0)
+        result: Array = sosfiltfilt(low_pass_sections(self.sensors.rate), x, axis=0)
         return result
 
     def weigh(self, torques: Sequence[Array]) -> Array:

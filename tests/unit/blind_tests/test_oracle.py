@@ -70,7 +70,7 @@ def test_the_phases_of_chance_that_were_drawn_are_not_known():
     unseen = next(iter(drawn.unseen.values()))
     wave = makers()["wave_orbital"](np.random.default_rng(2), unseen.arm).make(0.2)
     with_it = replace(unseen, causes=(wave,))
-    truth, mean = _expected_torque(unseen.run, unseen.arm, (wave,))[::FINE], _expected_torque(unseen.run, unseen.arm, (wave,), 400)[::FINE]
+    truth, mean = _expected_torque(unseen.run, unseen.arm, (wave,))[::FINE], _expected_torque(unseen.run, unseen.arm, (wave,), 100)[::FINE]
     said = true_torque(with_it, drawn.arm, _csv(exact(with_it)))
     assert 0.3 < np.abs(said - truth).sum() / np.abs(mean - truth).sum() < 3
 

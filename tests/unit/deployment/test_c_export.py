@@ -4,6 +4,8 @@ import ctypes
 import subprocess
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm
 from strip_nets import remembering
 
-from nnhydro.deployment import c_program
+from nnhydro.deployment import c_header, c_program
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.files import export_step, only_wake
 from nnhydro.deployment.native import Native, NativeArm, compiler, run_through
@@ -36,6 +38,8 @@ pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
 SAME = {"double": 1e-9, "single": 1e-5}  # of the rms torque
 DRIVER = """
+int widest = 2; /* 1: as on a processor without AVX-512, 0: without AVX2 */
+#define __builtin_cpu_supports(part) (widest > ((part)[3] == '5') && __builtin_cpu_supports(part))
 #include "arm.h"
 void drive(long n, const real_t *in, real_t *out) {
     arm_state s;
@@ -44,6 +48,14 @@ void drive(long n, const real_t *in, real_t *out) {
         arm_step(&s, in + 9*k, in + 9*k + 2, in + 9*k + 4, in[9*k + 6], in[9*k + 7], in[9*k + 8], out + 2*k STD);
 }
 """
+
+
+@pytest.fixture(autouse=True, scope="module")
+def recorded_once():
+    """A model is recorded once for both precisions and all tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(c_header, "record_step", cache(c_header.record_step))
+        yield
 
 
 def theory(a, loads, instruments=()):
@@ -67,6 +79,18 @@ def towed(rows, speed=0.05, dt=2e-3):
     return Motion(t, held + torch.tensor([0.4, 0.3]), held, held, u0, torch.where(t < 0.02, speed / 0.02, 0.0).to(u0))
 
 
+@cache
+def library(header, driver, flags):
+    """The library of a header and its driver, compiled once."""
+    with TemporaryDirectory() as folder:
+        for name, text in (("arm.h", header), ("drive.c", driver)):
+            (Path(folder) / name).write_text(text)
+        done = subprocess.run([compiler(), *FLAGS, *flags, "drive.c", "-o", "drive.so", "-lm"], cwd=folder, capture_output=True, text=True,
+                              check=False)
+        assert done.returncode == 0, done.stderr
+        return ctypes.CDLL(str(Path(folder) / "drive.so"))
+
+
 def compiled(folder, precision, std, flags=()):
     """The header in `folder` as a function of a motion that returns its torques (n, 2)."""
     kind, real = (np.float64, "double") if precision == "double" else (np.float32, "float")
@@ -74,15 +98,11 @@ def compiled(folder, precision, std, flags=()):
     text = DRIVER.replace("real_t", real).replace(" STD", ", std" if std else "").replace("arm_reset(&s);",
                                                                                       f"arm_reset(&s);\n    {real} std[2];" if std else
                                                                                       "arm_reset(&s);")
-    (folder / "drive.c").write_text(text)
-    library = folder / f"{precision}{len(flags)}.so"  # a name that is loaded already would be taken for the library loaded
-    command = [compiler(), *FLAGS, *flags, "drive.c", "-o", library, "-lm"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    loaded = ctypes.CDLL(str(library))
+    loaded = library((folder / "arm.h").read_text(), text, flags)
 
-    def torques(motion):
+    def torques(motion, widest=2):
         n = len(motion)
+        ctypes.c_int.in_dll(loaded, "widest").value = widest
         dt = torch.diff(motion.t, prepend=motion.t[:1] - 0.7)  # the first one is not read
         columns = [motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None], dt[:, None]]
         given = np.ascontiguousarray(torch.cat(columns, dim=1).numpy(), kind)
@@ -110,9 +130,22 @@ MODELS = {
 
 
 @cache
+def hybrid(baseline):
+    """A hybrid trained for an instant on `baseline`."""
+    a = arm(2)
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": baseline}))
+
+
+@cache
+def model_of(name):
+    """The model called so."""
+    return hybrid("constant") if name == "hybrid" else MODELS[name](arm(2))
+
+
+@cache
 def hundred_thousand(name):
     """A model, a long run, and the model's torques of it."""
-    model, motion = MODELS[name](arm(2)), long_run(100_000)
+    model, motion = model_of(name), long_run(100_000)
     return model, motion, model.torque(motion).numpy()
 
 
@@ -126,18 +159,9 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
     assert np.abs(got - want).max() < SAME[precision] * np.sqrt((want**2).mean())
 
 
-@cache
-def hybrid(baseline):
-    """A hybrid trained for an instant on `baseline`."""
-    a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": baseline}))
-
-
-@pytest.mark.slow(seconds=50)
+@pytest.mark.slow(seconds=40)
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
-    model = hybrid("constant")
-    motion, slow = long_run(100_000), towed(20_000)
-    want = model.torque(motion).numpy()
+    (model, motion, want), slow = hundred_thousand("hybrid"), towed(20_000)
     for precision in ("double", "single"):
         told = export_c(model, tmp_path / "arm.h", precision)
         assert "static NOINLINE void plain_loop" in (tmp_path / "arm.h").read_text()
@@ -152,19 +176,20 @@ def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand
 @pytest.mark.slow
 def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processor_and_in_single_precision(tmp_path):
     model = hybrid("state")
-    motion = long_run(20_000)
+    motion = long_run(6000)
     want = model.torque(motion).numpy()
     for precision in ("double", "single"):
         told = export_c(model, tmp_path / "arm.h", precision)
-        for flags in ((), ("-DNO_DISPATCH",)):
-            far = np.abs(compiled(tmp_path, precision, told["std"], flags)(motion) - want).max() / np.sqrt((want**2).mean())
-            assert far < SAME[precision], f"{precision} {flags}: {far:.1e}"
+        torques = compiled(tmp_path, precision, told["std"])
+        for widest in (2, 1, 0):
+            far = np.abs(torques(motion, widest) - want).max() / np.sqrt((want**2).mean())
+            assert far < SAME[precision], f"{precision} {widest}: {far:.1e}"
 
 
 @pytest.mark.slow(seconds=50)
 def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(tmp_path):
     model, wanted = remembering(hybrid("constant")), []
-    for motion in (long_run(20_000), towed(4500)):
+    for motion in (long_run(8000), towed(4500)):
         want = model.torque(motion).numpy()
         assert np.abs(want - hybrid("constant").torque(motion).numpy()).max() > 0.1 * np.sqrt((want**2).mean())
         wanted.append((motion, want))
@@ -178,7 +203,7 @@ def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(tmp_path):
 
 @pytest.mark.slow
 def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
-    model, motion = MODELS["state"](arm(2)), towed(4500)
+    model, motion = model_of("state"), towed(4500)
     told = export_c(model, tmp_path / "arm.h", "single")
     assert "double memory[" in (tmp_path / "arm.h").read_text()
     want = model.torque(motion).numpy()
@@ -222,23 +247,23 @@ def through_onnx(path, motion):
     alone.intra_op_num_threads = alone.inter_op_num_threads = 1  # threads that wait for so small a step cost more than it
     session = onnxruntime.InferenceSession(str(path), alone, providers=["CPUExecutionProvider"])
     shapes, found = {x.name: x.shape for x in session.get_inputs()}, []
-    outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next")]
-    memory = np.zeros(shapes.get("memory", [0]))
+    outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next", "wake_next")]
+    kept = [name for name in shapes if name in ("memory", "wake")]
+    memory = [np.zeros(shapes[name]) for name in kept]
     dt = np.full((len(motion), 1), 2e-3)
-    dt[0] = -1.0
+    dt[0] = 0.0 if "wake" in kept else -1.0
     columns = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "u0": motion.u0, "du0": motion.du0, "dt": dt}
-    columns = {name: np.asarray(columns[name]).reshape(-1, *shapes[name]) for name in shapes if name != "memory"}
+    columns = {name: np.asarray(columns[name]).reshape(-1, *shapes[name]) for name in shapes if name not in kept}
     for k in range(len(motion)):
-        given = {name: column[k] for name, column in columns.items()} | ({"memory": memory} if "memory" in shapes else {})
-        found_now = dict(zip(outputs, session.run(outputs, given), strict=True))
-        found.append(found_now["tau"].ravel())
-        memory = found_now.get("memory_next", memory)
+        given = {name: column[k] for name, column in columns.items()} | dict(zip(kept, memory, strict=True))
+        tau, *memory = session.run(outputs, given)
+        found.append(tau.ravel())
     return np.stack(found)
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_few_hundred_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_path):
-    model, motion = MODELS[name](arm(2)), long_run(300)
+    model, motion = model_of(name), long_run(300)
     export_step(model, tmp_path / "arm.onnx", "onnx")
     want = model.torque(motion).numpy()
     assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
@@ -247,7 +272,7 @@ def test_a_few_hundred_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_pa
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["state", "diagnosed"])
 def test_what_moves_in_its_first_step_has_moved_for_ever(name, tmp_path):
-    model, run = MODELS[name](arm(2)), long_run(350)
+    model, run = model_of(name), long_run(350)
     motion = replace(run, t=run.t[:200], q=run.q[150:], qd=run.qd[150:], qdd=run.qdd[150:], u0=run.u0[:200] + 0.2, du0=run.du0[:200])
     export_step(model, tmp_path / "arm.onnx", "onnx")
     told = export_step(model, tmp_path / "arm.h", "c")
@@ -309,9 +334,10 @@ def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
     np.testing.assert_allclose(got, [5.0 if given[0] > 0 else 1.0, 5.0 if given[1] > 0 else 1.4, 1.2])
 
 
-@pytest.mark.slow(seconds=30)
-def test_a_hundred_thousand_steps_of_a_state_dependent_model_in_onnxruntime_are_its_torques(tmp_path):
-    model, motion, want = hundred_thousand("state")
+@pytest.mark.slow(seconds=40)
+@pytest.mark.parametrize("name", ["state", "hybrid"])
+def test_a_hundred_thousand_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_path):
+    model, motion, want = hundred_thousand(name)
     export_step(model, tmp_path / "arm.onnx", "onnx")
     assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
@@ -343,7 +369,7 @@ def test_an_acceleration_is_found_where_newton_s_method_goes_to_and_fro():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["state", "sheltered"])
 def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
-    model, motion = MODELS[name](arm(2)), long_run(300)
+    model, motion = model_of(name), long_run(300)
     told = export_c(model, tmp_path / "arm.h")
     want = model.torque(motion).numpy()
     assert np.abs(driven(tmp_path, motion, "double", told["std"]) - want).max() < 1e-9 * np.sqrt((want**2).mean())

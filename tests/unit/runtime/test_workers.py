@@ -96,13 +96,6 @@ def test_processes_give_the_results_in_order_and_pass_errors_on():
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")  # loky warns that a worker stopped, which is the point
-def test_a_process_that_the_system_ends_is_told_in_one_line():
-    with pytest.raises(WorkerError, match=r"ended from outside .* fewer --jobs"):
-        list(spread(ending_its_process, [(1,), (2,)], TWO))
-
-
-@pytest.mark.slow
 def test_a_worker_that_has_grown_is_replaced_without_a_word(tmp_path):
     """joblib ends workers that have grown by 300 MB; its warning, raised as an error, once ended the thread that collects results."""
     (tmp_path / "growing.py").write_text("""
@@ -138,7 +131,14 @@ def test_benchmark_and_check_say_the_same_whoever_works():
     assert survey(campaign, workers=TWO) == survey(campaign)
 
 
-@pytest.fixture
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # loky warns that a worker stopped, which is the point
+def test_a_process_that_the_system_ends_is_told_in_one_line():  # after the others, which work in the same processes
+    with pytest.raises(WorkerError, match=r"ended from outside .* fewer --jobs"):
+        list(spread(ending_its_process, [(1,), (2,)], TWO))
+
+
+@pytest.fixture(scope="module")
 def cluster():
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as made:

@@ -52,13 +52,12 @@ def relative(got, want):
     return float(np.abs(np.asarray(got) - np.asarray(want)).max() / np.sqrt((np.asarray(want) ** 2).mean()))
 
 
-def fed(exported, motion, dtype=np.float64, wanted=None):
-    """Outputs (or the one `wanted`) of an exported model for the rows of a motion, a call each, memory handed on as the sidecar says."""
+def fed(exported, motion, dtype=np.float64):
+    """Outputs of an exported model for the rows of a motion, a call each, memory handed on as the sidecar says."""
     shapes, outputs = {x.name: x.shape for x in exported.get_inputs()}, [x.name for x in exported.get_outputs()]
     t, begin = motion.t.numpy(), 1e9 if motion.u0[0] != 0 else 0.0
     columns = {k: getattr(motion, k).numpy() for k in ("q", "qd", "qdd", "u0", "du0")} | {"dt": np.diff(t, prepend=t[0] - begin)}
     columns = {k: x.astype(dtype).reshape(len(t), *shapes[k]) for k, x in columns.items() if k in shapes}
-    outputs = [k for k in outputs if wanted is None or k in (wanted, "wake_next")]
     memory, found = {"wake": np.zeros(shapes["wake"], dtype)} if "wake" in shapes else {}, {k: [] for k in outputs if k != "wake_next"}
     for row in range(len(t)):
         out = dict(zip(outputs, exported.run(outputs, {k: x[row] for k, x in columns.items()} | memory), strict=True))
@@ -167,15 +166,6 @@ def test_the_memory_matters(hybrid, exported):
     got = fed(session(exported[1]), motion)["tau"]
     assert relative(got, hybrid.torque(motion)) < SAME
     assert relative(got, hybrid.torque(forgetful)) > 1e-3
-
-
-@pytest.mark.slow(seconds=60)
-def test_a_hundred_thousand_steps_of_a_hybrid_are_the_model_s_torques(hybrid, exported):
-    t = 2e-3 * torch.arange(100_000, dtype=torch.float64)
-    w, a, still = torch.tensor([1.7, 2.3]), torch.tensor([0.8, 0.5]), torch.zeros_like(t)
-    phase = w * t[:, None]
-    motion = Motion(t, a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase), still, still)
-    assert relative(fed(session(exported[1]), motion, wanted="tau")["tau"], hybrid.torque(motion)) < 1e-9
 
 
 @pytest.mark.slow
