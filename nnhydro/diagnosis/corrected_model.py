@@ -54,13 +54,13 @@ def _for_prediction(finding: Finding) -> AnyEffect:
 def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: Sequence[Finding]) -> TorqueModel:
     """Return the baseline, recalibrated to `z_after` (r,) beside the findings, with every finding in it.
 
-    What has a phase of its own in every recording is no part of it: nobody knows the phase of the next one. Nor is what has ended.
+    What cannot be predicted is no part of it: nobody knows the next recording's phase, or when a gap is crossed. Nor is what has ended.
     """
     before = baseline.at(z_before)
     after = baseline.at(z_after)
     loads, instruments = after.loads, []
     for finding in found:
-        if finding.law.per_recording or not finding.persists:
+        if not (finding.predicted and finding.persists):
             continue
         effect = _for_prediction(finding)
         if isinstance(effect, LoadEffect):

@@ -13,7 +13,6 @@ from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
-from nnhydro.effects.catalogue import catalogue
 from nnhydro.models.stated_terms import STATED_COULOMB, stated_values
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.sheet import percent
@@ -116,8 +115,9 @@ class DiagnosisResult:
         before, after = percent(self.proof.before), percent(self.proof.after)
         if self.proof.after < (1 - RELEVANT) * self.proof.before:
             return f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
-        if any(catalogue()[f.effect].per_recording for f in self.findings):
-            return f"Its phase wanders, and cannot be predicted: the error on {self.proof.held_out} held out of the fit stays {before}."
+        if not all(f.predicted for f in self.findings):
+            why = "Its phase wanders, and" if any(f.law.per_recording for f in self.findings) else "When it acts"
+            return f"{why} cannot be predicted: the error on {self.proof.held_out} held out of the fit stays {before}."
         return f"A fit without it has the same error, {before}, but moves masses or coefficients beyond their uncertainty."
 
     def _stated_friction(self, finding: Finding) -> str:

@@ -181,8 +181,9 @@ def _stays(search: Search, claimed: ScoredSet, proof: Proof) -> set[int]:
     """Return the members of the set that no error on held-out recordings judges.
 
     Without some the fit moves the baseline beyond belief from what arm.yaml states, |z| > Phi^-1(1 - P_ALARM / 2), and with them it does
-    not: a payload that calibration hides in the masses of a link is there. And phases of each recording's own wander: what has them is
-    not predicted by the corrected model, and is there if without it the fit leaves more by FORM.
+    not: a payload that calibration hides in the masses of a link is there. Others cannot be predicted (`_wanders`), and are there if the
+    fit leaves less with them: of phases of each recording's own by FORM; of the energy of what a gap or a resonance does, no more than the
+    share that cannot be predicted.
     """
     believable = float(norm.isf(P_ALARM / 2))
 
@@ -190,19 +191,30 @@ def _stays(search: Search, claimed: ScoredSet, proof: Proof) -> set[int]:
         """Return whether the fit of a set moves the baseline beyond belief."""
         return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > believable
 
-    rests = {k: search.score(tuple(x for x in claimed.chosen if x != k)) for k in claimed.chosen}
-    phased = {k for k, rest in rests.items() if search.view.library.hypotheses[k].per_recording
-              and fitted_error(search, claimed, proof) < (1 - FORM) * fitted_error(search, rest, proof)}
-    return phased | {k for k, rest in rests.items() if not moves(claimed) and moves(rest)}
+    def least(k: int) -> float:
+        """Return the share of the error without member `k` below which it is there."""
+        h = search.view.library.hypotheses[k]
+        return 1 - FORM if h.per_recording else float(np.sqrt(1 - h.effect.predictable_share))
+
+    rests = {k: _without(search, claimed, {k}) for k in claimed.chosen}
+    unpredicted = {k for k, rest in rests.items() if _wanders(search, k)
+                   and fitted_error(search, claimed, proof) < least(k) * fitted_error(search, rest, proof)}
+    return unpredicted | {k for k, rest in rests.items() if not moves(claimed) and moves(rest)}
+
+
+def _wanders(search: Search, k: int) -> bool:
+    """Return whether the torque of member `k` hangs on what no model knows beforehand: a phase, or the smallest torques."""
+    h = search.view.library.hypotheses[k]
+    return h.per_recording or h.effect.predictable_share < 1
 
 
 def _prove_what_is_predicted(search: Search, claimed: ScoredSet, model: StripTheory, seed: int) -> Proof:
-    """Return the proof of the set; phases of each recording's own count in it where they lower the error."""
+    """Return the proof of the set; what cannot be predicted counts in it where it lowers the error."""
     proof = prove(search, claimed, model, seed)
-    idle = [k for k in claimed.chosen if search.view.library.hypotheses[k].per_recording and proof.without[search.key(k)] <= proof.after]
+    idle = {k for k in claimed.chosen if _wanders(search, k) and proof.without[search.key(k)] <= proof.after}
     if not idle:
         return proof
-    rest = _prove_what_is_predicted(search, search.score(tuple(k for k in claimed.chosen if k not in idle)), model, seed)
+    rest = _prove_what_is_predicted(search, _without(search, claimed, idle), model, seed)
     return replace(rest, without=rest.without | {search.key(k): rest.after for k in idle})
 
 

@@ -96,6 +96,11 @@ class Finding(ResultView):
         return self.activity is None or self.activity.persists
 
     @property
+    def predicted(self) -> bool:
+        """Whether a model with the effect predicts recordings that no fit has seen better, as far as its torque can be predicted."""
+        return not (self.law.per_recording or (self.law.predictable_share < 1 and self.error_without <= self.error_with))
+
+    @property
     def level(self) -> str:
         """Whether the leaf is certain, or the family alone."""
         return "leaf" if len(self.equivalence_set) == 1 else "family"

@@ -101,11 +101,21 @@ class Search:
             low, high = library.bounds(k)
             at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
             total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
-            if not library.hypotheses[k].per_recording:
-                values = np.clip(fit.mean[at], low, high) * library.scale[library.at(k)]
-                total += 0.0 if library.hypotheses[k].plausible(values) else IMPOSSIBLE
+            total += 0.0 if self._makes_sense(k, fit.mean[at]) else IMPOSSIBLE
             start += width
         return total
+
+    def _makes_sense(self, k: int, scaled: Array) -> bool:
+        """Return whether the `scaled` values of hypothesis `k`, within their bounds, make physical sense together."""
+        library = self.view.library
+        h, (low, high) = library.hypotheses[k], library.bounds(k)
+        return h.per_recording or h.plausible(np.clip(scaled, low, high) * library.scale[library.at(k)])
+
+    def _possible(self, found: ScoredSet) -> ScoredSet:
+        """Return `found`, without the members whose values make no sense where the others do not take what they are not there for."""
+        if found.score > IMPOSSIBLE / 2:
+            return found
+        return self.score([k for k, at in found.places(self.view).items() if self._makes_sense(k, found.fit.mean[at])])
 
     def occupied_places(self, chosen: Sequence[int]) -> set[tuple[str, int]]:
         """Return the places (family, joint) that `chosen` hold: one law of a family at a place."""
@@ -159,7 +169,8 @@ class Search:
         return sorted(best)
 
     def gain(self, now: ScoredSet, then: ScoredSet) -> float:
-        """Return the nats that `then` gains beside `now`; beside nothing, what is granted to the form of laws left out."""
+        """Return the nats that `then` gains beside what is possible of `now`; beside nothing, less what is granted to form."""
+        now = self._possible(now)
         granted = 0.0 if now.chosen else FORM**2 * (now.unknown_nats - then.unknown_nats)
         return then.score - now.score - granted
 

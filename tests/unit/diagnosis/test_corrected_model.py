@@ -33,10 +33,11 @@ BASE = baseline_of("constant", ARM, (), Preparation(None))
 Z = np.zeros(BASE.prior.F.shape[1])
 
 
-def finding(effect, activity=None, offset=0.0):
+def finding(effect, activity=None, offset=0.0, predicted=True):
     """A finding that knows what a corrected model asks of it."""
     persists = activity is None or activity.persists
-    return SimpleNamespace(law=effect, effect=effect.id, activity=activity, persists=persists, statement="said", offset=offset)
+    return SimpleNamespace(law=effect, effect=effect.id, activity=activity, persists=persists, statement="said", offset=offset,
+                           predicted=predicted)
 
 
 def rubs(joint=2, level=0.3):
@@ -100,12 +101,13 @@ def test_a_finding_in_a_sector_is_confined_to_it_and_one_that_has_ended_is_no_pa
     assert np.abs(change(lasting, plain, r)).max() == pytest.approx(0.3, rel=0.01)
 
 
-def test_what_has_a_phase_of_its_own_in_every_recording_is_no_part_of_a_prediction():
-    phased = [hypothesis.effect for hypothesis in enumerate_hypotheses(ARM, (5.0, 2.0)) if hypothesis.per_recording][::20]
-    assert phased
-    for effect in phased:
-        model = corrected_model(BASE, Z, Z, [finding(effect)])
-        assert set(model.loads.terms) == set(BASE.physics.loads.terms)
+def test_what_cannot_be_predicted_is_no_part_of_a_prediction():
+    gap = catalogue()["backlash"].at_start(ARM, joint=1)
+    assert len(corrected_model(BASE, Z, Z, [finding(gap)]).instruments) == 1
+    assert corrected_model(BASE, Z, Z, [finding(gap, predicted=False)]).instruments == ()
+    phased = next(hypothesis.effect for hypothesis in enumerate_hypotheses(ARM, (5.0, 2.0)) if hypothesis.per_recording)
+    model = corrected_model(BASE, Z, Z, [finding(phased, predicted=False)])
+    assert set(model.loads.terms) == set(BASE.physics.loads.terms)
 
 
 def test_a_prediction_holds_the_zero_that_a_drifting_sensor_had_at_the_end():

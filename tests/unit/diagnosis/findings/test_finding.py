@@ -32,6 +32,14 @@ def test_several_names_are_a_family_and_are_listed():
     assert replace(told, error_without=0.1, error_with=0.02).document()["heldout"] == {"error_before": 0.1, "error_after": 0.02}
 
 
+@pytest.mark.parametrize(("effect", "with_it", "predicted"), [
+    ("coulomb_friction", 0.02, True), ("coulomb_friction", 0.1, True), ("backlash", 0.02, True), ("backlash", 0.1, False)])
+def test_what_hangs_on_the_smallest_torques_is_predicted_where_the_error_falls_with_it(effect, with_it, predicted):
+    law = {"coulomb_friction": catalogue()["coulomb_friction"](joint=1, level=(0.1,)),
+           "backlash": catalogue()["backlash"](joint=1, gap=(0.01,), impulse=(0.02,))}[effect]
+    assert replace(finding((effect,)), law=law, error_without=0.1, error_with=with_it).predicted == predicted
+
+
 @pytest.mark.slow
 def test_every_value_of_a_finding_stands_within_its_interval_nonlinear_ones_too():
     found = search_design(design_on(problem_of(campaign("held in a wave")), None), 0)

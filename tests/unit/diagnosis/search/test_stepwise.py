@@ -9,6 +9,7 @@ from problems import dense, design, law, search, unknown
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAVES, MOST_EFFECTS
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.search.library import bound_bonus
+from nnhydro.diagnosis.search.stepwise import IMPOSSIBLE
 
 LAWS = (*(law(f"law_{k}") for k in range(4)), law("phased", per_recording=True), law("half", limits=((0.0, np.inf),)))
 
@@ -181,3 +182,17 @@ def test_a_law_with_a_phase_of_each_recording_s_own_is_screened_with_what_its_bo
     assert 9 in one.screen(())
     assert one.gain(one.score(()), one.score((9,))) > max(one.gain(one.score(()), one.score((k,))) for k in range(9))
     assert 9 not in search(of, (*others, replace(bounded, limits=((-3.0, 3.0),))), X, level=0.06**2).screen(())
+
+
+def test_beside_what_is_impossible_alone_a_law_gains_what_it_gains_beside_nothing():
+    """A grip whose breakaway would be negative without the viscous friction beside it: it was granted a million nats."""
+    of = design(3, groups=8, rows=60, noise=0.2)
+    e, b = np.random.default_rng(4).standard_normal((2, *of.y.shape))
+    X = np.stack([e - b, b], axis=-1)
+    of.y = of.y + X @ np.array([1.0, 0.3])
+    one = search(of, (law("viscous"), law("grip", sense=lambda values: values[0] > 0)), X, level=0.04)
+    both, grip, nothing = one.score((0, 1)), one.score((1,)), one.score(())
+    assert grip.score < IMPOSSIBLE / 2
+    assert both.score > nothing.score
+    assert one.gain(grip, both) == pytest.approx(one.gain(nothing, both))
+    assert one.gain(nothing, grip) < IMPOSSIBLE / 2
