@@ -116,8 +116,9 @@ class DiagnosisResult:
         if self.proof.after < (1 - RELEVANT) * self.proof.before:
             return f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
         if not all(f.predicted for f in self.findings):
-            why = "Its phase wanders, and" if any(f.law.per_recording for f in self.findings) else "When it acts"
-            return f"{why} cannot be predicted: the error on {self.proof.held_out} held out of the fit stays {before}."
+            why = ("Its phase wanders, and cannot be predicted" if any(f.law.per_recording for f in self.findings) else
+                   "When it acts cannot be predicted, and its values are less certain than the intervals say")
+            return f"{why}: the error on {self.proof.held_out} held out of the fit stays {before}."
         return f"A fit without it has the same error, {before}, but moves masses or coefficients beyond their uncertainty."
 
     def _stated_friction(self, finding: Finding) -> str:
