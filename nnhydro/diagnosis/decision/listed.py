@@ -9,12 +9,13 @@ this variable explain the torque of the joint?
 
     left = n(S) / n(S less the laws of this variable),    n: nats that a smooth function of the variable gains beside a set
 
-A viscous friction in place of a dry one leaves half; dry friction of a real drive a tenth. Below `FEW_NATS` nothing is left.
+A viscous friction in place of a dry one leaves half; dry friction of a real drive a tenth. Below `FEW_NATS` nothing is left. Where a few
+recordings cannot tell the two, either is told, and the form of the better one counts.
 """
 
 import numpy as np
 
-from nnhydro.diagnosis.constants import FEW_NATS, LISTED, SMALLEST_SIZE, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, SMALLEST_SIZE, TRUSTED_RATIO
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.search.stepwise import LARGE_START, SMALL_START, ScoredSet, Search
 
@@ -24,10 +25,26 @@ VARIABLES: dict[tuple[str, ...], str] = {("q",): "q{}_rad", ("qd",): "dq{}_rad_s
 def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
     """Return the probability that member `k` of `found` is the cause itself, given that some cause like it is there."""
     if search.view.library.hypotheses[k].effect.standard:
-        left = share_left_of_form(search, found, k)
+        left = _share_left_of_class(search, found, k)
     else:
         left = search.share_left(search.score(tuple(x for x in found.chosen if x != k)), found)
     return LISTED / (1.0 + (max(left, 0.0) / TRUSTED_RATIO) ** 4)
+
+
+def _share_left_of_class(search: Search, found: ScoredSet, k: int) -> float:
+    """Return the least share of form that member `k`, or a standard term of its variable that is as probable, leaves: either is told."""
+    hypotheses, own = search.view.library.hypotheses, search.view.library.hypotheses[k].effect
+    left = share_left_of_form(search, found, k)
+    among = [i for i, h in enumerate(hypotheses) if h.effect.standard and h.effect.joint == own.joint and h.effect.id != own.id
+             and h.effect.signature.depends_on == own.signature.depends_on]
+    rest = search.score(tuple(x for x in found.chosen if x != k))
+    if not left or not among or {search.place(i) for i in among} & search.occupied_places(rest.chosen):
+        return left
+    for i in search.most_gaining(rest, among, 1):
+        other = search.score((*rest.chosen, i))
+        if other.score > found.score - LEAST_GAIN and search.admits(rest, other):
+            left = min(left, share_left_of_form(search, other, i))
+    return left
 
 
 def share_left_of_form(search: Search, found: ScoredSet, k: int) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from problems import design, law, search, unknown
 
-from nnhydro.diagnosis.constants import FEW_NATS, LISTED, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, TRUSTED_RATIO
 from nnhydro.diagnosis.decision.decide import decide
 from nnhydro.diagnosis.decision.listed import listed_probability, share_left_of_form
 
@@ -92,3 +92,18 @@ def test_two_laws_of_one_variable_are_asked_for_their_form_together():
 def test_a_term_of_no_variable_has_no_form():
     one = standard(same=0.3, more=(law("offset", joint=1, standard=True, depends_on=("nothing",)),))
     assert share_left_of_form(one, one.score((0, 1)), 1) == 0.0
+
+
+def test_of_two_terms_that_are_as_probable_the_form_of_the_better_counts():
+    """The second law holds what the first misses of their variable: where it is as probable, either is told."""
+    of = design(4, groups=8, rows=60, noise=0.02)
+    columns = unknown(of).Phi
+    rough = 0.02 * np.random.default_rng(8).standard_normal(len(columns))
+    of.y[:, 0] += 0.3 * (columns[:, 0] + columns[:, 1])
+    X = np.zeros((*of.y.shape, 2))
+    X[:, 0, 0], X[:, 0, 1] = columns[:, 0] + rough, columns[:, 0] + columns[:, 1]
+    both = [law(name, joint=1, standard=True, depends_on=("q",)) for name in ("wrong", "right")]
+    alone, beside = (search(of, laws, X[..., :len(laws)], level=0.02**2) for laws in (both[:1], both))
+    assert listed_probability(alone, alone.score((0,)), 0) < 0.5
+    assert beside.score((1,)).score > beside.score((0,)).score - LEAST_GAIN
+    assert listed_probability(beside, beside.score((0,)), 0) > 0.9
