@@ -31,7 +31,7 @@ from nnhydro.recordings.recording import Recording
 Array = NDArray[np.float64]
 KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
 LOWEST_EDGE, HIGHEST_EDGE = 0.3, 8.0  # Hz: above, corners of a motion are sharper than any record of them
-FEWEST_LINES = 6.0  # of the longest stretch in the band: what moves slowly, as a ship does, is recorded for long, and its edge lies lower
+FEWEST_LINES = 6.0  # of the longest stretch in the band, as many as LOWEST_EDGE leaves in 20 s: longer records may end lower
 ROWS_PER_PERIOD = 8.0  # of the band's edge: laws that bend (friction, drag) spread a motion to higher frequencies
 ROW_RATE = 100.0  # Hz at least: between rows a step of dry friction is displaced by 3 ms rms, a fifth of what a drive's filter delays
 WIDEST = 50.0  # Hz: the spectrum is looked at up to here

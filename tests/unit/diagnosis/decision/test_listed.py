@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from problems import design, law, search, unknown
 
+import nnhydro.diagnosis.decision.listed as deciding
 from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, TRUSTED_RATIO
 from nnhydro.diagnosis.decision.decide import decide
 from nnhydro.diagnosis.decision.listed import listed_probability, share_left_of_form
@@ -94,7 +95,7 @@ def test_a_term_of_no_variable_has_no_form():
     assert share_left_of_form(one, one.score((0, 1)), 1) == 0.0
 
 
-def test_of_two_terms_that_are_as_probable_the_form_of_the_better_counts():
+def test_of_two_terms_that_are_as_probable_the_form_of_the_better_counts(monkeypatch):
     """The second law holds what the first misses of their variable: where it is as probable, either is told."""
     of = design(4, groups=8, rows=60, noise=0.02)
     columns = unknown(of).Phi
@@ -107,3 +108,5 @@ def test_of_two_terms_that_are_as_probable_the_form_of_the_better_counts():
     assert listed_probability(alone, alone.score((0,)), 0) < 0.5
     assert beside.score((1,)).score > beside.score((0,)).score - LEAST_GAIN
     assert listed_probability(beside, beside.score((0,)), 0) > 0.9
+    monkeypatch.setattr(deciding, "LEAST_GAIN", -1e4)  # as if the second were not probable enough
+    assert listed_probability(beside, beside.score((0,)), 0) < 0.5

@@ -33,6 +33,13 @@ def test_without_a_line_both_bands_end_where_the_motion_ends():
     assert band_of(usual) == Band(trusted_edge(usual), trusted_edge(usual))
 
 
+def test_a_machine_that_moves_slowly_has_a_band_below_that_of_others():
+    usual = runs()
+    slow = [replace(r, t=64 * r.t, qd=None, qdd=None) for r in usual]
+    assert trusted_edge(usual) / 64 < LOWEST_EDGE
+    assert band_of(slow).motion == pytest.approx(trusted_edge([replace(r, qd=None, qdd=None) for r in usual]) / 64)
+
+
 @pytest.mark.parametrize("shown", [None, (0, 2)])
 def test_a_line_that_recordings_share_lies_well_inside_the_comparison_and_leaves_the_motion_as_it_is(shown):
     edge = trusted_edge(runs())
