@@ -14,7 +14,7 @@ from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
-from nnhydro.fitting.identify import versions, with_parameters
+from nnhydro.fitting.identify import versions
 from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.seen import SEEN, seen_campaign
 from nnhydro.models.strip_theory import StripTheory
@@ -74,7 +74,7 @@ def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: 
     from nnhydro.models.corrected_simulation import CorrectedSimulation
 
     plain = StripTheory(before.arm, before.preparation, {}, baseline.name,
-                        with_parameters(baseline.physics.loads, baseline.prior.mean))
+                        baseline.physics.loads.with_linear(baseline.prior.mean))
     return CorrectedSimulation(model.arm, model.preparation, model.fit, baseline.simulated, plain, model)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nnhydro.conventions import Z95
 from nnhydro.errors import ModelError, require
-from nnhydro.fitting.identify import absurdities, estimates, fit_units, start_terms, versions, with_parameters
+from nnhydro.fitting.identify import absurdities, estimates, fit_units, start_terms, versions
 from nnhydro.fitting.linear.prior import WIDE, Prior, prior
 from nnhydro.models.baselines import baseline
 from nnhydro.models.domain import DOMAIN, domain_of
@@ -98,7 +98,7 @@ def calibrated_in_water(dry: StripTheory, chosen: Sequence[Unit], arm: Arm, how:
     """Return the baseline `name` fitted to the units `chosen`, the terms of `dry` within what its own fit left open; see `in_water`."""
     known = in_water(dry, arm, chosen, name)
     theta = fit_units(known.loads, chosen, arm, known.before)[0].theta
-    return StripTheory(arm, how, {SEEN: seen_record(chosen, dry)}, f"{name} on {dry.name}", with_parameters(known.loads, theta))
+    return StripTheory(arm, how, {SEEN: seen_record(chosen, dry)}, f"{name} on {dry.name}", known.loads.with_linear(theta))
 
 
 @one_thread()
@@ -109,7 +109,7 @@ def identify_in_water(campaign: Campaign, dry: StripTheory, model: str = "consta
     chosen = units(campaign, how, seed)
     known = in_water(dry, campaign.arm, chosen, model)
     solution, blocks, before = fit_units(known.loads, chosen, campaign.arm, known.before)
-    loads = with_parameters(known.loads, solution.theta)
+    loads = known.loads.with_linear(solution.theta)
     record: dict[str, Any] = {"model": f"{model} on {dry.name}", "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
                               SEEN: seen_record(chosen, dry), "rms_residual_Nm": solution.rms.tolist(), "recordings": len(blocks),
                               "condition_number": solution.condition, "last_change": solution.last_change}

@@ -54,16 +54,6 @@ def versions() -> dict[str, str]:
     return {"nnhydro": nnhydro.__version__, "python": platform.python_version(), "numpy": np.__version__, "torch": torch.__version__}
 
 
-def with_parameters(loads: Loads, theta: Array) -> Loads:
-    """Return `loads` with the linear parameters `theta` (p,), in the order of their columns."""
-    terms, start = dict(loads.terms), 0
-    for name, term in loads.linear().items():
-        size = len(term.linear_values())
-        terms[name] = term.with_linear(torch.from_numpy(theta[start:start + size].copy()))
-        start += size
-    return Loads(terms)
-
-
 def correlation_times(loads: Loads, theta: Array, chosen: Sequence[Unit], arm: Arm) -> Array:
     """Return the residual's correlation time (joints,) in samples: the median over recordings; steady runs count as independent."""
     found = []
@@ -113,7 +103,7 @@ def calibrate(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm, 
     """Return the baseline as a model, fitted to the units `chosen` where its definition says so (no intervals)."""
     loads = start_terms(chosen_baseline, chosen, arm)
     if chosen_baseline.calibrated:
-        loads = with_parameters(loads, fit_units(loads, chosen, arm)[0].theta)
+        loads = loads.with_linear(fit_units(loads, chosen, arm)[0].theta)
     return StripTheory(arm, how, {SEEN: seen_record(chosen if chosen_baseline.calibrated else ())}, chosen_baseline.name, loads)
 
 
@@ -167,7 +157,7 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
                               SEEN: seen_record(all_units if chosen.calibrated else ())}
     if chosen.calibrated:
         solution, blocks, before = fit_units(loads, all_units, campaign.arm)
-        loads = with_parameters(loads, solution.theta)
+        loads = loads.with_linear(solution.theta)
         found = estimates(loads, solution, blocks, before, seed)
         record["parameters"] = {e.name: replace(e, unit=campaign.arm.text(e.unit)).document() for e in found}
         record["rms_residual_Nm"] = solution.rms.tolist()

@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 from typing import Any, final
 
 import torch
+from numpy.typing import ArrayLike
 from torch import Tensor
 
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LinearTerm, LoadTerm, term_of
+from nnhydro.physics.motion import tensor
 
 
 @final
@@ -35,6 +37,15 @@ class Loads:
     def linear(self) -> dict[str, LinearTerm]:
         """Return the terms that are linear in their parameters."""
         return {name: term for name, term in self.terms.items() if isinstance(term, LinearTerm)}
+
+    def with_linear(self, theta: ArrayLike) -> "Loads":
+        """Return a new sum with the linear parameters `theta` (p,), in the order of the columns of `linear()`; this one is unchanged."""
+        terms, values, start = dict(self.terms), tensor(theta), 0
+        for name, term in self.linear().items():
+            size = len(term.linear_values())
+            terms[name] = term.with_linear(values[start:start + size])
+            start += size
+        return replace(self, terms=terms)
 
     def document(self) -> dict[str, Any]:
         """Return the sum as model files store it."""

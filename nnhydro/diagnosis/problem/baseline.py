@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import ConfigError, RecordingError
-from nnhydro.fitting.identify import start_terms, versions, with_parameters
+from nnhydro.fitting.identify import start_terms, versions
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.models.baselines import BASELINES, NamedBaseline
 from nnhydro.models.baselines import baseline as baseline_called
@@ -96,7 +96,7 @@ class Baseline:
 
     def at(self, z: Array) -> StripTheory:
         """Return the physics with the parameters of `z` (r,)."""
-        return replace(self.physics, loads=with_parameters(self.physics.loads, self.prior.mean + self.prior.F @ z))
+        return replace(self.physics, loads=self.physics.loads.with_linear(self.prior.mean + self.prior.F @ z))
 
     def recalibration(self, z: Array) -> dict[str, list[float]]:
         """Return the coefficients of the water at `z` (r,), a value a link; beside a simulation, whose own are not known, their change."""

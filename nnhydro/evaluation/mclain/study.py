@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from nnhydro.fitting.linear.penalised_fit import bend_rows, penalised_over_scales
 from nnhydro.fitting.linear.variable_projection import reduce, separable, solve
-from nnhydro.fitting.travel.state_dependent import with_linear
 from nnhydro.fitting.travel.state_rows import rows_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
@@ -102,11 +101,11 @@ def _fit(rows: _Rows, motions: Sequence[TowedMotion]) -> Loads:
 
     if candidate.weights is not None:
         nu, chosen = penalised_over_scales(at, candidate.grid, bend_rows(candidate.loads), candidate.weights)
-        return with_linear(with_tau_s(candidate.loads, *nu), chosen.theta)
+        return with_tau_s(candidate.loads, *nu).with_linear(chosen.theta)
     if not candidate.grid:
-        return with_linear(candidate.loads, solve(at(())).theta)
+        return candidate.loads.with_linear(solve(at(())).theta)
     found = separable(at, candidate.grid)
-    return with_linear(with_tau_s(candidate.loads, *found.nu), found.theta)
+    return with_tau_s(candidate.loads, *found.nu).with_linear(found.theta)
 
 
 @final

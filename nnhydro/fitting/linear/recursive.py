@@ -123,9 +123,4 @@ class RecursiveFit:
 
     def adapted_loads(self) -> Loads:
         """Return the model's terms with the coefficients as they stand now."""
-        terms, start = dict(self.loads.terms), 0
-        for name, term in self.adapted.items():
-            size = len(term.linear_values())
-            terms[name] = term.with_linear(self.theta[start:start + size])
-            start += size
-        return Loads(terms)
+        return Loads({**self.loads.terms, **Loads(self.adapted).with_linear(self.theta).terms})

@@ -23,7 +23,6 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.motion import tensor
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.segment import Segment
@@ -88,12 +87,7 @@ def fit_shared(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads:
     blocks = [_statistics(loads, segment, arm_of(unit, arm)) for unit in chosen for segment in unit.segments()]
     require(bool(blocks), "no recording holds a stretch of finite rows long enough to fit: see nnhydro check", CampaignError)
     theta = fit(total(blocks), prior(water, arm), np.ones(arm.n_links)).theta
-    terms, start = dict(loads_on(loads, arm).terms), 0
-    for name, term in water.linear().items():
-        size = len(term.linear_values())
-        terms[name] = term.with_linear(tensor(theta[start:start + size]))
-        start += size
-    return Loads(terms)
+    return Loads({**loads_on(loads, arm).terms, **water.with_linear(theta).terms})
 
 
 def calibrated_on(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm, how: Preparation) -> StripTheory:

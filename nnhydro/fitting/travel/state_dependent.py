@@ -42,16 +42,6 @@ class StateFit:
     blocks: Reduced  # one block a motion, for the bootstrap
 
 
-def with_linear(loads: Loads, theta: Array) -> Loads:
-    """Return `loads` with all linear parameters replaced by `theta` (p,), in the order of their terms."""
-    terms, start = dict(loads.terms), 0
-    for name, term in loads.linear().items():
-        size = len(term.linear_values())
-        terms[name] = term.with_linear(tensor(theta[start:start + size]))
-        start += size
-    return Loads(terms)
-
-
 def _joint_scale(pairs: Sequence[Pair]) -> Array:
     """rms torque (joints,) where there are several joints, so that they count alike; else 1."""
     tau = torch.cat([torque for _, torque in pairs]).numpy()
@@ -87,7 +77,7 @@ def fit_state(loads: Loads, pairs: Sequence[Pair], fixed: Sequence[str] = ("rigi
 
     found = separable(whole, grid, prior)
 
-    fitted = with_linear(with_tau_s(free, *found.nu), found.theta)
+    fitted = with_tau_s(free, *found.nu).with_linear(found.theta)
     X, y = rows(found.nu)
     rms = float(np.sqrt(np.mean((y - X @ found.theta) ** 2)))
     return StateFit(Loads({name: fitted.terms.get(name, term) for name, term in loads.terms.items()}), found.nu, rms, found, fitted, blocks)
@@ -103,7 +93,7 @@ def curve_bands(fit: StateFit, s_over_D: Array, draws: int = DRAWS, seed: int = 
     require(len(fit.tau_s) == 1, "intervals of the curves are for one travel scale: fit with one grid")
     near = np.unique(np.clip(fit.tau_s[0] + NEAR, fit.search.grid[0][0], fit.search.grid[0][-1]))
     nus, thetas = bootstrap(fit.blocks, near, draws, seed)
-    drawn = [with_linear(with_tau_s(fit.free, nu), theta) for nu, theta in zip(nus.tolist(), thetas, strict=True)]
+    drawn = [with_tau_s(fit.free, nu).with_linear(theta) for nu, theta in zip(nus.tolist(), thetas, strict=True)]
     ends = [(1 - share) / 2, (1 + share) / 2]
     s = tensor(s_over_D)
 

@@ -14,7 +14,7 @@ from nnhydro.fitting.linear.penalised_fit import WEIGHTS, _score_gcv, _score_lef
 from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduce, separable
 from nnhydro.fitting.linear.variable_projection import solve as solve_rows
 from nnhydro.fitting.travel import state_dependent
-from nnhydro.fitting.travel.state_dependent import _joint_scale, curve_bands, with_linear
+from nnhydro.fitting.travel.state_dependent import _joint_scale, curve_bands
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.travel.state_model import bspline_loads, drag_curve, state_loads, with_tau_s
 
@@ -194,7 +194,7 @@ def test_bands_of_few_motions_are_wider_as_students_t_is(count, monkeypatch):
                            blocks=lambda nu: np.zeros((count, 3, 3)))
     s = np.array([1.0, 2.5, 4.0])
     low, high = curve_bands(told, s)["C_D"]
-    drawn = np.array([drag_curve(with_linear(free, theta), torch.from_numpy(s)).numpy() for theta in thetas])
+    drawn = np.array([drag_curve(free.with_linear(theta), torch.from_numpy(s)).numpy() for theta in thetas])
     middle = drag_curve(free, torch.from_numpy(s)).numpy()
     wider = student.ppf(0.975, count - 1) / norm.ppf(0.975) * np.sqrt(count / (count - 1))
     q = np.quantile(drawn, [0.025, 0.975], axis=0)

@@ -9,7 +9,7 @@ from campaigns import GIVEN, campaign, dry, heavier, planted, recording, sensor_
 from rigs import arm
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.fitting.identify import fit_units, identify, with_parameters
+from nnhydro.fitting.identify import fit_units, identify
 from nnhydro.fitting.linear.least_squares import bootstrap, correlation_time, fit, solve
 from nnhydro.fitting.linear.prior import inertial_directions, prior
 from nnhydro.fitting.linear.statistics import columns_and_offset, of_segment, residual_energy, total, weight_joints
@@ -288,9 +288,9 @@ def test_ninety_five_per_cent_intervals_hold_the_truth_about_as_often():
     assert 0.85 <= np.mean(inside) <= 1.0
 
 
-def test_with_parameters_replaces_linear_parameters_alone_and_in_order():
+def test_a_sum_replaces_linear_parameters_alone_and_in_order():
     loads = start(arm(2)).plus("friction", CoulombTerm((0.1, 0.2), v0_rad_s=0.3))
-    changed = with_parameters(loads, values(loads) + 1.0)
+    changed = loads.with_linear(values(loads) + 1.0)
     np.testing.assert_allclose(values(changed), values(loads) + 1.0)
     assert changed.terms["friction"].v0_rad_s == 0.3
     assert isinstance(changed.terms["added_mass"], AddedMass)

@@ -11,7 +11,6 @@ from nnhydro.errors import ConfigError
 from nnhydro.evaluation.mclain.study import PHASES, Candidate, TowedMotion, fit_and_predict, leave_one_out
 from nnhydro.fitting.linear.penalised_fit import CRITERIA, bend_rows, penalised_fit, penalised_over_scales
 from nnhydro.fitting.linear.variable_projection import reduce
-from nnhydro.fitting.travel.state_dependent import with_linear
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
@@ -122,5 +121,5 @@ def test_penalised_curves_are_fitted_too_and_unseen_reversals_have_a_phase_of_th
 
 
 def test_with_linear_puts_values_where_they_belong():
-    changed = with_linear(TRUTH, np.arange(12.0))
+    changed = TRUTH.with_linear(np.arange(12.0))
     assert changed.terms["state_drag"] == replace(TRUTH.terms["state_drag"], **{f"d{i + 1}": (float(i),) for i in range(5)}, ds=(5.0,))

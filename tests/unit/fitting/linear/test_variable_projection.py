@@ -10,7 +10,7 @@ from rigs import arm, run
 
 from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.fitting.linear.variable_projection import bootstrap, reduce, separable, solve
-from nnhydro.fitting.travel.state_dependent import GRID, curve_bands, fit_state, with_linear
+from nnhydro.fitting.travel.state_dependent import GRID, curve_bands, fit_state
 from nnhydro.fitting.travel.state_rows import general, rows_of
 from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
 from nnhydro.physics.flow import Flow
@@ -137,7 +137,7 @@ def test_the_profile_shows_the_other_minima_that_trap_a_search_from_one_start():
 def test_ordinates_start_values_do_not_matter():
     pairs = slews(NOISE, 2)
     loads = state_loads(ARM)
-    elsewhere = with_linear(with_tau_s(loads, 3.0), np.zeros(15))
+    elsewhere = with_tau_s(loads, 3.0).with_linear(np.zeros(15))
     one, other = (fit_state(start, pairs) for start in (loads, elsewhere))
     assert one.tau_s == other.tau_s
     np.testing.assert_array_equal(one.search.theta, other.search.theta)
