@@ -151,12 +151,16 @@ class Flow:
         """cos phi and sin phi."""
         return torch.cos(self.phi), torch.sin(self.phi)
 
+    def in_link_axes(self, x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the components across and along each link, (n, links) each, of vectors x, y in world axes, broadcast to (n, links)."""
+        cos, sin = self._heading
+        return y * cos - x * sin, x * cos + y * sin
+
     @cached_property
     def _met(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:  # (n, links) m/s, m/s, m/s^2, m/s^2
         """The motion of joint 1 through the water across and along each link, and its derivative: r.n, r.e, dr/dt.n, dr/dt.e."""
-        cos, sin = self._heading
         rx, ry, ax, ay = self.through_water
-        return ry * cos - rx * sin, rx * cos + ry * sin, ay * cos - ax * sin, ax * cos + ay * sin
+        return *self.in_link_axes(rx, ry), *self.in_link_axes(ax, ay)
 
     @cached_property
     def B(self) -> Tensor:  # (n, links) m/s
@@ -224,6 +228,10 @@ class Flow:
     def axial_columns(self, force: Tensor) -> Tensor:
         """Return the joint torques (n, joints, links) of axial loads `force` (n, links) N along e_i, one column a link."""
         return self.lever_axial * force[:, None, :]
+
+    def middle_columns(self, across: Tensor, along: Tensor) -> Tensor:
+        """Return the joint torques (n, joints, links) of forces across and along each link, (n, links) N each, at its middle."""
+        return self.normal_columns(across, across * self.L / 2) + self.axial_columns(along)
 
     @cached_property
     def _frame(self) -> tuple[Tensor, Tensor]:  # two of (n, links, 2)

@@ -38,7 +38,7 @@ class BuoyancyTilt(LoadEffect):
         """Return d tau / d (force_X, force_Y), (n, joints, 2 links)."""
         cos, sin = torch.cos(flow.phi), torch.sin(flow.phi)
         held = ((sin, -cos), (-cos, -sin))  # what the drive supplies across and along the link against 1 N along X, along Y
-        return torch.cat([flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along) for across, along in held], dim=-1)
+        return torch.cat([flow.middle_columns(across, along) for across, along in held], dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return size and direction of the force on each link, and of their sum."""

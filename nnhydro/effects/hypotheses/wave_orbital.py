@@ -11,7 +11,7 @@ from torch import Tensor
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.physics.loads.added_mass import displaced_mass
+from nnhydro.physics.loads.water_pressure import pressure_columns
 
 GRAVITY = 9.81  # m/s^2
 SLOPE_STEP = 1e-4  # m/s
@@ -83,16 +83,8 @@ class WaveOrbital(InstrumentEffect):
     def _answers(self, seen: SensorView) -> tuple[Tensor, Tensor]:
         """What velocity and acceleration of the water at each link change in the reading, (n, joints, links) N m s/m, N m s^2/m."""
         by_velocity, by_acceleration = seen.by_water
-        pressure = seen.as_read(self._pressure(seen, self._d.expand(*seen.motion.q.shape, 2)))
+        pressure = seen.as_read(pressure_columns(seen.flow, *self._d.unbind()))
         return by_velocity @ self._d, by_acceleration @ self._d + pressure
-
-    def _pressure(self, seen: SensorView, acceleration: Tensor) -> Tensor:
-        """What the drives hold against the pressure that accelerates the water itself at each link, (n, joints, links) N m."""
-        flow = seen.flow
-        mass, c, s = displaced_mass(flow) * flow.L, torch.cos(flow.phi), torch.sin(flow.phi)
-        across = -mass * (acceleration[..., 1] * c - acceleration[..., 0] * s)
-        along = -mass * (acceleration[..., 0] * c + acceleration[..., 1] * s)
-        return flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along)
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return d tau / d (cosine, sine), (n, joints, 2); 0 in steady rows."""
@@ -106,7 +98,8 @@ class WaveOrbital(InstrumentEffect):
         if seen.motion.steady or len(seen.motion) < 2:
             return seen.tau
         velocity, acceleration = ((x @ self.linear_values())[..., None] * self._d for x in self._waves(seen))
-        return seen.torque_of(seen.flow.in_water(velocity, acceleration)) + seen.as_read(self._pressure(seen, acceleration)).sum(dim=-1)
+        pressed = seen.as_read(pressure_columns(seen.flow, *acceleration.unbind(-1))).sum(dim=-1)
+        return seen.torque_of(seen.flow.in_water(velocity, acceleration)) + pressed
 
     def tangent(self, seen: SensorView) -> Tensor:
         """Return d reading / d (cosine, sine) in the wave as it is, (n, joints, 2): its drag grows with the square of its size."""

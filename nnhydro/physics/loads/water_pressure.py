@@ -20,6 +20,13 @@ from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.loads.added_mass import displaced_mass
 
 
+def pressure_columns(flow: Flow, ax: Tensor, ay: Tensor) -> Tensor:
+    """Return the joint torques (n, joints, links) N m against water that accelerates by ax, ay m/s^2, broadcast to (n, links)."""
+    mass = displaced_mass(flow) * flow.L
+    across, along = flow.in_link_axes(ax, ay)
+    return flow.middle_columns(-mass * across, -mass * along)
+
+
 @final
 @dataclass(frozen=True)
 class WaterPressure(LoadTerm):
@@ -32,6 +39,4 @@ class WaterPressure(LoadTerm):
         if flow.motion.current is None:
             return torch.zeros_like(flow.motion.q)
         *_, ax, ay = flow.motion.current.at_links()
-        mass, cos, sin = displaced_mass(flow) * flow.L, torch.cos(flow.phi), torch.sin(flow.phi)
-        across, along = -mass * (ay * cos - ax * sin), -mass * (ax * cos + ay * sin)
-        return (flow.normal_columns(across, across * flow.L / 2) + flow.axial_columns(along)).sum(dim=-1)
+        return pressure_columns(flow, ax, ay).sum(dim=-1)
