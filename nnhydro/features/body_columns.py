@@ -9,8 +9,6 @@ their coefficients in units of one standard deviation. All columns change sign w
 Source: physics/loads (Rivera 1995, chapter 3); calibrating physics and residual together: arXiv 2606.19711.
 """
 
-from math import pi
-
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -18,11 +16,11 @@ from torch import Tensor
 
 from nnhydro.features.scaling import gear_ratios
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
+from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.transmission import to_drives
 from nnhydro.recordings.arm import Arm
-
-AXIAL = 2  # columns a link
 
 
 def inertial_directions(arm: Arm) -> NDArray[np.float64]:
@@ -42,6 +40,6 @@ def body_columns(flow: Flow) -> Tensor:
     """Return the sensor torques (n, joints, r + 2 links) N m for coefficients of 1: r inertial directions, axial drag, axial added mass."""
     directions = torch.from_numpy(inertial_directions(flow.arm))
     rigid = RigidBody.of_arm(flow.arm).columns(flow) @ directions
-    drag = flow.axial_columns(0.5 * flow.rho * flow.D * flow.L * flow.u_x.abs() * flow.u_x)
-    inertia = flow.axial_columns(flow.rho * pi / 4 * flow.D**2 * flow.L * flow.du_x)
-    return to_drives(torch.cat([rigid, drag, inertia], dim=2), flow.arm) / gear_ratios(flow.arm)[:, None]
+    one = (1.0,) * flow.arm.n_links
+    axial = [term.columns(flow) for term in (AxialDrag(one), AxialAddedMass(one))]
+    return to_drives(torch.cat([rigid, *axial], dim=2), flow.arm) / gear_ratios(flow.arm)[:, None]

@@ -20,7 +20,7 @@ from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.features.scaling import root
 from nnhydro.features.strip_law.state import StripView, state_set
 from nnhydro.features.strips import link_columns
-from nnhydro.features.wake import STILL, STRIPS, ends, memories, stations
+from nnhydro.features.wake import STILL, ends, memories, stations, strip_drag
 from nnhydro.physics.flow import Flow
 
 ALONG = 0.1  # sine of the angle below which a strip runs along the other link instead of towards it
@@ -63,7 +63,7 @@ def interference(view: View) -> Features:
     x = stations(flow)
     w, remembered = memories(flow, x)
     a, b = ends(remembered)
-    pressure = 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
+    pressure = strip_drag(flow)
     columns: list[Tensor] = []
     for i in range(flow.arm.n_links):
         for p in (p for p in range(flow.arm.n_links) if p != i):

@@ -11,12 +11,11 @@ Torques divided by S are the dimensionless groups of Rivera's eqs. 3-1-3 to 3-1-
 document is singular where its own scale vanishes). Source: Rivera (1995), section 3.1; the sum over links is ours.
 """
 
-from math import pi
-
 import torch
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.added_mass import displaced_mass
 from nnhydro.recordings.arm import Arm
 
 LEAST = 1e-30  # of a square: lost in the rounding of all but 0, where the root would have no slope
@@ -60,7 +59,7 @@ def morison_scale(flow: Flow, floor: Tensor) -> Tensor:
     """Return S (n, joints) N m with the floor (joints,) N m; at a belt drive, motor 1 carries what the belt adds."""
     arm = flow.arm
     mass = torch.tensor([link.mass_kg for link in arm.links], dtype=torch.float64)
-    water = flow.rho * pi * flow.D**2 / 4 * flow.L
+    water = displaced_mass(flow) * flow.L
     force = (0.5 * flow.rho * flow.D * flow.L * speed_scale(flow) ** 2 + water * acceleration_scale(flow) + mass * rigid_scale(flow)
              + (mass + water) * arm.gravity_m_s2)
     S = force @ _reach(flow).T

@@ -13,13 +13,11 @@ coefficient curves, and with relief near the free end, where water flows round t
 Source: McLain & Rock (1998), eqs. (1), (28); relief at ends: L/D effects in Rivera (1995), section 2; products and weights are ours.
 """
 
-from math import pi
-
 import torch
 from torch import Tensor
 
 from nnhydro.features.feature_set import Features, View, feature_set
-from nnhydro.features.wake import LARGE, STILL, STRIPS, ends, memories, stations
+from nnhydro.features.wake import LARGE, STILL, ends, memories, stations, strip_drag, strip_mass
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
@@ -43,14 +41,14 @@ def link_columns(view: View, load: Tensor, x: Tensor, only: int | None = None) -
 
 def drag_loads(flow: Flow, speeds: list[Tensor]) -> list[Tensor]:
     """Return 1/2 rho D ds |x| y, (n, links, s) N, for all pairs of the `speeds` (n, links, s) m/s."""
-    pressure = 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
+    pressure = strip_drag(flow)
     return [pressure * x.abs() * y for x in speeds for y in speeds]
 
 
 def inertia_loads(flow: Flow, x: Tensor, w: Tensor, a: Tensor, b: Tensor) -> list[Tensor]:
     """Return rho pi D^2/4 ds dw r, (n, links, s) N, for the six ratios r of the wake."""
     dw = flow.M[:, :, None] * x + flow.N[:, :, None]
-    ideal = flow.rho * pi / 4 * flow.D[:, None] ** 2 * flow.L[:, None] / STRIPS * dw
+    ideal = strip_mass(flow) * dw
     q = w**2 + a**2 + b**2 + STILL**2
     return [ideal, *(ideal * r / q for r in (a * w, b * w, a * b, a**2, b**2))]
 

@@ -26,6 +26,7 @@ from nnhydro.features.feature_set import Features, View, feature_set
 from nnhydro.features.scaling import root
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.added_mass import displaced_mass
 from nnhydro.physics.memo import RecentMemo, content_of
 from nnhydro.physics.transmission import to_drives
 
@@ -46,6 +47,16 @@ _RUNS = RecentMemo(100_000_000)  # every model that is fitted to a run, or asked
 def stations(flow: Flow, per_link: int = STRIPS) -> Tensor:
     """Return the middles x (links, s) m of equal strips."""
     return flow.L[:, None] * (torch.arange(per_link, dtype=torch.float64) + 0.5) / per_link
+
+
+def strip_drag(flow: Flow) -> Tensor:
+    """Return 1/2 rho D ds (links, 1) kg/m of the strips at `stations`: drag over the square of the speed for C_D = 1."""
+    return 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
+
+
+def strip_mass(flow: Flow) -> Tensor:
+    """Return rho pi D^2/4 ds (links, 1) kg of the strips at `stations`: the mass of the water that each displaces."""
+    return (displaced_mass(flow) * flow.L / STRIPS)[:, None]
 
 
 def under_way(flow: Flow) -> bool:
@@ -202,7 +213,7 @@ def wake(view: View) -> Features:
     flow = view.flow
     x = stations(flow)
     w, remembered = memories(flow, x)
-    pressure = 0.5 * flow.rho * flow.D[:, None] * flow.L[:, None] / STRIPS
+    pressure = strip_drag(flow)
     odd, even = [], []
     for m in ends(remembered):
         for product in (m.abs() * w, w.abs() * m, m.abs() * m):

@@ -19,7 +19,6 @@ idea of arXiv 2509.13783; the products are ours.
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations_with_replacement
-from math import pi
 
 import torch
 from torch import Tensor
@@ -27,7 +26,7 @@ from torch import Tensor
 from nnhydro.features.scaling import gear_ratios, root
 from nnhydro.features.strip_law.neurons import COUNT, directions, neuron_loads
 from nnhydro.features.strip_law.state import StripView
-from nnhydro.features.wake import LASTING, STRIPS, TRAVEL
+from nnhydro.features.wake import LASTING, STRIPS, TRAVEL, strip_drag, strip_mass
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.transmission import to_drives
 
@@ -96,7 +95,7 @@ def unit_loads(view: StripView, rows: slice = slice(None)) -> Tensor:
     drag = [V * x for x in (w, *m)] + [load for x in (*m, *eddies) for load in (x.abs() * w, w.abs() * x, x.abs() * x)]
     inertia = [*(share * squares), *(share * w * x for x in m)]
     history = [(w - v[rows]) * flow.nu / (f * D**2) for v, f in zip(view.lasting, LASTING, strict=True)]
-    pressure, water, viscous = 0.5 * flow.rho * D * ds, flow.rho * pi / 4 * D**2 * ds, flow.rho * flow.nu * ds
+    pressure, water, viscous = strip_drag(flow), strip_mass(flow), flow.rho * flow.nu * ds
     return torch.stack([pressure * w.abs() * w, water * dw, *(pressure * x for x in drag), *(water * x for x in inertia),
                         *(water * x for x in history), *(viscous * x for x in (w, *m))], dim=2)
 

@@ -12,14 +12,14 @@ Neal (1996), Bayesian Learning for Neural Networks, ch. 2; random features: Rahi
 """
 
 from functools import cache
-from math import ceil, pi
+from math import ceil
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from nnhydro.features.strip_law.state import StripView
-from nnhydro.features.wake import STILL, STRIPS, TRAVEL
+from nnhydro.features.wake import STILL, TRAVEL, strip_drag, strip_mass
 
 COUNT = 96  # neurons; of 64 the error on held-out recordings was a tenth larger, of 128 the same
 LENGTH = 1.5  # of the state: the way over which a load changes
@@ -53,5 +53,4 @@ def neuron_loads(view: StripView, N: Tensor, rows: slice = slice(None)) -> tuple
     flow = view.flow
     dw = flow.M[rows][:, :, None] * view.x + flow.N[rows][:, :, None]
     u, V2 = _state(view, rows, dw)
-    ds, D = (flow.L / STRIPS)[:, None], flow.D[:, None]
-    return torch.tanh(N @ u), (0.5 * flow.rho * D * ds * V2)[:, :, None], (flow.rho * pi / 4 * D**2 * ds * dw)[:, :, None]
+    return torch.tanh(N @ u), (strip_drag(flow) * V2)[:, :, None], (strip_mass(flow) * dw)[:, :, None]

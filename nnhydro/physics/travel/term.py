@@ -11,7 +11,6 @@ Source: McLain & Rock (1998), eqs. (28) to (32), with the opposite sign (LOAD).
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import pi
 from typing import ClassVar
 from weakref import WeakKeyDictionary
 
@@ -22,6 +21,7 @@ from nnhydro.errors import ModelError, require
 from nnhydro.physics.coefficients.law import StripState, factors, law_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import LoadTerm
+from nnhydro.physics.loads.added_mass import displaced_mass
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.step import carried_travel
 from nnhydro.physics.travel.travel import TravelRule, travel
@@ -48,7 +48,7 @@ def unit_drag(strips: Strips) -> Tensor:
 
 def unit_inertia(strips: Strips) -> Tensor:
     """Return f_M (n, links, s) N/m for C_M = 1 (document reading of the acceleration)."""
-    return strips.flow.rho * pi / 4 * strips.flow.D[:, None] ** 2 * strips.dw
+    return displaced_mass(strips.flow)[:, None] * strips.dw
 
 
 def _to_joints(strips: Strips, both: Tensor) -> Tensor:
