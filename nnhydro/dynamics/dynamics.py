@@ -19,7 +19,7 @@ from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer, Form, Number, rows
 from nnhydro.dynamics.hub import HubWrench, hub_wrench
-from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, solve_inertia, tangent
+from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, runge_kutta_step, solve_inertia, tangent
 from nnhydro.dynamics.joint_model import JointModel, joint_model
 from nnhydro.errors import ModelError, require
 from nnhydro.models.gains.matrix import gain_matrix
@@ -246,19 +246,13 @@ class Dynamics:
         require(dt > 0, f"dt = {dt!r}: give a positive step in s", ModelError)
         form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})
 
-        def slope(h: float, q: Tensor, qd: Tensor) -> Tensor:
-            """Return the accelerations rad/s^2 `h` s into the step, at `q` rad and `qd` rad/s."""
+        def slope(half: int, q: Tensor, qd: Tensor, _near: Tensor | None) -> Tensor:
+            """Return the accelerations rad/s^2 `half` dt/2 s into the step, at `q` rad and `qd` rad/s."""
+            h = half * dt / 2
             return self._solve(q, qd, tau_, u0 + h * du0_, du0_, self._memory_of(state, len(q), h) if h else self._memory_of(state, len(q)))
 
-        a1 = slope(0.0, q, qd)
-        v2 = qd + dt / 2 * a1
-        a2 = slope(dt / 2, q + dt / 2 * qd, v2)
-        v3 = qd + dt / 2 * a2
-        a3 = slope(dt / 2, q + dt / 2 * v2, v3)
-        v4 = qd + dt * a3
-        a4 = slope(dt, q + dt * v3, v4)
-        return self._after(state, form, q + dt / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + dt / 6 * (a1 + 2 * a2 + 2 * a3 + a4),
-                           u0 + dt * du0_, dt)
+        after, speed, _ = runge_kutta_step(slope, q, qd, dt)
+        return self._after(state, form, after, speed, u0 + dt * du0_, dt)
 
     def _after(self, state: ArmState, form: Form, q: Tensor, qd: Tensor, u0: Tensor, dt: float) -> ArmState:
         memory = self._step_memory(q, qd, u0, state.memory, dt) if state.memory else {}

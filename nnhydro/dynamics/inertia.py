@@ -3,17 +3,23 @@
     affine    tau = M qdd + h,       column k of M: torque at qdd = e_k, minus h            qdd = M^-1 (tau - h)
     learned   M_jk = d tau_j / d qdd_k at the acceleration asked for (central differences)
 
-A step of Newton's that does not bring the torque closer is halved.
+    step      the classical Runge-Kutta method of fourth order in (q, qd)
+
+A step of Newton's that does not bring the torque closer is halved. Source: Kutta (1901).
 """
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, TypeVar
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.errors import ModelError, require
 
+Array = NDArray[np.float64]
+X = TypeVar("X", Tensor, Array)
 TorqueOf = Callable[[Tensor], Tensor]  # accelerations (rows, k, joints) at k of each state -> torques (rows, k, joints)
 STEP: Final = 1e-4  # rad/s^2 of the differences: exact to 1e-8 where the torque is smooth
 REACHES: Final = (STEP, 1e-2, 1.0)  # rad/s^2, by turns: a short difference misleads near a kink
@@ -79,3 +85,18 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
     require(far < 1e-10, f"no acceleration gives this torque in the learned model (off by {far:.1e} of it): the state lies far from its "
             "training, or its inertia is not positive there; use a physics model or the hybrid's baseline", ModelError)
     return qdd
+
+
+def runge_kutta_step(acceleration: Callable[[int, X, X, X | None], X], q: X, qd: X, h: float, guess: X | None = None) -> tuple[X, X, X]:
+    """Return q, qd (..., joints) `h` s later and qdd at the start, where acceleration(k, q, qd, near) is qdd k h/2 s into the step.
+
+    `near` is the acceleration of the stage before, at the first stage `guess`: where a solver may begin.
+    """
+    a1 = acceleration(0, q, qd, guess)
+    v2 = qd + h / 2 * a1
+    a2 = acceleration(1, q + h / 2 * qd, v2, a1)
+    v3 = qd + h / 2 * a2
+    a3 = acceleration(1, q + h / 2 * v2, v3, a2)
+    v4 = qd + h * a3
+    a4 = acceleration(2, q + h * v3, v4, a3)
+    return q + h / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4), a1

@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from nnhydro.dynamics.inertia import runge_kutta_step
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.carried import Memory
 from nnhydro.physics.motion import tensor
@@ -47,18 +48,11 @@ def _step(plant: Plant, c: _Commands, row: int, h: float, q: Tensor, qd: Tensor,
           memory: Memory) -> tuple[Tensor, Tensor, Tensor]:
     """One Runge-Kutta step from row `row` of the half-step grid: q, qd after `h` s, and qdd at its beginning."""
 
-    def acceleration(half: int, q: Tensor, qd: Tensor) -> Tensor:
+    def acceleration(half: int, q: Tensor, qd: Tensor, _near: Tensor | None) -> Tensor:
         t = torch.full((len(q),), (row + half) * h / 2, dtype=torch.float64)
         return plant.acceleration(tau, t, q, qd, c.u0[row + half], c.du0[row + half], memory, half * h / 2)
 
-    a1 = acceleration(0, q, qd)
-    v2 = qd + h / 2 * a1
-    a2 = acceleration(1, q + h / 2 * qd, v2)
-    v3 = qd + h / 2 * a2
-    a3 = acceleration(1, q + h / 2 * v2, v3)
-    v4 = qd + h * a3
-    a4 = acceleration(2, q + h * v3, v4)
-    return q + h / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4), a1
+    return runge_kutta_step(acceleration, q, qd, h)
 
 
 def _require_tame(qd: Tensor, t: float, names: list[str]) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.deployment.native import NativeArm
+from nnhydro.dynamics.inertia import runge_kutta_step
 from nnhydro.errors import ConfigError
 from nnhydro.physics.motion import tensor
 from nnhydro.simulation.forward import RUNAWAY
@@ -46,14 +47,7 @@ def stepped_once(truth: NativeArm, q: Array, qd: Array, tau: Array, carriage: Ar
     def acceleration(half: int, q: Array, qd: Array, near: Array | None) -> Array:
         return truth.acceleration(q, qd, tau, float(carriage[half, 0]), float(carriage[half, 1]), half * h / 2, near)
 
-    a1 = acceleration(0, q, qd, guess)
-    v2 = qd + h / 2 * a1
-    a2 = acceleration(1, q + h / 2 * qd, v2, a1)
-    v3 = qd + h / 2 * a2
-    a3 = acceleration(1, q + h / 2 * v2, v3, a2)
-    v4 = qd + h * a3
-    a4 = acceleration(2, q + h * v3, v4, a3)
-    return q + h / 6 * (qd + 2 * v2 + 2 * v3 + v4), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4), a1
+    return runge_kutta_step(acceleration, q, qd, h, guess)
 
 
 def track(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, rate_hz: float, hold: int) -> Run:

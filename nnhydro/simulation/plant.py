@@ -15,6 +15,7 @@ from typing import final
 import torch
 from torch import Tensor
 
+from nnhydro.dynamics.inertia import mass_and_bias
 from nnhydro.dynamics.joint_model import fast_stepper
 from nnhydro.errors import ConfigError, require
 from nnhydro.physics.carried import Memory, StepMemory
@@ -60,18 +61,20 @@ class Plant:
     def mass_and_rest(self, t: Tensor, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, memory: Memory | None = None,
                       dt: float = 0.0) -> tuple[Tensor, Tensor]:
         """Return M (m, joints, joints) kg m^2 and h (m, joints) N m; t, u0, du0 (m,), q, qd (m, joints), `memory` that of `dt` s ago."""
-        m, n = q.shape
-        unit = torch.cat([torch.zeros(1, n, dtype=torch.float64), torch.eye(n, dtype=torch.float64)])
+        def torque(qdd: Tensor) -> Tensor:
+            """Return the torques (m, k, joints) N m at the accelerations `qdd` (m, k, joints) rad/s^2."""
+            m, k, n = qdd.shape
 
-        def rows(x: Tensor) -> Tensor:
-            return x.repeat_interleave(n + 1, dim=0)
+            def each(x: Tensor) -> Tensor:
+                return x.repeat_interleave(k, dim=0)
 
-        carried = StepMemory(torch.full((m * (n + 1),), dt, dtype=torch.float64), {name: rows(x) for name, x in memory.items()},
-                             held=dt == 0) if memory else None
-        motion = Motion(rows(t), rows(q), rows(qd), unit.repeat(m, 1), rows(u0), rows(du0), steady=carried is not None, carried=carried)
-        torque = self._torque(motion).reshape(m, n + 1, n)
-        rest = torque[:, 0]
-        return (torque[:, 1:] - rest[:, None, :]).transpose(1, 2), rest
+            carried = StepMemory(torch.full((m * k,), dt, dtype=torch.float64), {name: each(x) for name, x in memory.items()},
+                                 held=dt == 0) if memory else None
+            motion = Motion(each(t), each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), steady=carried is not None,
+                            carried=carried)
+            return self._torque(motion).reshape(m, k, n)
+
+        return mass_and_bias(torque, q)
 
     def acceleration(self, tau: Tensor, t: Tensor, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, memory: Memory | None = None,
                      dt: float = 0.0) -> Tensor:
