@@ -8,19 +8,18 @@ delayed anew in every set-up.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import Z95
 from nnhydro.errors import ModelError, require
-from nnhydro.fitting.identify import absurdities, estimates, fit_units, start_terms, versions
+from nnhydro.fitting.identify import fit_with_record, origin, start_terms
 from nnhydro.fitting.linear.prior import WIDE, Prior, prior
 from nnhydro.models.baselines import baseline
-from nnhydro.models.domain import DOMAIN, domain_of
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.storage import load_model
 from nnhydro.models.strip_theory import StripTheory
@@ -28,7 +27,6 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit, units
 
 Array = NDArray[np.float64]
@@ -94,13 +92,6 @@ def in_water(dry: StripTheory, arm: Arm, chosen: Sequence[Unit], name: str = "co
                               np.concatenate([*high, wide.highest])))
 
 
-def calibrated_in_water(dry: StripTheory, chosen: Sequence[Unit], arm: Arm, how: Preparation, name: str = "constant") -> StripTheory:
-    """Return the baseline `name` fitted to the units `chosen`, the terms of `dry` within what its own fit left open; see `in_water`."""
-    known = in_water(dry, arm, chosen, name)
-    theta = fit_units(known.loads, chosen, arm, known.before)[0].theta
-    return StripTheory(arm, how, {SEEN: seen_record(chosen, dry)}, f"{name} on {dry.name}", known.loads.with_linear(theta))
-
-
 @one_thread()
 def identify_in_water(campaign: Campaign, dry: StripTheory, model: str = "constant", cutoff_hz: float | None = None,
                       seed: int = 0) -> StripTheory:
@@ -108,14 +99,6 @@ def identify_in_water(campaign: Campaign, dry: StripTheory, model: str = "consta
     how = campaign.plan(cutoff_hz)
     chosen = units(campaign, how, seed)
     known = in_water(dry, campaign.arm, chosen, model)
-    solution, blocks, before = fit_units(known.loads, chosen, campaign.arm, known.before)
-    loads = known.loads.with_linear(solution.theta)
-    record: dict[str, Any] = {"model": f"{model} on {dry.name}", "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
-                              SEEN: seen_record(chosen, dry), "rms_residual_Nm": solution.rms.tolist(), "recordings": len(blocks),
-                              "condition_number": solution.condition, "last_change": solution.last_change}
-    found = estimates(loads, solution, blocks, before, seed)
-    record["parameters"] = {parameter.name: replace(parameter, unit=campaign.arm.text(parameter.unit)).document() for parameter in found}
-    record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
-    domain = domain_of(chosen, campaign.arm)
-    record[DOMAIN] = None if domain is None else domain.document()
-    return StripTheory(campaign.arm, how, record, record["model"], loads)
+    loads, fitted = fit_with_record(known.loads, chosen, campaign.arm, seed, known.before)
+    name = f"{model} on {dry.name}"
+    return StripTheory(campaign.arm, how, origin(name, campaign, seed) | {SEEN: seen_record(chosen, dry)} | fitted, name, loads)

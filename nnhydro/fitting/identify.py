@@ -142,6 +142,27 @@ def estimates(loads: Loads, solution: Solution, blocks: Sequence[Statistics], be
                  zip(names, solution.theta, unit, low, high, _notes(loads, solution, before), strict=True))
 
 
+def origin(model: str, campaign: Campaign, seed: int) -> dict[str, Any]:
+    """Return what the record of every fit begins with: model, seed, campaign and versions."""
+    return {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions()}
+
+
+def fit_with_record(loads: Loads, chosen: Sequence[Unit], arm: Arm, seed: int, before: Prior | None = None) -> tuple[Loads, dict[str, Any]]:
+    """Return `loads` fitted to the units `chosen`, and what a model file says of the fit; `before` and errors as in `fit_units`."""
+    solution, blocks, before = fit_units(loads, chosen, arm, before)
+    fitted, domain = loads.with_linear(solution.theta), domain_of(chosen, arm)
+    found = estimates(fitted, solution, blocks, before, seed)
+    return fitted, {
+        "parameters": {e.name: replace(e, unit=arm.text(e.unit)).document() for e in found},
+        "rms_residual_Nm": solution.rms.tolist(),
+        "condition_number": solution.condition,
+        "last_change": solution.last_change,  # of the residuals in the last round: a few per cent at the most
+        "recordings": len(blocks),
+        "warnings": absurdities(fitted, solution, blocks, arm),
+        DOMAIN: None if domain is None else domain.document(),
+    }
+
+
 @one_thread()
 def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | None = None, seed: int = 0) -> StripTheory:
     """Return the baseline `model` fitted to all recordings and steady tables of `campaign`, its estimates in `fit["parameters"]`.
@@ -153,21 +174,11 @@ def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | Non
     how = campaign.plan(cutoff_hz)
     all_units = units(campaign, how, seed)
     loads = start_terms(chosen, all_units, campaign.arm)
-    record: dict[str, Any] = {"model": model, "seed": seed, "campaign_sha256": campaign.sha256(), "versions": versions(),
-                              SEEN: seen_record(all_units if chosen.calibrated else ())}
+    record = origin(model, campaign, seed) | {SEEN: seen_record(all_units if chosen.calibrated else ())}
     if chosen.calibrated:
-        solution, blocks, before = fit_units(loads, all_units, campaign.arm)
-        loads = loads.with_linear(solution.theta)
-        found = estimates(loads, solution, blocks, before, seed)
-        record["parameters"] = {e.name: replace(e, unit=campaign.arm.text(e.unit)).document() for e in found}
-        record["rms_residual_Nm"] = solution.rms.tolist()
-        record["condition_number"] = solution.condition
-        record["last_change"] = solution.last_change  # of the residuals in the last round: a few per cent at the most
-        record["recordings"] = len(blocks)
-        record["warnings"] = absurdities(loads, solution, blocks, campaign.arm)
-        domain = domain_of(all_units, campaign.arm)
-        record[DOMAIN] = None if domain is None else domain.document()
-    return replace(StripTheory(campaign.arm, how, {}, model, loads), fit=record)
+        loads, fitted = fit_with_record(loads, all_units, campaign.arm, seed)
+        record |= fitted
+    return StripTheory(campaign.arm, how, record, model, loads)
 
 
 USUAL = {"C_D": (0.3, 2.5, "cylinders have 0.3 to 2.5"), "C_M": (0.2, 2.0, "cylinders have 0.2 to 2")}  # general knowledge

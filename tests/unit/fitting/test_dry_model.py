@@ -12,7 +12,7 @@ from rigs import run as motion
 from nnhydro.cli.main import run
 from nnhydro.effects.hypotheses.rotor_inertia import RotorInertia
 from nnhydro.errors import ArmError, ModelError
-from nnhydro.fitting.dry_model import calibrated_in_water, identify_in_water, in_water
+from nnhydro.fitting.dry_model import identify_in_water, in_water
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.linear.prior import prior
 from nnhydro.models.baselines import BASELINES
@@ -27,7 +27,6 @@ from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.filtering.preprocessing import prepare
-from nnhydro.recordings.splitting import units
 from nnhydro.recordings.survey import survey
 
 FRICTION = [{"coulomb_Nm": 0.3, "viscous_Nm_s": 0.2, "known_to": 0.2}, {"coulomb_Nm": 0.1, "known_to": 0.2}]
@@ -138,7 +137,7 @@ def test_friction_found_in_air_is_held_in_water_where_the_recordings_say_little(
 def test_a_model_on_a_dry_one_has_seen_the_recordings_of_both(dry_model):
     _, dry = dry_model
     whole = slow_and_wet(arm(2))
-    model = calibrated_in_water(dry, units(whole, whole.plan()), whole.arm, whole.plan())
+    model = identify_in_water(whole, dry)
     assert seen_by(model) == seen_by(dry) | {whole.content(name) for name in whole.names}
     assert {"rigid_body", "normal_drag", "added_mass", "stated_coulomb_friction"} <= set(model.loads.terms)
 
