@@ -19,7 +19,7 @@ from torch import Tensor
 from nnhydro.deployment.onnx.expressions import Program, Value
 from nnhydro.deployment.onnx.onnx_file import RecordedGraph
 from nnhydro.deployment.onnx.tracing import trace
-from nnhydro.dynamics.joint_model import MECHANICAL, mechanics, steppable
+from nnhydro.dynamics.joint_model import FOLLOWS, MECHANICAL, mechanics, steppable
 from nnhydro.errors import ModelError, require
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -30,7 +30,6 @@ NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
 ENCODER: Final = "encoder_offset"
 BEGIN: Final = -1.0  # s: dt of the first step
 WHOLE: Final = 3  # terms, in C, of a learned model: a sum that enters another one is computed once, so that loops run over the strips
-FOLLOWS: Final = 2e-5  # of the rms torque, run of steps against run as a whole: only Basset's force is not exact
 CLOSE: Final = 1e-9  # of the rms torque, recorded scalars against torch
 
 

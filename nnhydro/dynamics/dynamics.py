@@ -20,7 +20,7 @@ from torch import Tensor
 from nnhydro.dynamics.arrays import Answer, Form, Number, rows
 from nnhydro.dynamics.hub import HubWrench, hub_wrench
 from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, runge_kutta_step, solve_inertia, tangent
-from nnhydro.dynamics.joint_model import JointModel, joint_model
+from nnhydro.dynamics.joint_model import FOLLOWS, JointModel, joint_model
 from nnhydro.errors import ModelError, require
 from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.models.storage import load_model
@@ -31,7 +31,6 @@ from nnhydro.recordings.arm import Arm
 
 BASE: Final = ("base_x_m_s", "dbase_x_m_s2", "base_yaw_rad", "base_yaw_rad_s", "dbase_yaw_rad_s2")
 BaseMotion = Mapping[str, Number] | None  # by the keys of BASE, what is not given is 0; the base's velocity along +Y is u0
-FOLLOWS: Final = 2e-5  # of the rms torque: what a run stepped through time may differ from the whole run (sums of exponentials)
 
 
 @final

@@ -63,8 +63,7 @@ def _flow(physics: StripTheory, motion: Motion) -> Flow:
     flow = Flow(physics.arm, motion, hub=True)
     for instrument in physics.instruments:
         if isinstance(instrument, AmbientCurrent):
-            velocity = torch.tensor([instrument.current_X[0], instrument.current_Y[0]], dtype=torch.float64).expand(len(motion), 2)
-            flow = flow.in_water(velocity, torch.zeros_like(velocity))
+            flow = instrument.met_by(flow)
     return flow
 
 

@@ -19,11 +19,11 @@ from nnhydro.features.wake import STILL, each_under_way, under_way
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.travel.step import FOREVER
+from nnhydro.physics.travel.travel import BACK
 from nnhydro.physics.travel.wake_memory import relax
 
 SPANS = (1.0, 5.0)  # diameters
 WHILE = 1.0  # s
-BACK = 0.03  # diameters: a shorter way back is ringing or encoder noise
 LAGS = (0.1, 0.5)  # s
 
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from nnhydro.recordings.filtering.low_pass import LowPass
 
 Array = NDArray[np.float64]
-STANDSTILL = 1e-3  # rad/s: below it a joint counts as locked and dry friction there is anything within its dead band
 
 
 @final
@@ -61,6 +60,11 @@ class Segment:
     def n_links(self) -> int:
         """Number of joints."""
         return int(self.q.shape[1])
+
+    def joint_states(self) -> dict[str, Array]:
+        """Return angle, rate and acceleration (n,) of every joint by their column names."""
+        return {name: x[:, j] for j in range(self.n_links) for name, x in
+                ((f"q{j + 1}_rad", self.q), (f"dq{j + 1}_rad_s", self.qd), (f"ddq{j + 1}_rad_s2", self.qdd))}
 
     def filter(self, model: Array) -> Array:
         """Return `model` (n, ...), a torque or columns of one on this grid, as it is compared: through the same filter as the torque."""

@@ -7,7 +7,7 @@ regrouped into a few large operations. Numbers without any atom are plain floats
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, final
 
@@ -221,3 +221,10 @@ class Program:
             for k in sorted(self.dependencies(outputs) - set(range(self.n_inputs))):
                 values[k] = FUNCTIONS[self.atoms[k].kind](*map(of, self.atoms[k].operands))
         return np.column_stack([of(x) for x in outputs])
+
+
+def as_cells(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.object_]:
+    """Return expressions as an array of objects."""
+    out = np.empty(len(values), dtype=object)
+    out[:] = values
+    return out.reshape(shape)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.deployment.onnx.clipping import with_clips
-from nnhydro.deployment.onnx.expressions import Array, Program, Row, Value, row_of
+from nnhydro.deployment.onnx.expressions import Array, Program, Row, Value, as_cells, row_of
 from nnhydro.deployment.onnx.mirror import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
 
@@ -32,13 +32,6 @@ LONG = 12  # terms: sums up to LONG are padded together; longer ones over the sa
 NODE, ELEMENT, COPIED, TIMES = 0.5, 0.0008, 0.00025, {8: 3.6e-4, 4: 1e-4}
 Place = tuple[int, int]  # chunk and position in it
 Atoms = tuple[int | None, ...]  # None: the constant 1
-
-
-def as_cells(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.object_]:
-    """Return expressions as an array of objects."""
-    out = np.empty(len(values), dtype=object)
-    out[:] = values
-    return out.reshape(shape)
 
 
 def _blocks(rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list[Row]]], list[Row]]:

@@ -15,7 +15,7 @@ from torch import Tensor
 from torch.utils._python_dispatch import TorchDispatchMode
 
 from nnhydro.deployment.onnx.elementwise import Complex, elementwise
-from nnhydro.deployment.onnx.expressions import Program, Scalar, Value, combine, scale, sub
+from nnhydro.deployment.onnx.expressions import Program, Scalar, Value, as_cells, combine, scale, sub
 from nnhydro.errors import ModelError
 
 Objects = NDArray[np.object_]
@@ -132,12 +132,6 @@ def _reduce(x: Objects, dim: Any, keepdim: bool, fold: Callable[[list[Any]], Any
     return np.expand_dims(out, axes) if keepdim else out
 
 
-def _cells(values: Sequence[Any], shape: tuple[int, ...]) -> Objects:
-    out = np.empty(len(values), dtype=object)
-    out[:] = values
-    return out.reshape(shape)
-
-
 def _select_rows(x: Objects, index: Sequence[Any]) -> Objects:
     at = tuple(slice(None) if i is None else np.asarray(i, dtype=float).astype(int) for i in index)
     return x[at]
@@ -183,7 +177,7 @@ def rules(program: Program) -> dict[str, Callable[..., Any]]:
         return combine(parts)
 
     def mm(a: Objects, b: Objects) -> Objects:
-        return _cells([dot(row, column) for row, column in product(a, b.T)], (a.shape[0], b.shape[1]))
+        return as_cells([dot(row, column) for row, column in product(a, b.T)], (a.shape[0], b.shape[1]))
 
     def bmm(a: Objects, b: Objects) -> Objects:
         return np.stack([mm(x, y) for x, y in zip(a, b, strict=True)])

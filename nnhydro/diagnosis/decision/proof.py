@@ -56,12 +56,7 @@ class Proof:
 
 def states(segment: Segment) -> dict[str, Array]:
     """Return the state variables (n,) of a segment by their column name."""
-    named: dict[str, Array] = {}
-    for j in range(segment.n_links):
-        named |= {f"q{j + 1}_rad": segment.q[:, j], f"dq{j + 1}_rad_s": segment.qd[:, j], f"ddq{j + 1}_rad_s2": segment.qdd[:, j]}
-    if segment.u0.any():
-        named["u0_m_s"] = segment.u0
-    return named
+    return segment.joint_states() | ({"u0_m_s": segment.u0} if segment.u0.any() else {})
 
 
 def _predict(search: Search, found: ScoredSet, X: Array | None, fold: NDArray[np.int64]) -> Array:

@@ -10,6 +10,7 @@ from torch import Tensor
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity, polar
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.flow import Flow
 
 
 @effect
@@ -41,10 +42,14 @@ class AmbientCurrent(InstrumentEffect):
         """Return d tau / d current, (n, joints, 2)."""
         return seen.by_water[0].sum(dim=2)
 
+    def met_by(self, flow: Flow) -> Flow:
+        """Return `flow` in water that moves with the current."""
+        velocity = torch.tensor([self.current_X[0], self.current_Y[0]], dtype=torch.float64).expand(len(flow.motion), 2)
+        return flow.in_water(velocity, torch.zeros_like(velocity))
+
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading in water that moves."""
-        velocity = torch.tensor([self.current_X[0], self.current_Y[0]], dtype=torch.float64).expand(len(seen.motion), 2)
-        return seen.torque_of(seen.flow.in_water(velocity, torch.zeros_like(velocity)))
+        return seen.torque_of(self.met_by(seen.flow))
 
     def quantities(self) -> dict[str, Quantity]:
         """Return speed and direction."""

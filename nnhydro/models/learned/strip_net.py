@@ -13,9 +13,10 @@ Orvieto et al. (2023), arXiv 2303.06349 (diagonal complex states); the places ar
 """
 
 from dataclasses import dataclass, fields
-from typing import final
+from typing import Any, final
 
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.features.wake import STILL, each_under_way, under_way
@@ -26,11 +27,16 @@ FASTEST = 6.0  # a diameter
 WIDENING = 3.0  # as in learned.py: a third beyond halves what is used
 
 
-def scan(keep_re: Tensor, keep_im: Tensor, re: Tensor, im: Tensor) -> tuple[Tensor, Tensor]:
-    """Return h (n, s, k) of h_t = keep_t h_{t-1} + re_t + i im_t, as real and imaginary part; h_0 = re_0 + i im_0."""
+def recurrence(keep_re: Tensor, keep_im: Tensor, re: Tensor, im: Tensor) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return keep and h, complex (n, s, k), of h_t = keep_t h_{t-1} + re_t + i im_t; h_0 = re_0 + i im_0."""
     a, h = torch.complex(keep_re, keep_im).numpy(), torch.complex(re, im).numpy()
-    for t in range(1, len(h)):
-        h[t] += a[t] * h[t - 1]
+    for now, keep, before in zip(h[1:], a[1:], h, strict=False):
+        now += keep * before
+    return a, h
+
+
+def real_and_imaginary(h: NDArray[Any]) -> tuple[Tensor, Tensor]:
+    """Return both parts of a complex array (n, s, k)."""
     return torch.from_numpy(h.real.copy()), torch.from_numpy(h.imag.copy())
 
 
@@ -115,7 +121,7 @@ class StripNet:
         keep, turned, re, im = self.increments(middle, speeds * dt)
         if under_way(flow):
             re[:1], im[:1] = self.lasting(both[:1], z.speeds[:1])
-        return scan(keep, turned, re, im)
+        return real_and_imaginary(recurrence(keep, turned, re, im)[1])
 
     def _step(self, flow: Flow, now: Tensor, lasting: Tensor) -> tuple[Tensor, Tensor]:
         carried, size = flow.motion.carried, self.size

@@ -38,14 +38,18 @@ class CutoffChoice:
     source: str  # "q" or "qd"
 
 
-def _acceleration_spectrum(x: Array, dt: float, power_of_w: int) -> tuple[Array, Array]:
-    """Frequencies in Hz (without 0) and power of the acceleration in each line, from the windowed, straightened `x` (n,)."""
+def acceleration_density(x: Array, dt: float, power: int) -> tuple[Array, Array]:
+    """Return frequencies in Hz (without 0) and one-sided density, (rad/s^2)^2/Hz, of the acceleration in the straightened `x` (n,).
+
+    `power` of w: 4 for an angle, 2 for a rate, 0 for an acceleration.
+    """
     n = len(x)
     window = np.hanning(n)
     straight = x - np.linspace(x[0], x[-1], n)
-    power = 2.0 * np.abs(np.fft.rfft(straight * window)) ** 2 / (window**2).sum() / n
+    density = 2.0 * dt * np.abs(np.fft.rfft(straight * window)) ** 2 / (window**2).sum()
     f = np.fft.rfftfreq(n, dt)
-    return np.asarray(f[1:], dtype=float), np.asarray((power * (2.0 * np.pi * f) ** power_of_w)[1:], dtype=float)
+    spectrum: Array = density * (2 * np.pi * f) ** power
+    return np.asarray(f[1:], np.float64), spectrum[1:]
 
 
 def _bands(f: Array, spectrum: Array) -> tuple[Array, Array, Array]:
@@ -78,9 +82,10 @@ def noise_law(centre: Array, level: Array) -> Array:
     return result
 
 
-def _errors(x: Array, dt: float, power_of_w: int, grid: Array) -> Array:
+def _errors(x: Array, dt: float, power: int, grid: Array) -> Array:
     """E(f_c) of one channel on the `grid` of cut-offs, (rad/s^2)^2."""
-    centre, level, lines = _bands(*_acceleration_spectrum(x, dt, power_of_w))
+    f, density = acceleration_density(x, dt, power)
+    centre, level, lines = _bands(f, density / (len(x) * dt))  # the power of a line
     noise = noise_law(centre, level)
     motion = np.where(level > SIGNAL_OVER_NOISE * noise, level - noise, 0.0)
     gain = np.stack([LowPass(float(c)).gain(centre) for c in grid])

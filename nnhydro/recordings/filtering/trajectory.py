@@ -23,6 +23,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.recordings.filtering.cutoff import acceleration_density
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation, resample, stretches, surroundings
 from nnhydro.recordings.filtering.spline import Channel, RegressionSplines
@@ -98,17 +99,6 @@ def _own_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint: int
     return np.zeros_like(f) if level is None else 2 * dt * level[joint] ** 2 * (2 * np.pi * f) ** power
 
 
-def _acceleration_spectrum(x: Array, dt: float, power: int) -> tuple[Array, Array]:
-    """Frequencies (Hz) and one-sided density of the acceleration from a channel (n,) that is differentiated power / 2 times."""
-    n = len(x)
-    window = np.hanning(n)
-    straight = x - np.linspace(x[0], x[-1], n)
-    density = 2.0 * dt * np.abs(np.fft.rfft(straight * window)) ** 2 / (window**2).sum()
-    f = np.fft.rfftfreq(n, dt)
-    spectrum: Array = density * (2 * np.pi * f) ** power
-    return np.asarray(f[1:], np.float64), spectrum[1:]
-
-
 def _channels(part: Recording) -> list[tuple[str, Array, int, tuple[Array | None, ...], int]]:
     """Every record of an acceleration: (name, values (n,), power of w, white levels of all records of it, column of these)."""
     joints = tuple(white_level(x) for x in (part.q, part.qd, part.qdd))
@@ -170,7 +160,7 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
             dt = float(part.t[1] - part.t[0])
             nyquist = min(nyquist, 0.5 / dt)
             for number, x, power, levels, column in _channels(part):
-                f, S = _acceleration_spectrum(x, dt, power)
+                f, S = acceleration_density(x, dt, power)
                 N = np.maximum(_acceleration_noise(f, dt, levels, column), _own_noise(f, dt, levels, column, power))
                 at = np.digitize(f, edges) - 1
                 inside = (at >= 0) & (at < len(edges) - 1)

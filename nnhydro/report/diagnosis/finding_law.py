@@ -29,7 +29,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.motion import Motion
-from nnhydro.report.widgets.trace import Trace
+from nnhydro.report.widgets.trace import Trace, bin_edges
 
 Array = NDArray[np.float64]
 BINS = 25
@@ -145,8 +145,7 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
 
 def _bin(joint: int, label: str, x: Array, rest: Array, law: Array, moved: Sequence[Array]) -> DrawnLaw:
     """The law of a finding at one joint: means over bins of its driver, of what is left for it and of what it says."""
-    low, high = np.quantile(x, [0.002, 0.998])
-    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    edges = bin_edges(x, BINS, 0.002)
     order = np.argsort(x, kind="stable")
     bounds = np.searchsorted(x[order], edges)
     bins = [order[a:b] for a, b in pairwise(bounds) if b - a >= FEWEST]

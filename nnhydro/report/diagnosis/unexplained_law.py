@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.decision.proof import Residual
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
+from nnhydro.report.widgets.trace import bin_edges
 
 Array = NDArray[np.float64]
 BINS = 20
@@ -41,8 +42,7 @@ def _law(parts: Sequence[Residual], joint: int, name: str) -> DrawnLaw | None:
     x, r = np.concatenate([part.state[name] for part in parts]), np.concatenate([part.r[:, joint - 1] for part in parts])
     numbers = {recording: k for k, recording in enumerate(dict.fromkeys(part.recording for part in parts))}
     which = np.concatenate([np.full(len(part.r), numbers[part.recording]) for part in parts])
-    low, high = np.quantile(x, [0.002, 0.998])
-    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    edges = bin_edges(x, BINS, 0.002)
     rows = []
     for a, b in pairwise(edges):
         inside = (x >= a) & (x <= b)

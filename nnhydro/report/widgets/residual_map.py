@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.report.widgets.trace import Trace
+from nnhydro.report.widgets.trace import Trace, bin_edges
 
 Array = NDArray[np.float64]
 BINS = 10
@@ -80,11 +80,6 @@ def _ranges(edges: Array) -> list[str]:
     return [f"{a:.2g} to {b:.2g}" for a, b in pairwise(edges)]
 
 
-def _edges(values: Array) -> Array:
-    low, high = np.quantile(values, [0.005, 0.995])
-    return np.linspace(low, high if high > low else low + 1.0, BINS + 1)
-
-
 def _place(values: Array, edges: Array) -> NDArray[np.int64]:
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
 
@@ -96,13 +91,6 @@ def state_pairs(joint: int, links: int) -> dict[str, tuple[str, str]]:
     if links > 1:
         pairs["rates of joints 1 and 2"] = ("dq1_rad_s", "dq2_rad_s")
     return pairs
-
-
-def _states(trace: Trace) -> dict[str, Array]:
-    segment, found = trace.segment, dict[str, Array]()
-    for j in range(segment.n_links):
-        found |= {f"q{j + 1}_rad": segment.q[:, j], f"dq{j + 1}_rad_s": segment.qd[:, j], f"ddq{j + 1}_rad_s2": segment.qdd[:, j]}
-    return {name: values[segment.keep] for name, values in found.items()}
 
 
 def _cell(r: Array, of: NDArray[np.int64], names: Sequence[str]) -> Cell | None:
@@ -133,14 +121,14 @@ def residual_maps(traces: Sequence[Trace], models: Sequence[str]) -> list[Residu
         return []
     names = list(dict.fromkeys(trace.recording for trace in moving))
     of = np.concatenate([np.full(int(t.segment.keep.sum()), names.index(t.recording)) for t in moving])
-    parts = [_states(trace) for trace in moving]
+    parts = [{name: x[t.segment.keep] for name, x in t.segment.joint_states().items()} for t in moving]
     states = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     progress = np.concatenate([np.linspace(0, 1, int(t.segment.keep.sum()), endpoint=False) for t in moving])
     links, maps = moving[0].segment.n_links, list[ResidualMap]()
     for joint in range(links):
         left = {model: np.concatenate([t.residual(model)[t.segment.keep, joint] for t in moving]) for model in models}
         for over, (x, y) in state_pairs(joint, links).items():
-            across, down = _edges(states[x]), _edges(states[y])
+            across, down = bin_edges(states[x], BINS, 0.005), bin_edges(states[y], BINS, 0.005)
             column, row = _place(states[x], across), BINS - 1 - _place(states[y], down)
             maps += [ResidualMap(joint + 1, model, over, x, y, _ranges(across), _ranges(down)[::-1],
                                  _grid(r, of, names, column, row, (BINS, BINS)), across, down) for model, r in left.items()]

@@ -52,6 +52,12 @@ def _torque(model: TorqueModel, segment: Segment) -> Array:
     return tau + segment.tau_sim if outside and segment.tau_sim is not None else tau
 
 
+def bin_edges(values: Array, bins: int, beyond: float) -> Array:
+    """Return the edges (bins + 1,) of even bins over the range of `values` (n,) without the share `beyond` at either end."""
+    low, high = np.quantile(values, [beyond, 1 - beyond])
+    return np.linspace(low, high if high > low else low + 1.0, bins + 1)
+
+
 def traces_of(recording: str, segments: Iterable[Segment], models: Mapping[str, TorqueModel]) -> list[Trace]:
     """Return a trace a segment that has torques and rows to compare."""
     return [Trace(recording, segment, {name: _torque(model, segment) for name, model in models.items()})

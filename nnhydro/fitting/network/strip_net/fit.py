@@ -16,7 +16,7 @@ from torch import Tensor, nn
 
 from nnhydro.fitting.network.strip_net.rows import StripRun, join_runs
 from nnhydro.models.learned.strip_inputs import PLAIN
-from nnhydro.models.learned.strip_net import FASTEST, StripNet
+from nnhydro.models.learned.strip_net import FASTEST, StripNet, real_and_imaginary, recurrence
 
 SIZE, BATCH, RATE = 16, 3, 2e-2
 EPOCHS, STEPS = 60, 1200  # passes over the stretches; of many so few that steps are no more
@@ -27,16 +27,13 @@ TINY = 1e-6
 
 
 class _Scan(torch.autograd.Function):
-    """`scan` with its gradient; written as one step, as a tape of small steps takes most of the time."""
+    """`recurrence` with its gradient; written as one step, as a tape of small steps takes most of the time."""
 
     @staticmethod
     def forward(ctx: Any, keep_re: Tensor, keep_im: Tensor, re: Tensor, im: Tensor) -> tuple[Tensor, Tensor]:
         """Return h_t = keep_t h_{t-1} + z_t, all (n, s, k), as real and imaginary part."""
-        a, h = torch.complex(keep_re, keep_im).numpy(), torch.complex(re, im).numpy()
-        for now, keep, before in zip(h[1:], a[1:], h, strict=False):
-            now += keep * before
-        ctx.a, ctx.h = a, h
-        return torch.from_numpy(h.real.copy()), torch.from_numpy(h.imag.copy())
+        ctx.a, ctx.h = recurrence(keep_re, keep_im, re, im)
+        return real_and_imaginary(ctx.h)
 
     @staticmethod
     def backward(ctx: Any, re: Tensor, im: Tensor) -> tuple[Tensor, ...]:

@@ -10,7 +10,7 @@ from strip_nets import single
 from nnhydro.fitting.network.strip_net.fit import _Scan, fit_strip_net, loads
 from nnhydro.fitting.network.strip_net.rows import runs_of
 from nnhydro.models.learned.strip_inputs import rigid_torque
-from nnhydro.models.learned.strip_net import scan
+from nnhydro.models.learned.strip_net import real_and_imaginary, recurrence
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.travel.state_model import state_loads
@@ -42,7 +42,7 @@ def test_the_recurrence_and_its_gradient_are_those_of_the_plain_loop():
         slopes.append([z.grad for z in x])
     for got, want in zip(slopes[1], slopes[0], strict=True):
         torch.testing.assert_close(got[1:], want[1:])
-    for got, want in zip(scan(*given), loop(*given), strict=True):
+    for got, want in zip(real_and_imaginary(recurrence(*given)[1]), loop(*given), strict=True):
         torch.testing.assert_close(got, want)
 
 
