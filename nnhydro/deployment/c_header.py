@@ -12,9 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
-from torch import Tensor
 
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
@@ -119,8 +117,3 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
         write_own(path, text)
     return {"model": getattr(model, "name", model.kind), "name": name, "precision": precision, "memory": step.size, "std": step.with_std,
             "test_vector": str(tests), "checked": made.deviation}
-
-
-def as_row(given: Sequence[Tensor]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return the inputs of a step, memory aside, as one vector."""
-    return torch.cat(list(given[:6])).numpy()

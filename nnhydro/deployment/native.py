@@ -203,9 +203,3 @@ class NativeArm:
             elif size < FAIR * scale:
                 return qdd, left
         return qdd, left
-
-
-def run_through(arm: NativeArm, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
-    """Return the torques (n, joints) N m of a run from rest, step by step; the carriage stands still."""
-    arm.begin()
-    return np.stack([arm.torque(*row, dt=dt) for row in zip(q, qd, qdd, strict=True)])

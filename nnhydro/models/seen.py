@@ -4,24 +4,17 @@ Every model says it in its record (`fit["seen"]`, in model.json): the sha256 of 
 and its marks (recordings/content_hash.py). A model without that record may have seen anything.
 
     record["seen"] = seen_record(units(campaign, how), baseline)        whoever fits or chooses writes it
-    seen_by(model)                                                      None: nobody knows
-    unseen_units(model, units)                                          those on which its error is an honest one
+    marks_seen_by(model)                                                None: nobody knows
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.content_hash import exact, steady_sha256, union
+from nnhydro.recordings.content_hash import steady_sha256, union
 from nnhydro.recordings.splitting import Unit
 
 SEEN = "seen"
-
-
-def seen_by(model: TorqueModel) -> frozenset[str] | None:
-    """Return the contents that `model` has seen; None where its record does not say."""
-    found = marks_seen_by(model)
-    return None if found is None else exact(found)
 
 
 def marks_seen_by(model: TorqueModel) -> frozenset[str] | None:
@@ -46,9 +39,3 @@ def seen_names(model: TorqueModel, campaign: Campaign) -> tuple[str, ...] | None
     """Return the names of the recordings of `campaign` that `model` has seen; None where its record does not say."""
     seen = marks_seen_by(model)
     return None if seen is None else tuple(name for name in campaign.names if campaign.marks(name) & seen)
-
-
-def unseen_units(model: TorqueModel, every: Sequence[Unit]) -> tuple[Unit, ...]:
-    """Return the units of which `model` has seen nothing; none where its record does not say what it has seen."""
-    seen = marks_seen_by(model)
-    return () if seen is None else tuple(unit for unit in every if not seen & unit.content())

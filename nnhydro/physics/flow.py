@@ -251,11 +251,6 @@ class Flow:
         middle = torch.einsum("ij,njk->nik", length, self._frame[0])
         return middle + self.motion.q[..., None] * self._frame[1] if self.arm.sliding else middle
 
-    def hub_force(self, normal: Tensor, axial: Tensor) -> Tensor:
-        """Return the force (n, 2) N in world axes that the hub supplies against normal and axial loads (n, links) N."""
-        e, n = self._frame
-        return (normal[..., None] * n + axial[..., None] * e).sum(dim=1)
-
 
 _OF_THE_ARM = ("L", "D", "phi", "A", "M", "_inboard", "along", "across", "_of_joints", "outboard", "lever_normal", "lever_axial",
                "_heading", "arm_memo")  # what water does not change

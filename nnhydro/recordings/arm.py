@@ -12,7 +12,6 @@ from nnhydro.errors import ArmError
 from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 
-Positive = Field(gt=0, le=1e6)
 NonNegative = Field(ge=0, le=1e6)
 
 

@@ -10,7 +10,6 @@ from nnhydro.errors import RecordingError, require
 
 Array = NDArray[np.float64]
 
-MAX_SAMPLES = 50_000_000  # a year at 1.6 Hz or a day at 500 Hz: more is not one run
 SURROUNDINGS = ("u0", "du0", "base", "dbase", "heading", "current", "dcurrent")  # what moves besides the joints
 PAIRS = {"base": ("base_x", "base_yaw"), "dbase": ("dbase_x", "dbase_yaw"), "current": ("current_x", "current_y"),
          "dcurrent": ("dcurrent_x", "dcurrent_y")}  # channels that lie side by side in one array

@@ -102,12 +102,11 @@ def test_the_gear_factor_keeps_full_precision():
 @pytest.mark.parametrize("links", [1, 2, 3])
 def test_hub_and_joints_supply_all_the_power_that_the_loads_take(links):
     a, motion = arm(links), states(links, seed=39)
-    flow = Flow(a, motion)
+    flow = Flow(a, motion, hub=True)
     normal, axial = NormalDrag((1.0,) * links), AxialDrag((1.0,) * links)
     (force, moment), along = normal.loads(flow), axial.loads(flow)
     tau = normal.torque(flow) + axial.torque(flow)
-    hub = flow.hub_force(force, along)
-    supplied = (tau * motion.qd).sum(-1) + hub[:, 1] * motion.u0
+    supplied = (tau[:, :links] * motion.qd).sum(-1) + tau[:, links + 1] * motion.u0
     taken = (force * flow.B + moment * flow.A + along * flow.u_x).sum(-1)
     assert_close(supplied, taken)
 
@@ -115,5 +114,6 @@ def test_hub_and_joints_supply_all_the_power_that_the_loads_take(links):
 def test_the_hub_force_of_one_link_is_its_load_turned_into_world_axes():
     a, motion = arm(1), replace(states(1, seed=40), q=torch.full((50, 1), torch.pi / 2, dtype=torch.float64))
     force = torch.ones(50, 1, dtype=torch.float64)
-    hub = Flow(a, motion).hub_force(2 * force, 3 * force)
+    flow = Flow(a, motion, hub=True)
+    hub = (flow.normal_columns(2 * force, force) + flow.axial_columns(3 * force)).sum(-1)[:, 1:]
     assert_close(hub, tensor([[-2.0, 3.0]]).expand(50, 2))

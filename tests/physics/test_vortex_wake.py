@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from potential_flow import complex_potential, transverse_force, velocity, vortex_velocities
 from scipy.integrate import solve_bvp
 
 from nnhydro.errors import ConfigError
@@ -18,14 +19,8 @@ from nnhydro.physics.vortex_wake import (
     vortex_coefficients,
 )
 from nnhydro.physics.vortex_wake.choices import SEPARATION_ONSET
-from nnhydro.physics.vortex_wake.forces import (
-    added_mass_coefficient,
-    drag_coefficient,
-    feeding_force,
-    inline_force,
-    transverse_force,
-)
-from nnhydro.physics.vortex_wake.potential import complex_potential, image_positions, image_velocities, velocity, vortex_velocities
+from nnhydro.physics.vortex_wake.forces import added_mass_coefficient, drag_coefficient, feeding_force, inline_force
+from nnhydro.physics.vortex_wake.potential import image_positions, image_velocities
 from nnhydro.physics.vortex_wake.separation import surface_speed
 from nnhydro.physics.vortex_wake.wake import Wake, merge, wake_velocities
 
@@ -66,6 +61,14 @@ def test_velocities_images_and_forces_match_the_surface_pressure_of_the_golden_f
     assert transverse_force(rho, c, U, z, Gamma, v, still) == pytest.approx(
         case["F_Y_constant_Gamma_by_pressure"], rel=GOLDEN_REL, abs=1e-11
     )
+
+
+def test_a_mirrored_pair_of_the_golden_file_moves_in_the_simulation_as_it_does_there():
+    case = GOLDEN["cases"][0]
+    z, Gamma = complex_pairs(case["z_k"]), np.array(case["Gamma_k"])
+    assert (z[1], Gamma[1]) == (np.conj(z[0]), -Gamma[0])
+    moved = wake_velocities(Wake(z[:1], Gamma[:1], np.zeros(1)), case["U"], case["c"], np.full(1, 1e-12))  # no core to speak of
+    assert moved == pytest.approx(np.array([complex(case["u_k_lab"][0], case["v_k"][0])]), rel=GOLDEN_REL)
 
 
 @pytest.mark.parametrize("sample", GOLDEN["self_similar_constant_acceleration"]["samples"], ids=lambda s: f"t={s['t']}")

@@ -1,17 +1,13 @@
 """Force of the water on the cylinder and the coefficients made of it.
 
     F_X = - rho sum Gamma_k (v_k - v_ki) + rho sum q_ki dGamma_k/dt - (pi/4) rho D^2 dU/dt              (18)
-    F_Y =   rho sum Gamma_k (u_k - u_ki) - rho sum p_ki dGamma_k/dt                                     (19)
     C_M = 1 - sum (4/pi) (q_ki/D) (Gamma_k/UD)                                                          (26)
     C_D = 2 sum (Gamma_k/UD) (v_k - v_ki)/U - 2 sum (q_ki/D) G'_k,   G'_k = d(Gamma_k/UD)/d(s/D)         (27)
-
-u_k in (19) is the speed in the frame of the CYLINDER: only then does (19) equal the integrated surface pressure when the
-circulations do not add up to zero.
 
 A growing vortex is fed by a sheet from the body. Behind the sheet the total head is lower by rho dGamma/dt; (18) does not contain
 that pressure step. `feeding_force` is the missing part, so that (18) + feeding force = - d(impulse)/dt for vortices born at the
 surface. The surface-pressure integral with the step at the foot of the sheet gives the same (tests/physics/test_vortex_wake.py).
-Source: McLain & Rock 1998, eqs. 18, 19, 23-27; the feeding force is ours.
+Source: McLain & Rock 1998, eqs. 18, 23-27; the feeding force is ours.
 """
 
 import numpy as np
@@ -32,19 +28,6 @@ def inline_force(rho: float, radius: float, U: float, dU: float, z_k: Complex, G
     image_velocity = image_velocities(U, radius, z_k, velocity_k)
     wake = -np.sum(Gamma_k * (velocity_k.imag - image_velocity.imag)) + np.sum(image.imag * dGamma_k)
     return float(rho * wake - np.pi * rho * radius**2 * dU)
-
-
-def transverse_force(rho: float, radius: float, U: float, z_k: Complex, Gamma_k: Real, velocity_k: Complex, dGamma_k: Real) -> float:
-    """Give the transverse force (lift) of the water on the cylinder, N a metre of span.
-
-        F_Y = rho sum Gamma_k (u_k - U - u_ki) - rho sum p_ki dGamma_k/dt
-
-    Arguments as in `inline_force`.
-    Source: McLain & Rock 1998, eq. 19, with u_k in the frame of the cylinder.
-    """
-    image = image_positions(z_k, radius)
-    image_velocity = image_velocities(U, radius, z_k, velocity_k)
-    return float(rho * np.sum(Gamma_k * (velocity_k.real - U - image_velocity.real)) - rho * np.sum(image.real * dGamma_k))
 
 
 def feeding_force(rho: float, q_sheet: Real, dGamma_k: Real) -> float:

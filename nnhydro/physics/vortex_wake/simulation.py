@@ -32,7 +32,6 @@ class WakeHistory:
     dU: Real  # (n,) m/s^2
     F_X: Real  # (n,) N/m, of the water on the cylinder
     C_M: Real  # (n,) (26)
-    C_D_printed: Real  # (n,) (27) as printed, without the feeding force
     C_D: Real  # (n,) (27) + feeding force: F_X = - C_M (pi/4) rho D^2 dU/dt - C_D (1/2) rho D U^2 holds exactly
     circulation: Real  # (n,) Gamma/(U D) of the upper half
     separation: Real  # (n,) rad from the front stagnation point; NaN before separation
@@ -126,7 +125,7 @@ def _advance(
 def _loads(
     wake: Wake, carried: Complex, birth: complex, flux: float, step: _Step, motion: CylinderMotion, diameter: float, density: float
 ) -> tuple[float, ...]:
-    """Give s/D, t, U, dU, F_X, C_M, (27) as printed and C_D at the midpoint."""
+    """Give s/D, t, U, dU, F_X, C_M and C_D at the midpoint."""
     radius = 0.5 * diameter
     U, dU = (float(f(np.asarray(step.t_middle))) for f in (motion.speed, motion.acceleration))
     z, Gamma = wake.whole()
@@ -139,7 +138,7 @@ def _loads(
     F_X = inline_force(density, radius, U, dU, z, Gamma, velocity_k, dGamma) + feed
     C_M = added_mass_coefficient(diameter, U, z, Gamma)
     printed = drag_coefficient(diameter, U, dU, z, Gamma, velocity_k, dGamma)
-    return step.s_middle / diameter, step.t_middle, U, dU, F_X, C_M, printed, printed - feed / (0.5 * density * diameter * U**2)
+    return step.s_middle / diameter, step.t_middle, U, dU, F_X, C_M, printed - feed / (0.5 * density * diameter * U**2)
 
 
 def _impulse(wake: Wake, U: float, radius: float) -> float:

@@ -31,10 +31,9 @@ BANDS_PER_OCTAVE = 4
 @final
 @dataclass(frozen=True)
 class CutoffChoice:
-    """The chosen cut-off, the expected rms error of the acceleration there, and which channel gave it."""
+    """The chosen cut-off and which channel gave it."""
 
     cutoff_hz: float
-    acceleration_error: float  # rad/s^2
     source: str  # "q" or "qd"
 
 
@@ -98,10 +97,9 @@ def choose_cutoff(channels: Iterable[tuple[Array, Array | None, float]]) -> Cuto
     """Return the cut-off for evenly sampled channels (q (n, links), qd (n, links) or None, dt), one tuple a recording."""
     grid = np.geomspace(LOWEST, HIGHEST, 60)
     total = {"q": np.zeros(len(grid)), "qd": np.zeros(len(grid))}
-    samples, highest, all_rates = 0, HIGHEST, True
+    highest, all_rates = HIGHEST, True
     for q, qd, dt in channels:
         highest = min(highest, 0.2 / dt)
-        samples += q.size
         all_rates = all_rates and qd is not None
         for joint in range(q.shape[1]):
             total["q"] += len(q) * np.log(_errors(q[:, joint], dt, 4, grid))
@@ -111,5 +109,4 @@ def choose_cutoff(channels: Iterable[tuple[Array, Array | None, float]]) -> Cuto
     allowed = grid <= max(highest, LOWEST)
     best = {name: int(np.argmin(np.where(allowed, error, np.inf))) for name, error in total.items()}
     source = min(best, key=lambda name: float(total[name][best[name]]))
-    error = float(np.exp(0.5 * total[source][best[source]] / max(samples, 1)))
-    return CutoffChoice(round(float(grid[best[source]]), 2), error, source)
+    return CutoffChoice(round(float(grid[best[source]]), 2), source)

@@ -135,12 +135,6 @@ def _end(edges: Array, motion: Array, good: NDArray[np.bool_]) -> float:
     return float(edges[last + 1])
 
 
-def trusted_edge(recordings: Iterable[Recording]) -> float:
-    """Return the upper edge of the band, Hz, in which some acceleration of these recordings is known to `KNOWN`."""
-    edge, lowest, cap = known_edge(recordings)
-    return float(np.clip(edge or cap, lowest, cap))
-
-
 def _octaves_below(lines: float) -> float:
     """Return how many whole octaves below a band of so many `lines` there are until one is left, 0 at least."""
     return float(max(np.floor(np.log2(max(lines, 1.0))), 0.0))

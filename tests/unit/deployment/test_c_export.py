@@ -17,7 +17,7 @@ from strip_nets import remembering
 from nnhydro.deployment import c_header, c_program
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.files import export_step, only_wake
-from nnhydro.deployment.native import Native, NativeArm, compiler, run_through
+from nnhydro.deployment.native import Native, NativeArm, compiler
 from nnhydro.deployment.onnx.expressions import Program, add, combine
 from nnhydro.deployment.onnx.onnx_graph import infinite_atoms, onnx_model
 from nnhydro.deployment.step import record_step
@@ -355,7 +355,8 @@ def test_a_compiled_arm_moves_as_the_dynamics_do(make):
         state = dynamics.follow(state, state.q + 0.01, state.qd + 0.3, 0.01)
         native.torque(state.q, state.qd, got, dt=0.01)
     motion = long_run(200)
-    through = run_through(native, motion.q.numpy(), motion.qd.numpy(), motion.qdd.numpy(), 2e-3)
+    native.begin()
+    through = [native.torque(*row, dt=2e-3) for row in zip(motion.q.numpy(), motion.qd.numpy(), motion.qdd.numpy(), strict=True)]
     np.testing.assert_allclose(through, dynamics.model.torque(motion), atol=1e-9)
 
 

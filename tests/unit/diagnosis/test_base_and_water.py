@@ -13,11 +13,12 @@ from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import problem_of, segments_of
 from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.prediction import predict
-from nnhydro.models.seen import seen_by
+from nnhydro.models.seen import marks_seen_by
 from nnhydro.physics.loads.water_pressure import WaterPressure
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.content_hash import exact
 from nnhydro.recordings.filtering.band import Band
 from nnhydro.recordings.recording import Recording
 from nnhydro.recordings.segment import Segment
@@ -113,7 +114,7 @@ def test_dry_friction_is_found_on_an_axis_that_creeps():
 def test_the_models_of_a_diagnosis_say_what_they_have_seen_and_where_they_are_at_home(slide):
     campaign, found = slide
     for model in (found.baseline, found.corrected):
-        assert seen_by(model) == {campaign.content(name) for name in campaign.names}
+        assert exact(marks_seen_by(model)) == {campaign.content(name) for name in campaign.names}
         assert Domain.parse(model.fit[DOMAIN]) is not None
     far = slid(9)
     far = replace(far, q=10 * far.q, qd=10 * far.qd, qdd=10 * far.qdd)

@@ -11,12 +11,11 @@ from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
-from nnhydro.models.seen import SEEN, seen_by, seen_campaign, unseen_units
+from nnhydro.models.seen import SEEN, marks_seen_by, seen_campaign, seen_names
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.content_hash import content_sha256, exact, marks, steady_sha256
 from nnhydro.recordings.repeats import copied_recordings, noise_floor
-from nnhydro.recordings.splitting import units
 
 A = arm(1)
 
@@ -66,33 +65,32 @@ def test_a_stored_model_says_every_recording_that_its_fit_has_seen(kind, tmp_pat
     whole = Campaign.of(A, runs(range(1, 5)), (steady_table(A, planted(A), rows=5),))
     model = identify(whole, "constant") if kind == "constant" else train(whole, TINY.model_copy(update={"model": kind}))
     loaded = load_model(save_model(model, tmp_path / "m"))
-    assert seen_by(loaded) == contents(whole.recordings()) | set(steady_sha256(whole.steady[0]))
+    assert exact(marks_seen_by(loaded)) == contents(whole.recordings()) | set(steady_sha256(whole.steady[0]))
 
 
 def test_a_hybrid_has_seen_what_its_baseline_has_seen(tmp_path):
     base = save_model(identify(Campaign.of(A, runs([1, 2, 3])), "constant"), tmp_path / "base")
     config = TINY.model_copy(update={"model": "hybrid", "baseline": str(base)})
     model = train(Campaign.of(A, runs([4, 5, 6])), config)
-    assert seen_by(model) == contents(runs(range(1, 7)))
+    assert exact(marks_seen_by(model)) == contents(runs(range(1, 7)))
 
 
 def test_what_is_not_fitted_has_seen_nothing():
-    assert seen_by(identify(Campaign.of(A, runs([1, 2])), "textbook")) == frozenset()
+    assert marks_seen_by(identify(Campaign.of(A, runs([1, 2])), "textbook")) == frozenset()
 
 
 def test_a_model_whose_baseline_says_nothing_says_nothing_either():
     base = identify(Campaign.of(A, runs([1, 2])), "constant")
     assert seen_campaign(Campaign.of(A, runs([3])), replace(base, fit={})) is None
     assert exact(seen_campaign(Campaign.of(A, runs([3])), base)) == contents(runs([1, 2, 3]))
-    assert seen_by(replace(base, fit={})) is None
+    assert marks_seen_by(replace(base, fit={})) is None
 
 
-def test_the_units_that_are_honest_for_a_model():
+def test_what_a_model_has_seen_of_a_campaign_is_known_under_other_names():
     model = identify(Campaign.of(A, runs([1, 2, 3])), "constant")
     mixed = Campaign.of(A, runs([3, 4, 5], "renamed"))
-    every = units(mixed, mixed.plan())
-    assert [unit.name for unit in unseen_units(model, every)] == ["renamed4", "renamed5"]
-    assert unseen_units(replace(model, fit={}), every) == ()
+    assert seen_names(model, mixed) == ("renamed3",)
+    assert seen_names(replace(model, fit={}), mixed) is None
 
 
 @pytest.fixture(scope="module")
@@ -195,4 +193,4 @@ def test_a_resaved_recording_is_not_new_to_a_model():
     model = identify(Campaign.of(A, runs([1, 2, 3])), "constant")
     again = [replace(r, name=f"x{r.name}", tau=np.round(r.tau, 4)) for r in runs([2, 3, 4, 5])]
     mixed = Campaign.of(A, again)
-    assert [unit.name for unit in unseen_units(model, units(mixed, mixed.plan()))] == ["xrun4", "xrun5"]
+    assert seen_names(model, mixed) == ("xrun2", "xrun3")

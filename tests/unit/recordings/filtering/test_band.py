@@ -8,7 +8,7 @@ from campaigns import planted, recording
 from rigs import arm
 
 from nnhydro.recordings.filtering.band import PAST, Band, band_of, highest_line
-from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, trusted_edge
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, known_edge
 
 ARM = arm(1)
 
@@ -30,19 +30,19 @@ def runs(count=4, seconds=20.0, line=0.0, size=0.0, still=False, shown=None):
 
 def test_without_a_line_both_bands_end_where_the_motion_ends():
     usual = runs()
-    assert band_of(usual) == Band(trusted_edge(usual), trusted_edge(usual))
+    assert band_of(usual) == Band(*2 * known_edge(usual)[:1])
 
 
 def test_a_machine_that_moves_slowly_has_a_band_below_that_of_others():
     usual = runs()
     slow = [replace(r, t=64 * r.t, qd=None, qdd=None) for r in usual]
-    assert trusted_edge(usual) / 64 < LOWEST_EDGE
-    assert band_of(slow).motion == pytest.approx(trusted_edge([replace(r, qd=None, qdd=None) for r in usual]) / 64)
+    assert known_edge(usual)[0] / 64 < LOWEST_EDGE
+    assert band_of(slow).motion == pytest.approx(known_edge([replace(r, qd=None, qdd=None) for r in usual])[0] / 64)
 
 
 @pytest.mark.parametrize("shown", [None, (0, 2)])
 def test_a_line_that_recordings_share_lies_well_inside_the_comparison_and_leaves_the_motion_as_it_is(shown):
-    edge = trusted_edge(runs())
+    edge = known_edge(runs())[0]
     line = 1.6 * edge
     band = band_of(runs(line=line, size=0.5, shown=shown))
     assert band.motion == edge
@@ -50,12 +50,12 @@ def test_a_line_that_recordings_share_lies_well_inside_the_comparison_and_leaves
 
 
 def test_a_line_of_one_recording_alone_is_no_wave():
-    edge = trusted_edge(runs())
+    edge = known_edge(runs())[0]
     assert highest_line(runs(line=1.6 * edge, size=0.5, shown=(1,)), edge) == 0.0
 
 
 def test_a_line_that_the_arm_moves_at_is_its_own():
-    edge = trusted_edge(runs())
+    edge = known_edge(runs())[0]
     line = 1.6 * edge
     swung = [replace(r, q=r.q + 0.02 * np.sin(2 * np.pi * line * r.t)[:, None]) for r in runs(line=line, size=0.5)]
     assert highest_line(swung, edge) == 0.0

@@ -8,10 +8,16 @@ from campaigns import multi_sine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, step_level, trajectory, trusted_edge, white_level
+from nnhydro.recordings.filtering.band import band_of
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, step_level, trajectory, white_level
 from nnhydro.recordings.recording import Recording
 
 EDGE = 4.0  # Hz
+
+
+def band_edge(recordings):
+    """Return the upper edge of the motion's band, Hz."""
+    return band_of(recordings).motion
 NOISE = (1e-3, 1e-2, 0.1)  # rad, rad/s, rad/s^2
 
 
@@ -99,7 +105,7 @@ def test_the_edge_of_the_band_is_the_same_logged_at_100_hz_and_at_1_khz(channels
     edges = []
     for rate in (100.0, 1000.0):  # noise of the same power in every hertz
         scaled = tuple(s * np.sqrt(rate / 100.0) for s in noise)
-        edges.append(trusted_edge([moved(rate, 16.0, channels=channels, noise=scaled)[0]]))
+        edges.append(band_edge([moved(rate, 16.0, channels=channels, noise=scaled)[0]]))
     assert edges[1] == pytest.approx(edges[0], rel=0.2)  # one band in four an octave
 
 
@@ -107,33 +113,33 @@ def test_the_edge_of_the_band_is_the_same_logged_at_100_hz_and_at_1_khz(channels
 def test_a_motion_sixteen_times_as_slow_has_a_band_sixteen_times_as_low(channels):
     r = moved(seconds=16.0, channels=channels, noise=(1e-3, 1e-2, 0.1))[0]
     slow = replace(r, t=16 * r.t, qd=None if r.qd is None else r.qd / 16, qdd=None if r.qdd is None else r.qdd / 256)
-    assert trusted_edge([slow]) == pytest.approx(trusted_edge([r]) / 16)
-    assert trusted_edge([slow]) < LOWEST_EDGE
+    assert band_edge([slow]) == pytest.approx(band_edge([r]) / 16)
+    assert band_edge([slow]) < LOWEST_EDGE
 
 
 def test_the_noise_of_one_channel_is_no_motion_because_another_is_quieter():
     """Noisy angles, twice differentiated, exceed any motion: beside good accelerations they once ended the band at its highest."""
-    quiet, noisy = (trusted_edge([moved(seconds=16.0, noise=(s, 1e-2, 0.1))[0]]) for s in (1e-6, 1e-3))
+    quiet, noisy = (band_edge([moved(seconds=16.0, noise=(s, 1e-2, 0.1))[0]]) for s in (1e-6, 1e-3))
     assert noisy == pytest.approx(quiet, rel=0.5)
     assert noisy < 3.0
 
 
 def test_the_noisier_the_angles_the_lower_the_edge():
-    edges = [trusted_edge([moved(channels="q", noise=(s, 0.0, 0.0), seconds=16.0)[0]]) for s in (0.0, 1e-4, 1e-2, 0.3)]
+    edges = [band_edge([moved(channels="q", noise=(s, 0.0, 0.0), seconds=16.0)[0]]) for s in (0.0, 1e-4, 1e-2, 0.3)]
     assert edges == sorted(edges, reverse=True)
     assert edges[-1] < edges[0]
 
 
 def test_accelerations_that_were_measured_raise_the_edge_that_noisy_angles_leave():
     noisy = (3e-2, 0.0, 1e-3)
-    alone, with_them = (trusted_edge([moved(channels=c, noise=noisy, seconds=16.0)[0]]) for c in ("q", "qa"))
+    alone, with_them = (band_edge([moved(channels=c, noise=noisy, seconds=16.0)[0]]) for c in ("q", "qa"))
     assert with_them >= alone
 
 
 @given(rate=st.sampled_from([25.0, 50.0, 100.0]), noise=st.floats(0, 1.0), seed=st.integers(0, 20))
 @settings(max_examples=15)
 def test_the_edge_always_lies_where_it_may(rate, noise, seed):
-    edge = trusted_edge([moved(rate, 5.0, 1, seed, "q", (noise, 0.0, 0.0))[0]])
+    edge = band_edge([moved(rate, 5.0, 1, seed, "q", (noise, 0.0, 0.0))[0]])
     assert LOWEST_EDGE <= edge <= min(HIGHEST_EDGE, 0.45 * rate)
 
 
