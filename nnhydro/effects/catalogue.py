@@ -3,9 +3,7 @@
 A plug-in is a Python module that declares effects with `@effect`; reading it runs it, so only files of your own belong here.
 """
 
-import importlib
 import importlib.util
-import pkgutil
 import sys
 from collections.abc import Mapping
 from hashlib import sha256
@@ -18,6 +16,7 @@ from nnhydro.effects.effect import REGISTER, Effect, InstrumentEffect
 from nnhydro.effects.in_sector import ReadInSector
 from nnhydro.errors import ConfigError, ModelError, NnhydroError, require
 from nnhydro.recordings.arm import Arm
+from nnhydro.runtime.registry import import_files
 
 GROUP = "nnhydro.effects"
 _LOADED: set[str] = set()
@@ -25,10 +24,7 @@ _LOADED: set[str] = set()
 
 def _load_installed() -> None:
     """Import every hypothesis of the package and every installed plug-in."""
-    import nnhydro.effects.hypotheses as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
+    import_files("nnhydro.effects.hypotheses")
     for point in entry_points(group=GROUP):
         try:
             point.load()

@@ -7,18 +7,15 @@ A set may be dimensional: SI numbers that have no bound of their own and differ 
 training all the same). Source: physics of a rig symmetric about the plane of tow; verified in tests.
 """
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import final
 
 import torch
 from torch import Tensor
 
-from nnhydro.errors import ConfigError
 from nnhydro.physics.flow import Flow
+from nnhydro.runtime.registry import Registry
 
 
 @final
@@ -49,7 +46,7 @@ class Features:
 
 
 FeatureSet = Callable[[View], Features]
-_SETS: dict[str, FeatureSet] = {}
+_SETS: Registry[FeatureSet] = Registry("nnhydro.features")
 _DIMENSIONAL: set[str] = set()
 
 
@@ -58,7 +55,7 @@ def feature_set(name: str, dimensional: bool = False) -> Callable[[FeatureSet], 
 
     def declare(function: FeatureSet) -> FeatureSet:
         """Enter `function` under its name."""
-        _SETS[name] = function
+        _SETS.enter(name, function)
         if dimensional:
             _DIMENSIONAL.add(name)
         return function
@@ -71,21 +68,12 @@ def dimensional(name: str) -> bool:
     return name in feature_sets() and name in _DIMENSIONAL
 
 
-@cache
 def feature_sets() -> dict[str, FeatureSet]:
     """Return every declared set by name."""
-    import nnhydro.features as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
-    return dict(sorted(_SETS.items()))
+    return _SETS.members()
 
 
 def features(view: View, names: Sequence[str]) -> Features:
     """Return the sets `names` side by side; raises ConfigError for an unknown name."""
-    known = feature_sets()
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise ConfigError(f"unknown feature set {unknown[0]!r}: known are {', '.join(known)}")
-    parts = [known[name](view) for name in names]
+    parts = [of(view) for of in _SETS.chosen(names, "feature set")]
     return Features(torch.cat([p.odd for p in parts], dim=1), torch.cat([p.even for p in parts], dim=1))

@@ -5,8 +5,6 @@ meaning there. A file in physics/loads is the whole registration of its terms; c
 in model files once their module was imported.
 """
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.parametrised import ANY_SIZE, ANY_VALUE, PER, ParametricTerm, Values, parameter
+from nnhydro.runtime.registry import import_files
 
 __all__ = ["ANY_SIZE", "ANY_VALUE", "PER", "LinearTerm", "LoadTerm", "Values", "parameter", "term_kinds", "term_of"]
 
@@ -48,10 +47,7 @@ class LinearTerm(LoadTerm):
 
 def _every_kind() -> dict[str, type[LoadTerm]]:
     """Every final term class in memory by its kind, those of physics/loads imported first."""
-    import nnhydro.physics.loads as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
+    import_files("nnhydro.physics.loads")
 
     def leaves(base: type[LoadTerm]) -> list[type[LoadTerm]]:
         return [leaf for sub in base.__subclasses__() for leaf in ([sub] if sub.kind else []) + leaves(sub)]

@@ -4,11 +4,8 @@ A file in this folder is one comparator. It is fitted to at most so many rows, e
 stored. On features it learns torque over Morison scale and multiplies back; the mirror symmetry of the rig it has to find itself.
 """
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -26,6 +23,7 @@ from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit
+from nnhydro.runtime.registry import Registry
 
 Array = NDArray[np.float64]
 Regression = Callable[[Array], tuple[Array, Array | None]]  # inputs (n, k) to outputs and their std, (n, joints)
@@ -71,27 +69,22 @@ class Comparator:
     fit: FitComparator
 
 
-_COMPARATORS: dict[str, Comparator] = {}
+_COMPARATORS: Registry[Comparator] = Registry("nnhydro.evaluation.comparators")
 
 
 def comparator(name: str, meaning: str) -> Callable[[FitComparator], FitComparator]:
     """Declare the decorated function as the comparator `name`."""
 
     def declare(function: FitComparator) -> FitComparator:
-        _COMPARATORS[name] = Comparator(name, meaning, function)
+        _COMPARATORS.enter(name, Comparator(name, meaning, function))
         return function
 
     return declare
 
 
-@cache
 def comparators() -> dict[str, Comparator]:
     """Return every declared comparator by name."""
-    import nnhydro.evaluation.comparators as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
-    return dict(sorted(_COMPARATORS.items()))
+    return _COMPARATORS.members()
 
 
 def thin_rows(count: int, most: int) -> slice:

@@ -3,17 +3,15 @@
 All splits are by recording and by repeat group: recordings of one motion are never torn apart, nor are steady rows of one state.
 """
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import final
 
 from nnhydro.errors import CampaignError, ConfigError, require
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit
+from nnhydro.runtime.registry import Registry
 
 
 @final
@@ -65,7 +63,7 @@ class Protocol:
     split: Callable[[Material], Split]
 
 
-_PROTOCOLS: dict[str, Protocol] = {}
+_PROTOCOLS: Registry[Protocol] = Registry("nnhydro.evaluation.protocols")
 DEFAULT = "leave-recordings-out"
 
 
@@ -73,20 +71,15 @@ def protocol(name: str, meaning: str) -> Callable[[Callable[[Material], Split]],
     """Declare the decorated function as the protocol `name`."""
 
     def declare(function: Callable[[Material], Split]) -> Callable[[Material], Split]:
-        _PROTOCOLS[name] = Protocol(name, meaning, function)
+        _PROTOCOLS.enter(name, Protocol(name, meaning, function))
         return function
 
     return declare
 
 
-@cache
 def protocols() -> dict[str, Protocol]:
     """Return every declared protocol by name."""
-    import nnhydro.evaluation.protocols as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
-    return dict(sorted(_PROTOCOLS.items()))
+    return _PROTOCOLS.members()
 
 
 def protocol_called(name: str) -> Protocol:

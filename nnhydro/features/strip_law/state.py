@@ -6,19 +6,17 @@ with products of up to three of its variables, any two variables of all sets are
 a function of).
 """
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import final
 
 import torch
 from torch import Tensor
 
-from nnhydro.errors import ConfigError
 from nnhydro.features.wake import memories, stations, swinging_memories, time_memories, travel_memories
 from nnhydro.physics.flow import Flow
+from nnhydro.runtime.registry import Registry
 
 
 @final
@@ -75,36 +73,27 @@ class DeclaredSet:
     degree: int
 
 
-_SETS: dict[str, DeclaredSet] = {}
+_SETS: Registry[DeclaredSet] = Registry("nnhydro.features")
 
 
 def state_set(name: str, degree: int = 2) -> Callable[[StateSet], StateSet]:
     """Declare the decorated function as the set `name` of strip variables."""
 
     def declare(function: StateSet) -> StateSet:
-        _SETS[name] = DeclaredSet(function, degree)
+        _SETS.enter(name, DeclaredSet(function, degree))
         return function
 
     return declare
 
 
-@cache
 def state_sets() -> dict[str, DeclaredSet]:
     """Return every declared set by name."""
-    import nnhydro.features as folder
-
-    for module in pkgutil.walk_packages(folder.__path__, f"{folder.__name__}."):
-        importlib.import_module(module.name)
-    return dict(sorted(_SETS.items()))
+    return _SETS.members()
 
 
 def known_states(names: Sequence[str]) -> list[DeclaredSet]:
     """Return the sets `names`; raises ConfigError for an unknown name."""
-    known = state_sets()
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise ConfigError(f"unknown set of strip variables {unknown[0]!r}: known are {', '.join(known)}")
-    return [known[name] for name in names]
+    return _SETS.chosen(names, "set of strip variables")
 
 
 def sets_of(view: StripView, names: Sequence[str]) -> list[int]:

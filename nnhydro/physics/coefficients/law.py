@@ -6,8 +6,6 @@ Each factor is 1 in the conditions its file names, so that laws multiply. A file
 whole registration; a law is written `kind` or `kind=number` in options and model files.
 """
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -21,6 +19,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.strips import Strips
+from nnhydro.runtime.registry import import_files
 
 
 @final
@@ -92,10 +91,7 @@ class Law(ABC):
 
 def law_kinds() -> Mapping[str, type[Law]]:
     """Return every law declared in this folder by its kind."""
-    import nnhydro.physics.coefficients as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
+    import_files("nnhydro.physics.coefficients")
     base: Any = Law  # mypy takes an abstract class for an instance to be made here
     return {cls.kind: cls for cls in sorted(base.__subclasses__(), key=lambda cls: str(cls.kind)) if cls.kind}
 

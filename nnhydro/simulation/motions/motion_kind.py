@@ -1,7 +1,5 @@
 """What a motion of a recipe is: a kind declared in one file of this folder, checked key by key, that gives the reference analytically."""
 
-import importlib
-import pkgutil
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,6 +13,7 @@ from pydantic import Field
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.validation import Settings, validate
+from nnhydro.runtime.registry import import_files
 from nnhydro.simulation.motions.carriage import Carriage
 
 Array = NDArray[np.float64]
@@ -109,10 +108,7 @@ class TimedMotion(MotionKind):
 
 def motion_kinds() -> Mapping[str, type[MotionKind]]:
     """Return every kind of motion declared in this folder by its name."""
-    import nnhydro.simulation.motions as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
+    import_files("nnhydro.simulation.motions")
 
     def leaves(base: type[MotionKind]) -> list[type[MotionKind]]:
         return [leaf for sub in base.__subclasses__() for leaf in ([sub] if "kind" in sub.model_fields else []) + leaves(sub)]
