@@ -32,7 +32,7 @@ Torques = Callable[[str], Array]
 
 
 def read_suite(suite: Path) -> dict[str, Any]:
-    """Return the campaigns of the suite in the folder `suite`: name -> baseline and commitment."""
+    """Return the campaigns of the suite in the folder `suite`: name -> baseline and commitment; raises ConfigError for no such list."""
     require((suite / MARKER).is_file(), f"{suite}: is no suite of concealed campaigns (no {MARKER}): make one with nnhydro conceal")
     document = read_json(suite / MARKER, ConfigError)
     require(document.get("schema") == SUITE, f"{suite / MARKER}: schema is {document.get('schema')!r:.80}, expected {SUITE!r}")
@@ -73,7 +73,7 @@ def _predicted_model(folder: Path, campaign: Path) -> Torques:
 
 
 def unseen_error(unseen: dict[str, Any], torques: Torques) -> float:
-    """Return sum|tau - prediction| / sum|tau| over the unseen motions of an answer."""
+    """Return sum|tau - prediction| / sum|tau| over the unseen motions of an answer; raises ConfigError where shapes differ."""
     wrong = total = 0.0
     for name, motion in unseen.items():
         truth, said = np.array(motion["tau_Nm"]), torques(name)

@@ -231,7 +231,10 @@ class Dynamics:
         return carried.after
 
     def follow(self, state: ArmState, q: Number, qd: Number, dt: float, u0: Number | None = None) -> ArmState:
-        """Return the state after the arm has moved to `q`, `qd` in `dt` s: for a motion that is measured, not computed."""
+        """Return the state after the arm has moved to `q`, `qd` in `dt` s: for a motion that is measured, not computed.
+
+        Raises ModelError where `dt` is not positive.
+        """
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": qd}, {"u0": state.u0 if u0 is None else u0})
         require(dt > 0, f"dt = {dt!r}: give the seconds since the state", ModelError)
         memory = self._step_memory(q_, qd_, u0_, state.memory, dt) if state.memory else {}
@@ -241,6 +244,8 @@ class Dynamics:
         """Return the state `dt` s later under the joint torques `tau` (..., joints) N m and the carriage's acceleration, both held.
 
         One step of the classical Runge-Kutta method, whose stages see the memory advanced to their own instants.
+
+        Raises ModelError where `dt` is not positive, the arm has no inertia, or a learned model gives that torque at no acceleration.
         """
         require(dt > 0, f"dt = {dt!r}: give a positive step in s", ModelError)
         form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})

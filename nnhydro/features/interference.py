@@ -78,7 +78,7 @@ def interference(view: View) -> Features:
 
 @state_set("shadow")
 def shadow(view: StripView) -> Tensor:
-    """Return how strongly each strip lies in the wakes of the other links, one variable a reach."""
+    """Return how strongly, from 0, each strip lies in the wakes of the other links, (n, links, reaches, s)."""
     links = range(view.flow.arm.n_links)
     none = torch.zeros(len(view.w), len(REACHES), view.x.shape[1], dtype=torch.float64)
     return torch.stack([sum((torch.stack(shielding(view.flow, view.x, p, i), dim=1) for p in links if p != i), start=none)

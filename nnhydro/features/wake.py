@@ -183,22 +183,22 @@ def _carried_memories(flow: Flow, carried: StepMemory, w: Tensor) -> Tensor:
 
 
 def travel_memories(state: Sequence[Tensor]) -> list[Tensor]:
-    """Return the memories over travel, second stage."""
+    """Return the memories over travel, second stage, (n, links, s) m/s each, of a `state` as `memories` gives it."""
     return list(state[len(TRAVEL):2 * len(TRAVEL)])
 
 
 def time_memories(state: Sequence[Tensor]) -> list[Tensor]:
-    """Return the memories over time."""
+    """Return the memories over time, (n, links, s) m/s each, of a `state` as `memories` gives it."""
     return list(state[2 * len(TRAVEL):-3])
 
 
 def swinging_memories(state: Sequence[Tensor]) -> list[Tensor]:
-    """Return both parts of the memory that swings."""
+    """Return both parts of the memory that swings, (n, links, s) m/s each, of a `state` as `memories` gives it."""
     return list(state[-3:-1])
 
 
 def ends(state: Sequence[Tensor]) -> tuple[Tensor, Tensor]:
-    """Return a short and a long memory: one and four diameters in the mean."""
+    """Return a short and a long memory, one and four diameters in the mean, (n, links, s) m/s each, of a `state` as above."""
     return state[len(TRAVEL) + 1], state[len(TRAVEL) + 3]
 
 

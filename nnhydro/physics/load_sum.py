@@ -30,7 +30,7 @@ class Loads:
         return sum(self.by_term(flow).values(), start=torch.zeros_like(flow.motion.qd))
 
     def plus(self, name: str, term: LoadTerm) -> "Loads":
-        """Return a new sum with one more term; this one is unchanged."""
+        """Return a new sum with one more term; this one is unchanged. Raises ModelError for a name that is taken."""
         require(name not in self.terms, f"the sum already has a term called {name!r}: give this one another name", ModelError)
         return replace(self, terms={**self.terms, name: term})
 

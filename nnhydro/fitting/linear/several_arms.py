@@ -80,7 +80,10 @@ def _statistics(loads: Loads, segment: Segment, arm: Arm) -> Statistics:
 
 
 def fit_shared(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Loads:
-    """Return `loads` with the coefficients fitted to units of several arms, and the rigid body of `arm`."""
+    """Return `loads` with the coefficients fitted to units of several arms, and the rigid body of `arm`.
+
+    Raises CampaignError where no recording holds rows to fit.
+    """
     water = Loads({name: term for name, term in loads.terms.items() if not isinstance(term, RigidBody)})
     if not water.linear():
         return loads_on(loads, arm)

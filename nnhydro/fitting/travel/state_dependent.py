@@ -86,7 +86,8 @@ def fit_state(loads: Loads, pairs: Sequence[Pair], fixed: Sequence[str] = ("rigi
 def curve_bands(fit: StateFit, s_over_D: Array, draws: int = DRAWS, seed: int = 0, share: float = 0.95) -> dict[str, tuple[Array, Array]]:
     """Return (low, high) of C_D and C_M at the travels `s_over_D` (k,): refitted, tau_s included, to motions drawn with replacement.
 
-    Percentiles, widened about the fit for few motions as Student's t is wider than the normal distribution.
+    Percentiles, widened about the fit for few motions as Student's t is wider than the normal distribution. Raises ConfigError for a
+    fit with two travel scales.
     """
     from scipy.stats import norm, t
 
