@@ -35,7 +35,7 @@ class Registry(Generic[M]):
         import_files(self.package)
         return dict(sorted(self._members.items()))
 
-    def chosen(self, names: Sequence[str], what: str) -> list[M]:
+    def choose(self, names: Sequence[str], what: str) -> list[M]:
         """Return the members `names`; raises ConfigError, which calls a member `what`, for an unknown name."""
         known = self.members()
         unknown = [name for name in names if name not in known]

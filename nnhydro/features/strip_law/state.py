@@ -93,7 +93,7 @@ def state_sets() -> dict[str, DeclaredSet]:
 
 def known_states(names: Sequence[str]) -> list[DeclaredSet]:
     """Return the sets `names`; raises ConfigError for an unknown name."""
-    return _SETS.chosen(names, "set of strip variables")
+    return _SETS.choose(names, "set of strip variables")
 
 
 def sets_of(view: StripView, names: Sequence[str]) -> list[int]:

@@ -37,13 +37,13 @@ def test_what_is_declared_later_is_a_member_too(registry):
 
 
 def test_members_are_chosen_in_the_order_asked_for(registry):
-    assert registry.chosen(["b", "a", "b"], "letter") == ["B", "A", "B"]
-    assert registry.chosen([], "letter") == []
+    assert registry.choose(["b", "a", "b"], "letter") == ["B", "A", "B"]
+    assert registry.choose([], "letter") == []
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones(registry):
     with pytest.raises(ConfigError, match="unknown letter 'z': known are a, b"):
-        registry.chosen(["a", "z"], "letter")
+        registry.choose(["a", "z"], "letter")
 
 
 def test_registries_of_one_folder_are_apart():
