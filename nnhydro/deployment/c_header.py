@@ -16,6 +16,7 @@ import torch
 
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
+from nnhydro.deployment.comment import comment_text
 from nnhydro.deployment.onnx.onnx_file import RecordedGraph
 from nnhydro.deployment.step import BEGIN, MemoryStep, record_step, record_torques, whole_sums
 from nnhydro.errors import require
@@ -60,10 +61,10 @@ def header(made: RecordedGraph, name: str, precision: str, digest: str, remarks:
     lines += [f"{target}[{i}] = out[{k * joints + i}];" for k, target in enumerate(("tau", "std")[:1 + with_std]) for i in range(joints)]
     body = "\n    ".join([*lines, "s->begun = 1;"])
     guard, upper, kept = f"{name.upper()}_H", name.upper(), max(step.size, 1)
-    remark = "".join(f"\n   {line}" for line in remarks).replace("*/", "* /")
+    remark = comment_text("".join(f"\n   {line}" for line in remarks))
     arguments = (f"{name}_state *s, const {real} q[{joints}], const {real} qd[{joints}], const {real} qdd[{joints}], {real} u0, "
                  f"{real} du0, {real} dt, {real} tau[{joints}]" + (f", {real} std[{joints}]" if with_std else ""))
-    model = getattr(step.model, "name", step.model.kind)
+    model = comment_text(getattr(step.model, "name", step.model.kind))
     return f"""/* {model}: joint torques of an arm in water, one step in time. C99, no allocation, {precision} precision.
    Made by nnhydro {__version__} from the model {digest or "(not stored)"}.
    q1 from +X, the others relative to the link inboard, counter-clockwise, rad; u0, du0 carriage along +Y, m/s, m/s^2; dt s since the step
@@ -105,7 +106,7 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
     """
     require(precision in PRECISIONS, f"--precision {precision!r}: one of {', '.join(PRECISIONS)}")
     require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'arm.h'}")
-    name = re.sub(r"\W", "_", out.stem) or "arm"
+    name = re.sub(r"\W", "_", out.stem, flags=re.ASCII) or "arm"
     name = f"arm_{name}" if name[0].isdigit() else name
     tests = out.with_name(f"{out.name}.test.csv")
     for path in (out, tests):

@@ -5,7 +5,6 @@ prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> 
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -127,7 +126,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
     progress("repetition in other frequency bands")
-    bands = _other_bands(campaign, names, baseline, found) if findings else ()
+    bands, unjudged = _other_bands(campaign, names, baseline, found) if findings else ((), {})
     progress("next experiment")
     following, why = _plan_next(found, campaign, seed, limits)
     steady = (found.design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
@@ -142,7 +141,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
     return DiagnosisResult(before, corrected, base.name, time.perf_counter() - start,
                            _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                           _checks(found, proof.before, proof.after, proof.recordings) | why, bands, following,
+                           _checks(found, proof.before, proof.after, proof.recordings) | unjudged | why, bands, following,
                            base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
@@ -163,14 +162,18 @@ class DiagnosisOptions:
         return diagnose(campaign, **vars(self), progress=progress)
 
 
-def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None, found: SearchedCampaign) -> tuple[OtherBand, ...]:
-    """The claims at other edges of the band; none where too little is left there: it never costs the verdict."""
+def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None,
+                 found: SearchedCampaign) -> tuple[tuple[OtherBand, ...], dict[str, str]]:
+    """The claims at other edges of the band, and why one could not be judged: it never costs the verdict."""
     claimed = [found.search.view.library.hypotheses[k] for k in found.decided.claimed.chosen]
-    made = []
+    made, failed = [], []
     for factor in FACTORS:
-        with suppress(NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError):
-            made.append(claims_at(campaign, names, found.design.problem.band.times(factor), baseline, claimed))
-    return tuple(made)
+        band = found.design.problem.band.times(factor)
+        try:
+            made.append(claims_at(campaign, names, band, baseline, claimed))
+        except (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError) as error:
+            failed.append(f"not judged below {band.torque:.3g} Hz: {error}")
+    return tuple(made), {"other_bands": "; ".join(failed)} if failed else {}
 
 
 def _plan_next(found: SearchedCampaign, campaign: Campaign, seed: int, limits: Limits | None) -> tuple[Proposal | None, dict[str, str]]:

@@ -31,6 +31,7 @@ from nnhydro.runtime.files import json_text, read_json, whole_folder
 
 MODEL, WEIGHTS, DIGEST = "model.json", "weights.safetensors", "digest.txt"
 MAX_BYTES = 500_000_000
+LONGEST_NAME = 200  # as that of an arm
 
 
 def _digest(folder: Path) -> str:
@@ -57,10 +58,18 @@ def save_model(model: TorqueModel, out: Path) -> Path:
     return out
 
 
+def _model_name(document: dict[str, Any]) -> str:
+    """The name of a model: one line of at most LONGEST_NAME printable characters, for it goes to terminals and exported files."""
+    name = document["name"]
+    if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= LONGEST_NAME):
+        raise ModelError(f"its name {name!r:.80} is not one line of 1 to {LONGEST_NAME} printable characters: make the model again")
+    return name
+
+
 def _strip_theory(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> StripTheory:
     catalogue()  # confirmed hypotheses are terms too
     instruments = tuple(instrument_of(record) for record in document.get("instruments", []))
-    return StripTheory(arm, how, fit, str(document["name"]), Loads.parse(document["terms"]), instruments)
+    return StripTheory(arm, how, fit, _model_name(document), Loads.parse(document["terms"]), instruments)
 
 
 def _read_learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm, how: Preparation, fit: dict[str, Any]) -> LearnedTorque:

@@ -131,6 +131,14 @@ class Arm(Settings):
         whole = {"com_m": 0.0, "inertia_kg_m2": 0.0, **shape}
         return {**value, "links": [{**whole, **link} if isinstance(link, dict) else link for link in value["links"]]}
 
+    @field_validator("name")
+    @classmethod
+    def _printable(cls, value: str) -> str:
+        """The name goes to terminals, pages and exported files: no control characters."""
+        if not value.isprintable():
+            raise ValueError("holds a line break or a control character: give one line of text")
+        return value
+
     @field_validator("drive", mode="before")
     @classmethod
     def _drive_by_name(cls, value: Any) -> Any:

@@ -10,7 +10,7 @@ from zlib import crc32
 import numpy as np
 from markupsafe import Markup, escape
 
-from nnhydro.runtime.files import write_text
+from nnhydro.runtime.files import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,20 +80,20 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
     """Write the figure as `stem`.png, .svg and .csv, each whole or not at all; returns the paths, the picture first."""
     from matplotlib import rc_context
 
-    written, layout = [], figure.get_layout_engine()
+    layout, texts = figure.get_layout_engine(), dict[Path, bytes]()
     figure.set_dpi(DPI)
     if layout is not None:  # found once, and not by a drawing of its own: finding it takes most of the time
         layout.execute(figure)
         figure.set_layout_engine(None)
     for kind in KINDS:
-        path = stem.with_suffix(kind)
-        temporary = path.with_name(f".{path.name}")
+        drawn = BytesIO()
         with rc_context(SVG):
-            figure.savefig(temporary, dpi=DPI, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
-        temporary.replace(path)
-        written.append(path)
-    write_text(stem.with_suffix(".csv"), figure_csv(figure))
-    return [*written, stem.with_suffix(".csv")]
+            figure.savefig(drawn, dpi=DPI, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
+        texts[stem.with_suffix(kind)] = drawn.getvalue()
+    texts[stem.with_suffix(".csv")] = figure_csv(figure).encode()
+    for path, content in texts.items():
+        write_bytes(path, content)
+    return list(texts)
 
 
 def page_figure(figure: "Figure", title: str) -> Markup:

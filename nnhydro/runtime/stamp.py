@@ -9,11 +9,16 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from nnhydro.errors import ConfigError
+
+if sys.platform != "win32":
+    import fcntl
 
 STAMP = ".nnhydro_written.json"
 SCHEMA = "nnhydro/written/1"
@@ -113,10 +118,33 @@ def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
         raise ConfigError(f"--out: {path} is there already, and nnhydro did not write it (or it was changed since): {REMEDY}")
 
 
+@contextmanager
+def _held_list(folder: Path) -> Iterator[None]:
+    """Hold the list of `folder` inside the block: others that add to it wait. Where the file system knows no locks nobody waits."""
+    if sys.platform == "win32":
+        yield
+        return
+    lock = folder / f"{STAMP}.lock"
+    while True:
+        handle = os.open(lock, os.O_RDWR | os.O_CREAT, 0o644)
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        with suppress(FileNotFoundError):
+            if os.fstat(handle).st_ino == lock.stat().st_ino:
+                break
+        os.close(handle)  # its holder removed it meanwhile
+    try:
+        yield
+    finally:
+        lock.unlink(missing_ok=True)
+        os.close(handle)
+
+
 def stamp_file(path: Path) -> None:
-    """Add the file `path`, just written, to the list in its folder, whole or not at all."""
-    files = _read_list(path.parent)
-    files = {name: digest for name, digest in files.items() if (path.parent / name).exists()} | {path.name: content_of(path)}
-    made = path.parent / f"{STAMP}.{os.getpid()}.new"
-    made.write_text(stamp_text(files), encoding="utf-8")
-    made.replace(path.parent / STAMP)
+    """Add the file `path`, just written, to the list in its folder, whole or not at all; several processes may do so at once."""
+    with _held_list(path.parent):
+        files = _read_list(path.parent)
+        files = {name: digest for name, digest in files.items() if (path.parent / name).exists()} | {path.name: content_of(path)}
+        made = path.parent / f"{STAMP}.{os.getpid()}.new"
+        made.write_text(stamp_text(files), encoding="utf-8")
+        made.replace(path.parent / STAMP)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from math import pi
 from typing import Any, final
 
+from nnhydro.deployment.comment import comment_text
 from nnhydro.errors import ModelError, require
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -173,6 +174,6 @@ def mujoco_xml(model: TorqueModel) -> MujocoFile:
         ET.SubElement(motors, "motor", name=f"drive{i + 1}", joint=f"joint{i + 1}", gear="1")
     ET.indent(root)
     holds = ("rigid_body: mass, mass centre and inertia of every link", *parts.holds)
-    said = "\n".join(["Made by nnhydro from the model " + model.name, "holds", *(f"  {x}" for x in holds), "cannot hold",
-                      *(f"  {x}" for x in parts.lacks)]).replace("--", "- -")
+    said = comment_text("\n".join(["Made by nnhydro from the model " + model.name, "holds", *(f"  {x}" for x in holds), "cannot hold",
+                                   *(f"  {x}" for x in parts.lacks)]))
     return MujocoFile(f"<!--\n{said}\n-->\n{ET.tostring(root, encoding='unicode')}\n", holds, tuple(parts.lacks))

@@ -21,6 +21,7 @@ from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.errors import require
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band
 
@@ -48,8 +49,9 @@ class OtherBand:
 def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: str | None, claimed: Sequence[Hypothesis]) -> OtherBand:
     """Return which of the `claimed` laws lose their evidence in another `band`.
 
-    Raises CampaignError or RecordingError where too little is left in that band.
+    Raises ConfigError for edges that are no frequencies, CampaignError or RecordingError where too little is left in that band.
     """
+    require(band.torque > 0 and band.motion > 0, f"a band up to {min(band.torque, band.motion):g} Hz holds nothing: give edges above 0 Hz")
     design = design_on(problem_of(campaign, names, band), baseline)
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
     noise, whitened, sizes, model = calibrated_noise(design, unknown)

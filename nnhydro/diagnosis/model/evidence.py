@@ -129,9 +129,9 @@ class Posterior:
 
     def forward(self, b: Array) -> Array:
         """Return L^-1 b (l, m) of `b` (l, m) in the scaled columns that live; `b` is used up."""
-        from scipy.linalg import solve_triangular
+        from scipy.linalg.lapack import dtrtrs
 
-        made: Array = solve_triangular(self.chol, b, lower=True, overwrite_b=True, check_finite=False)
+        made: Array = dtrtrs(self.chol, b, lower=1, overwrite_b=1)[0] if b.size else b
         return made
 
     def projection(self, cross: Array) -> Array:
@@ -156,21 +156,27 @@ class Posterior:
 
 def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posterior:
     """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `t` (P,)."""
-    from scipy.linalg import cholesky, solve_triangular
+    from scipy.linalg.lapack import dpotrf, dtrtrs
 
     here = np.flatnonzero(t)
-    G, b, scale, live = whitened.G[np.ix_(here, here)], whitened.b[here], t, here
-    if columns is not None and columns.Xw.shape[2]:
-        cross, k = columns.cross[here], len(columns.Xy)
-        G = np.block([[G, cross], [cross.T, columns.gram]])
-        b, scale = np.concatenate([b, columns.Xy]), np.concatenate([t, np.full(k, RHO)])
+    scale, live = t, here
+    p, k = len(here), 0 if columns is None else len(columns.Xy)
+    M, b = np.empty((p + k, p + k)), np.empty(p + k)
+    M[:p, :p], b[:p] = whitened.G[np.ix_(here, here)], whitened.b[here]
+    if columns is not None and k:
+        M[:p, p:], M[p:, p:], b[p:] = columns.cross[here], columns.gram, columns.Xy
+        M[p:, :p] = M[:p, p:].T
+        scale = np.concatenate([t, np.full(k, RHO)])
         live = np.concatenate([here, np.arange(len(t), len(t) + k)])
     s = scale[live]
-    M = G * s[:, None] * s
-    M[np.diag_indices_from(M)] += 1.0 + 1e-9
-    L = cholesky(M, lower=True, overwrite_a=True, check_finite=False)
-    half = solve_triangular(L, b * s, lower=True, check_finite=False)
+    M *= s[:, None]
+    M *= s
+    M.ravel()[::p + k + 1] += 1.0 + 1e-9
+    L, info = dpotrf(M.T, lower=1, overwrite_a=1)
+    if info:
+        raise np.linalg.LinAlgError(f"row {info} of M is not positive")
+    half = dtrtrs(L, b * s, lower=1)[0] if p + k else b
     mean = np.zeros(len(scale))
-    mean[live] = solve_triangular(L, half, lower=True, trans="T", check_finite=False) * s
+    mean[live] = dtrtrs(L, half, lower=1, trans=1)[0] * s if p + k else b
     log_evidence = -0.5 * (whitened.log_v + 2 * float(np.log(np.diag(L)).sum()) + whitened.yy - float(half @ half))
     return Posterior(log_evidence, mean, L, scale, half, live)

@@ -45,7 +45,7 @@ class Library:
         """
         rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
         largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
-        most = np.abs(np.array([span for h in hypotheses for span in h.bounds()]).reshape(-1, 2)).max(axis=1)
+        most = np.abs(_spans(hypotheses)).max(axis=1)
         felt = (largest > 0) & (largest * most > RELEVANT)
         scale = np.where(felt, 1.0 / np.maximum(largest, 1e-300), 0.0)
         return Library(design, tuple(hypotheses), (np.multiply(X, scale, out=X),), scale)
@@ -119,9 +119,19 @@ class Library:
 
     def bounds(self, k: int) -> tuple[Array, Array]:
         """Return the physical bounds (width,) of the scaled values of hypothesis `k`."""
-        s = np.maximum(self.scale[self.at(k)], 1e-280)
-        low, high = np.array(self.hypotheses[k].bounds(), dtype=float).reshape(-1, 2).T
-        return low / s, high / s
+        low, high = self.spans[:, self.at(k)]
+        return low, high
+
+    @cached_property
+    def spans(self) -> Array:
+        """Physical bounds (2, K) of all scaled values."""
+        made: Array = _spans(self.hypotheses).T / np.maximum(self.scale, 1e-280)
+        return made
+
+
+def _spans(hypotheses: Iterable[Hypothesis]) -> Array:
+    """The physical bounds (K, 2) of the values of `hypotheses`."""
+    return np.array([span for h in hypotheses for span in h.bounds()], dtype=float).reshape(-1, 2)
 
 
 def log_mass(low: Array, high: Array, mean: Array, sd: Array) -> Array:

@@ -129,12 +129,14 @@ class Search:
     @cached_property
     def _most_granted(self) -> Array:
         """The log prior of every law and the most that its physical bounds can gain: the values within are more probable by as much."""
-        library, made = self.view.library, []
+        library = self.view.library
+        low, high = library.spans
+        free = np.isinf(low) & np.isinf(high)
+        within = np.where(free, 0.0, log_mass(low, high, np.zeros_like(low), np.full_like(low, RHO)))
+        made = []
         for k, h in enumerate(library.hypotheses):
-            low, high = library.bounds(k)
-            free = np.isinf(low) & np.isinf(high)
-            within = 0.0 if free.all() else float(log_mass(low, high, np.zeros(len(low)), np.full(len(low), RHO))[~free].sum())
-            made.append(library.log_prior(k) - within * (len(self.view.acting_groups(k)) if h.per_recording else 1))
+            own = len(self.view.acting_groups(k)) if h.per_recording else 1
+            made.append(library.log_prior(k) - own * float(within[library.at(k)].sum()))
         return np.array(made)
 
     def screen(self, chosen: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:

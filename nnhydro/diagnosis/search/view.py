@@ -230,7 +230,7 @@ class WeightedLibrary:
                 M = -RHO**2 * (Ck.T @ Ck)
                 for i, g in enumerate(live):
                     M[i * w:(i + 1) * w, i * w:(i + 1) * w] += RHO**2 * blocks[g, s, :w]
-                M[np.diag_indices_from(M)] += 1.0
+                M.ravel()[::len(M) + 1] += 1.0
                 ck = c[live, start:start + w].ravel()
                 gained[number] = 0.5 * (RHO**2 * ck @ np.linalg.solve(M, ck) - np.linalg.slogdet(M)[1])
             self._own_best[number] = max(self._own_best.get(number, -np.inf), float(gained[number]))

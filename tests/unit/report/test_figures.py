@@ -50,6 +50,24 @@ def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):
     assert again[1].read_bytes() == paths[1].read_bytes(), "the same figure gives the same file"
 
 
+def test_a_figure_that_cannot_be_drawn_leaves_the_old_files_and_nothing_else(tmp_path, monkeypatch):
+    figure = new_figure(3, 2)
+    figure.subplots().plot([0, 1], [0, 1])
+    before = {path.name: path.read_bytes() for path in save_figure(figure, tmp_path / "one")}
+    drawn = figure.savefig
+
+    def fails(file, **how):
+        drawn(file, **how)
+        if how["format"] == "svg":
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(figure, "savefig", fails)
+    figure.axes[0].plot([0, 1], [1, 0])
+    with pytest.raises(KeyboardInterrupt):
+        save_figure(figure, tmp_path / "one")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
 def test_a_page_shows_the_drawing_of_the_file_in_the_colours_of_its_theme_and_every_id_once():
     figure = new_figure(3, 2)
     axes = figure.subplots()
