@@ -22,15 +22,25 @@ REMEDIES = {"ENOSPC": "make room, or name another place", "EDQUOT": "make room, 
             "EFBIG": "raise the limit on the size of files (ulimit -f)", "EMFILE": "raise the limit on open files (ulimit -n)"}
 
 
+def _inputs(given: dict[str, Any]) -> list[Path]:
+    """What a command reads: every path it is given but --out, and folders of models that are named in texts (--baseline, --models)."""
+    found = []
+    for value in (value for name, value in given.items() if name != "out"):
+        many = value if isinstance(value, list | tuple) else value.split(",") if isinstance(value, str) else [value]
+        found += [Path(x) for x in many if isinstance(x, Path) or (isinstance(x, str) and x.strip())]
+    return found
+
+
 def _alone(command: Callable[..., None]) -> Callable[..., None]:
-    """The command, run by one process at a time into the same --out."""
+    """The command, run by one process at a time into the same --out, which is none of its inputs."""
     from nnhydro.runtime.lock import only_run
+    from nnhydro.runtime.stamp import reading
 
     @wraps(command)
     def run_alone(**given: Any) -> None:
         """Run the command while no other run writes to its --out."""
         out = given.get("out")
-        with only_run(out) if isinstance(out, Path) else nullcontext():
+        with reading(_inputs(given)), only_run(out) if isinstance(out, Path) else nullcontext():
             command(**given)
     return run_alone
 

@@ -72,12 +72,13 @@ def train(
     from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
     from nnhydro.runtime.files import check_folder
-    from nnhydro.runtime.stamp import refuse_among_recordings
+    from nnhydro.runtime.stamp import refuse_among_recordings, refuse_inputs
 
     check_folder(out, DIGEST)
     if tensorboard is not None:
         refuse_among_recordings(tensorboard, "--tensorboard")
     chosen = read_config(config) if config is not None else TrainingConfig()
+    refuse_inputs(out, [Path(chosen.baseline)])  # a model folder, perhaps
     opened = verify_campaign(campaign, column_map)
     unusable = warn_of_errors(opened)
     checkpoint, beside = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")

@@ -15,7 +15,16 @@ from pathlib import Path
 from typing import Any
 
 from nnhydro.errors import ConfigError, NnhydroError, require
-from nnhydro.runtime.stamp import REMEDY, foreign_file, is_system_file, refuse_among_recordings, refuse_foreign, stamp_file, stamp_folder
+from nnhydro.runtime.stamp import (
+    REMEDY,
+    foreign_file,
+    is_system_file,
+    refuse_among_recordings,
+    refuse_foreign,
+    refuse_inputs,
+    stamp_file,
+    stamp_folder,
+)
 
 if sys.platform != "win32":
     import fcntl
@@ -190,6 +199,7 @@ def check_folder(out: Path, marker: str) -> None:
     require(os.access(writable, os.W_OK | os.X_OK) and os.access(there, os.R_OK | os.X_OK),
             f"--out {out}: {writable} may not be written to: name a folder where you may write")
     if out.exists():
+        refuse_inputs(out)
         _require_ours(out, marker)
 
 

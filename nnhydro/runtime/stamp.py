@@ -1,8 +1,10 @@
 """What nnhydro wrote: a hidden file in every folder of results lists them with their sha256, and nothing else is ever written over.
 
-    {"schema": "nnhydro/written/1", "files": {"model.json": "9f3c...", "torques/run1.csv": "..."}}      paths from the folder of the list
+    {"schema": "nnhydro/written/1", "files": {"model.json": "9f3c...", "torques/run1.csv": "..."}, "whole": ["model.json"]}
 
-A file that is not on a list, or that was changed since, is somebody's own. Files that operating systems leave by themselves do not count.
+Paths are told from the folder of the list. A file that is not on a list, or that was changed since, is somebody's own. Files that operating
+systems leave by themselves do not count. What was written with its folder as a whole (a model, a campaign, results) is replaced with it
+only, never as a single file. What the command that runs reads is not written over at all.
 """
 
 import hashlib
@@ -12,6 +14,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +26,11 @@ if sys.platform != "win32":
 STAMP = ".nnhydro_written.json"
 SCHEMA = "nnhydro/written/1"
 ARM_FILES = ("arm.yaml", "arm.yml")
+CAMPAIGN_FILES = (*ARM_FILES, "columns.yaml", "columns.yml")
+MODEL_FILES = ("model.json", "weights.safetensors", "digest.txt")  # parts of a whole also on lists of 0.2.0, which do not say what is
 MEASURED = ("recordings", "steady")  # folders of a campaign in which every file is one that was measured
 REMEDY = "move it away, or name another place"
+_INPUTS: ContextVar[tuple[Path, ...]] = ContextVar("inputs", default=())  # of the command that runs, in full
 _SYSTEM = re.compile(r"\.DS_Store|\._.*|Thumbs\.db|ehthumbs\.db|desktop\.ini|\$RECYCLE\.BIN|__MACOSX|~\$.*|\.~lock\..*#|"
                      r"\.nnhydro_written\.json.*|\..*\.nnhydro-.*|\..*\.lock", re.IGNORECASE)
 
@@ -40,19 +46,24 @@ def content_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _read_list(folder: Path) -> dict[str, str]:
-    """What the list in `folder` says: path in the folder to sha256; empty where there is none that can be read."""
+def _read_stamp(folder: Path) -> tuple[dict[str, str], frozenset[str]]:
+    """What the list in `folder` says: path in the folder to sha256, and the paths written as a whole; empty where none can be read."""
     try:
         document: Any = json.loads((folder / STAMP).read_text(encoding="utf-8"))
         files = document["files"] if document["schema"] == SCHEMA else {}
-        return {str(name): str(digest) for name, digest in files.items()}
+        return {str(name): str(digest) for name, digest in files.items()}, frozenset(map(str, document.get("whole", MODEL_FILES)))
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}
+        return {}, frozenset()
 
 
-def stamp_text(files: dict[str, str]) -> str:
-    """Return the list of what was written, as it stands in a folder."""
-    return json.dumps({"schema": SCHEMA, "files": dict(sorted(files.items()))}, indent=1) + "\n"
+def _read_list(folder: Path) -> dict[str, str]:
+    return _read_stamp(folder)[0]
+
+
+def stamp_text(files: dict[str, str], whole: Iterable[str] = ()) -> str:
+    """Return the list of what was written, as it stands in a folder; `whole` are the paths that were written with the folder."""
+    document = {"schema": SCHEMA, "files": dict(sorted(files.items())), "whole": sorted(set(whole) & files.keys())}
+    return json.dumps(document, indent=1) + "\n"
 
 
 def _content(folder: Path) -> Iterable[Path]:
@@ -66,7 +77,7 @@ def _content(folder: Path) -> Iterable[Path]:
 def stamp_folder(folder: Path) -> None:
     """List every file of `folder` as written by nnhydro."""
     files = {path.relative_to(folder).as_posix(): content_of(path) for path in _content(folder) if path.is_file()}
-    (folder / STAMP).write_text(stamp_text(files), encoding="utf-8")
+    (folder / STAMP).write_text(stamp_text(files, files), encoding="utf-8")
 
 
 def is_ours(path: Path, top: Path | None = None) -> bool:
@@ -105,15 +116,54 @@ def refuse_among_recordings(out: Path, option: str = "--out") -> None:
                               "of it")
 
 
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # a text that is no path: too long, or with a zero byte in it
+        return False
+
+
+@contextmanager
+def reading(inputs: Iterable[Path]) -> Iterator[None]:
+    """Take every file and folder of `inputs` that exists for an input of the command inside the block: none is written over."""
+    token = _INPUTS.set(tuple(path.resolve() for path in inputs if _exists(path)))
+    try:
+        yield
+    finally:
+        _INPUTS.reset(token)
+
+
+def refuse_inputs(out: Path, inputs: Iterable[Path] = ()) -> None:
+    """Raise ConfigError where the folder `out`, which would be replaced whole, is or holds an input of the command."""
+    whole, sources = out.resolve(), (*_INPUTS.get(), *(source.resolve() for source in inputs if _exists(source)))
+    lost = next((source for source in sources if out.exists() and (source == whole or whole in source.parents)), None)
+    if lost is not None:
+        raise ConfigError(f"--out {out}: would be replaced whole, and the command reads {lost}, which would be lost: name another folder")
+
+
+def _refuse_part_of_whole(path: Path) -> None:
+    """Raise ConfigError where the file `path` belongs to a campaign, a model or results, which would be spoilt without it."""
+    folder = path.parent
+    if path.name in CAMPAIGN_FILES and any((folder / name).is_dir() for name in MEASURED):
+        raise ConfigError(f"--out: {path} describes the campaign in {folder}, which would be lost: name another file")
+    if path.name in _read_stamp(folder)[1]:
+        raise ConfigError(f"--out: {path} is part of what nnhydro wrote to {folder} as a whole (a model, a campaign or results): "
+                          "name another file")
+
+
 def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
-    """Raise ConfigError where `path` exists and nnhydro may not write over it: an input of the command, or a file that it did not write."""
-    if any(source.exists() and path.exists() and path.samefile(source) for source in inputs):
-        raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
+    """Raise ConfigError where `path` exists and nnhydro may not write over it.
+
+    That is an input of the command, a part of a campaign, of a model or of results, or a file that nnhydro did not write.
+    """
     refuse_among_recordings(path.parent)
     if not (path.exists() or path.is_symlink()):
         return
+    if path.exists() and any(source.exists() and path.samefile(source) for source in (*_INPUTS.get(), *inputs)):
+        raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
     if path.is_dir():
         raise ConfigError(f"--out {path}: is a folder: name a file")
+    _refuse_part_of_whole(path)
     if not is_ours(path):
         raise ConfigError(f"--out: {path} is there already, and nnhydro did not write it (or it was changed since): {REMEDY}")
 
@@ -143,8 +193,8 @@ def _held_list(folder: Path) -> Iterator[None]:
 def stamp_file(path: Path) -> None:
     """Add the file `path`, just written, to the list in its folder, whole or not at all; several processes may do so at once."""
     with _held_list(path.parent):
-        files = _read_list(path.parent)
+        files, whole = _read_stamp(path.parent)
         files = {name: digest for name, digest in files.items() if (path.parent / name).exists()} | {path.name: content_of(path)}
         made = path.parent / f"{STAMP}.{os.getpid()}.new"
-        made.write_text(stamp_text(files), encoding="utf-8")
+        made.write_text(stamp_text(files, whole), encoding="utf-8")
         made.replace(path.parent / STAMP)

@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import shutil
 
 import pytest
 import yaml
@@ -164,3 +165,71 @@ def test_a_link_to_a_folder_of_results_stays_a_link_and_its_folder_is_replaced(p
     assert (tmp_path / "latest").is_symlink()
     assert (tmp_path / "model").stat().st_ino != before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["latest", "model"]
+
+
+def simulated(folder):
+    """A campaign that nnhydro itself wrote."""
+    (folder / "recipe.yaml").write_text(yaml.safe_dump(RECIPE))
+    assert run(["simulate", str(folder / "recipe.yaml"), "--out", str(folder / "tank"), "--quiet"]) == 0
+    return folder / "tank"
+
+
+@pytest.mark.parametrize("form", ["c", "mujoco", "curves", "onnx", "casadi"])
+def test_an_export_never_replaces_a_file_of_a_campaign_that_nnhydro_wrote(place, form, tmp_path, capsys):
+    tank = simulated(tmp_path)
+    before = (tank / "arm.yaml").read_bytes()
+    refused(capsys, ["export", place / "model", "--format", form, "--out", tank / "arm.yaml"], str(tank / "arm.yaml"), "name another file")
+    refused(capsys, ["export", place / "model", "--format", form, "--out", tank / "recipe.json"], "name another file")
+    assert (tank / "arm.yaml").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["model.json", "digest.txt"])
+@pytest.mark.parametrize("listed", ["now", "by 0.2.0"])
+def test_an_export_never_replaces_a_part_of_a_model(place, name, listed, tmp_path, capsys):
+    model = tmp_path / "model"
+    shutil.copytree(place / "model", model)
+    if listed == "by 0.2.0":
+        document = json.loads((model / STAMP).read_text())
+        del document["whole"]
+        (model / STAMP).write_text(json.dumps(document))
+    before = (model / name).read_bytes()
+    for exported in (model, place / "model"):
+        refused(capsys, ["export", exported, "--format", "c", "--out", model / name], str(model / name), "name another file")
+    assert (model / name).read_bytes() == before
+
+
+def test_a_picture_never_replaces_a_picture_of_other_results(place, tmp_path, capsys):
+    assert run(["gains", str(place / "model"), "--out", str(tmp_path / "gains"), "--quiet"]) == 0
+    refused(capsys, ["effects", "coulomb_friction", "--out", tmp_path / "gains" / "gains.png"], "as a whole", "name another file")
+
+
+def test_the_description_of_a_campaign_made_from_a_urdf_is_not_replaced(place, tmp_path, capsys):
+    described = tmp_path / "tank" / "arm.yaml"
+    assert run(["arm", str(place / "robot.urdf"), "--diameter", "0.05", "--out", str(described), "--quiet"]) == 0
+    (tmp_path / "tank" / "recordings").mkdir()
+    refused(capsys, ["export", place / "model", "--format", "curves", "--out", described], "describes the campaign", "name another file")
+
+
+def test_a_file_beside_a_model_is_replaced_by_the_command_that_wrote_it(place, tmp_path):
+    model = tmp_path / "model"
+    shutil.copytree(place / "model", model)
+    for _ in range(2):
+        assert run(["export", str(model), "--format", "mujoco", "--out", str(model / "arm.xml"), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize("how", ["--baseline", "--models"])
+def test_results_never_replace_the_model_that_they_were_made_with(place, how, tmp_path, capsys):
+    command, marker = ("diagnose", "diagnosis.json") if how == "--baseline" else ("benchmark", "benchmark.json")
+    with whole_folder(tmp_path / "found", marker) as work:
+        (work / marker).write_text("{}")
+        shutil.copytree(place / "model", work / "model")
+    named = tmp_path / "found" / "model"
+    refused(capsys, [command, place / "campaign", how, named if how == "--baseline" else f"constant,{named}", "--out", tmp_path / "found"],
+            str(named), "would be lost", "name another folder")
+    assert named.is_dir()
+
+
+def test_a_training_never_replaces_the_model_that_it_builds_on(place, tmp_path, capsys):
+    shutil.copytree(place / "model", tmp_path / "model")
+    (tmp_path / "config.toml").write_text(f"baseline = '{tmp_path / 'model'}'\n")
+    refused(capsys, ["train", place / "campaign", "--config", tmp_path / "config.toml", "--out", tmp_path / "model"], "would be lost")
