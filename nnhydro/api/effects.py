@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
-from nnhydro.effects.catalogue import ACTS, card, load_plugin
+from nnhydro.effects.catalogue import ACTS, card
 from nnhydro.effects.catalogue import catalogue as known
 from nnhydro.effects.effect import Effect
+from nnhydro.effects.plugin import load_plugin
 from nnhydro.sheet import Column, ResultView, Sheet
 
 

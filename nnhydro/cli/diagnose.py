@@ -137,7 +137,7 @@ def diagnose(
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.diagnose import DiagnosisOptions
     from nnhydro.diagnosis.experiment.rig_limits import read_limits
-    from nnhydro.effects.catalogue import load_plugin
+    from nnhydro.effects.plugin import load_plugin
     from nnhydro.recordings.campaign import inner_campaigns, verify_campaign
     from nnhydro.report.diagnosis.page import RESULT, write_diagnosis
     from nnhydro.runtime.files import check_folder

@@ -16,7 +16,8 @@ def effects(
 ) -> None:
     """List the effects that a diagnosis can find, or explain one."""
     from nnhydro.cli.terminal.effect_card import print_card, print_list
-    from nnhydro.effects.catalogue import card, catalogue, effect_of_id, load_plugin
+    from nnhydro.effects.catalogue import card, catalogue, effect_of_id
+    from nnhydro.effects.plugin import load_plugin
     from nnhydro.errors import require
 
     require(out is None or name is not None, "--out needs an ID: nnhydro effects ID --out FILE.png")

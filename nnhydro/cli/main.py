@@ -73,9 +73,11 @@ def _fail(message: str) -> int:
 def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code: 0, 2 for a user's error, 130 for Ctrl-C."""
     from nnhydro.errors import NnhydroError
+    from nnhydro.runtime.own_files import named_faults
 
     try:
-        result = build()(args=arguments, standalone_mode=False, prog_name="nnhydro")
+        with named_faults():
+            result = build()(args=arguments, standalone_mode=False, prog_name="nnhydro")
     except NnhydroError as error:
         return _fail(str(error))
     except typer.Exit as leave:

@@ -25,7 +25,7 @@ def power(
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.diagnosis.calibration.planned_campaign import simulate_plan
     from nnhydro.diagnosis.calibration.power import power as find
-    from nnhydro.effects.catalogue import load_plugin
+    from nnhydro.effects.plugin import load_plugin
     from nnhydro.recordings.campaign import verify_campaign
     from nnhydro.report.effects.power_table import power_sheet, power_verdict
 

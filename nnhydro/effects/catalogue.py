@@ -3,18 +3,14 @@
 A plug-in is a Python module that declares effects with `@effect`; reading it runs it, so only files of your own belong here.
 """
 
-import importlib.util
-import sys
 from collections.abc import Mapping
-from hashlib import sha256
 from importlib.metadata import entry_points
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 from nnhydro.effects.effect import REGISTER, Effect, InstrumentEffect
 from nnhydro.effects.in_sector import ReadInSector
-from nnhydro.errors import ConfigError, ModelError, NnhydroError, require
+from nnhydro.errors import ConfigError, ModelError, require
 from nnhydro.recordings.arm import Arm
 from nnhydro.runtime.registry import import_files
 
@@ -49,29 +45,6 @@ def effect_of_id(name: str) -> type[Effect]:
     if name not in known:
         raise ConfigError(f"unknown effect {name!r}: one of {', '.join(known)}; or give --effects FILE with your own")
     return known[name]
-
-
-def load_plugin(path: Path) -> tuple[str, ...]:
-    """Run the Python file `path` and return the ids of the effects it adds; raises ConfigError where it has none or fails."""
-    require(path.is_file(), f"--effects {path}: is not a file: give a Python file that declares effects with @effect")
-    catalogue()
-    name = f"nnhydro_plugin_{sha256(str(path.resolve()).encode()).hexdigest()[:12]}"
-    before = {id_: cls for id_, cls in REGISTER.items() if cls.__module__ != name}
-    spec = importlib.util.spec_from_file_location(name, path)
-    require(spec is not None and spec.loader is not None, f"--effects {path}: is not a Python file (.py)")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except NnhydroError as cause:
-        raise ConfigError(f"--effects {path}: {cause}") from cause
-    except Exception as cause:
-        raise ConfigError(f"--effects {path}: fails with {type(cause).__name__}: {cause}") from cause
-    added = tuple(id_ for id_ in REGISTER if id_ not in before)
-    require(bool(added), f"--effects {path}: declares no effect: put @effect before a class (nnhydro effects coulomb_friction shows one)")
-    return added
 
 
 USUAL_RATE = 0.5  # rad/s

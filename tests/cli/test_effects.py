@@ -1,10 +1,13 @@
 """`nnhydro effects` as a person types it: the list, a card, its picture, JSON, a file of one's own, and one line for each mistake."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
+from campaigns import campaign, planted, write_folder
 from hypotheses import PLUGIN
+from rigs import arm
 
 from nnhydro.cli.main import run
 from nnhydro.effects.catalogue import catalogue
@@ -70,3 +73,50 @@ def test_mistakes_end_with_one_line(arguments, message, capsys):
     err = capsys.readouterr().err
     assert message in err
     assert err.count("\n") == 1
+
+
+BROKEN = {
+    "an attribute that is not there": (".qd[", ".qdot[", r"AttributeError: 'Motion' object has no attribute 'qdot'"),
+    "a division by zero": ("** 3", "** (3 // 0)", r"ZeroDivisionError"),
+    "more joints than the arm has": ("flow.arm.n_links)", "flow.arm.n_links + 1)", r"of shape \(\d+, \d, 1\); it must be a tensor of shape \(\d+, \d, 1\)"),
+    "a joint that the arm does not have": ("self.joint, flow", "self.joint + 5, flow", r"joint \d: this arm has \d"),
+    "no answer at all": ("return at_joint", "at_joint", r"the answer is a NoneType"),
+}
+
+
+def require_one_line(code, err, path, wrong):
+    assert code == 2
+    assert err.count("\n") == 1, err
+    assert re.search(rf"--effects {re.escape(str(path))}: line \d+, in columns: .*{wrong}", err), err
+
+
+@pytest.mark.usefixtures("catalogue_as_it_was")
+@pytest.mark.parametrize("fault", BROKEN)
+def test_a_fault_in_a_file_of_ones_own_is_told_with_its_line_not_by_a_traceback(fault, tmp_path, said):
+    was, now, wrong = BROKEN[fault]
+    path = tmp_path / "mine.py"
+    path.write_text(PLUGIN.replace(was, now))
+    code, _, err = said("effects", "squeak", "--effects", path, "--out", tmp_path / "squeak.png")
+    require_one_line(code, err, path, wrong)
+    assert not (tmp_path / "squeak.png").exists()
+
+
+@pytest.mark.usefixtures("catalogue_as_it_was")
+def test_a_diagnosis_tells_a_fault_in_a_file_of_ones_own_with_its_line(tmp_path, said):
+    a = arm(2)
+    path = tmp_path / "mine.py"
+    for number, name in enumerate(("one", "several/a")):
+        write_folder(campaign(a, planted(a), 3, noise=0.02, seconds=2.0, rate=50.0), tmp_path / name)
+        was, now, wrong = BROKEN["more joints than the arm has" if number else "an attribute that is not there"]
+        path.write_text(PLUGIN.replace(was, now))
+        code, _, err = said("diagnose", tmp_path / name.split("/")[0], "--effects", path, "--out", tmp_path / "found", "--quiet")
+        require_one_line(code, err, path, wrong)
+
+
+@pytest.mark.usefixtures("catalogue_as_it_was")
+def test_an_exception_of_the_package_itself_is_not_hidden(tmp_path, monkeypatch):
+    path = tmp_path / "mine.py"
+    path.write_text(PLUGIN)
+    monkeypatch.setattr("nnhydro.effects.catalogue.card", lambda effect: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        run(["effects", "squeak", "--effects", str(path), "--json"])

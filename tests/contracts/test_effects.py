@@ -10,8 +10,9 @@ import torch
 from hypotheses import PLUGIN
 from rigs import arm, assert_close, at_rest, hub_at_rest, mirrored_about_X, run, states
 
-from nnhydro.effects.catalogue import candidates, catalogue, instrument_of, load_plugin
+from nnhydro.effects.catalogue import candidates, catalogue, instrument_of
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect, Signature, effect, parameter
+from nnhydro.effects.plugin import load_plugin
 from nnhydro.effects.quantity import intervals
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.errors import ConfigError, ModelError

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any, final
 
 from nnhydro.diagnosis.diagnose import DiagnosisOptions
-from nnhydro.effects.catalogue import load_plugin
+from nnhydro.effects.plugin import load_plugin
 from nnhydro.errors import NnhydroError
 from nnhydro.recordings.campaign import verify_campaign
 from nnhydro.report.diagnosis.page import write_diagnosis
+from nnhydro.runtime.own_files import named_faults
 from nnhydro.runtime.workers import HERE, Workers, spread
 
 
@@ -38,12 +39,13 @@ class BatchOutcome:
 def _diagnose(asked: DiagnosisRequest) -> BatchOutcome:
     """One campaign: read, diagnosed and written by the worker itself, so that a finished diagnosis is never lost."""
     try:
-        if asked.effects is not None:
-            load_plugin(asked.effects)
-        campaign = verify_campaign(asked.campaign, asked.column_map)
-        result = asked.options.diagnose(campaign)
-        write_diagnosis(result, campaign, asked.out)
-        return BatchOutcome(asked, result.document(), result.verdict())
+        with named_faults():
+            if asked.effects is not None:
+                load_plugin(asked.effects)
+            campaign = verify_campaign(asked.campaign, asked.column_map)
+            result = asked.options.diagnose(campaign)
+            write_diagnosis(result, campaign, asked.out)
+            return BatchOutcome(asked, result.document(), result.verdict())
     except NnhydroError as cause:
         return BatchOutcome(asked, None, str(cause))
 
