@@ -4,7 +4,21 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, conclude, emit, say, shell_words, show, warn_of_errors, without_bulk
+from nnhydro.cli.terminal.output import (
+    CUTOFF,
+    JSON,
+    MAP,
+    QUIET,
+    conclude,
+    emit,
+    nothing_to_hold_out,
+    say,
+    shell_words,
+    show,
+    use_of,
+    warn_of_errors,
+    without_bulk,
+)
 
 
 def identify(
@@ -46,6 +60,9 @@ def identify(
     if unusable or fitted.fit.get("warnings"):
         conclude(model_sentence(fitted), [out],
                  f"nnhydro check {folder}, then nnhydro diagnose {folder} --out diagnosis   (what is wrong, and what is missing?)")
+        return
+    if nothing_to_hold_out(len(opened.names), len(opened.steady)):
+        conclude(model_sentence(fitted), [out], use_of(out, campaign, column_map))
         return
     conclude(model_sentence(fitted), [out],
              f"nnhydro benchmark {folder} --out compared   (how good is it on recordings that no fit has seen?)")

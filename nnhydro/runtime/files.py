@@ -199,8 +199,8 @@ def check_folder(out: Path, marker: str) -> None:
     require(os.access(writable, os.W_OK | os.X_OK) and os.access(there, os.R_OK | os.X_OK),
             f"--out {out}: {writable} may not be written to: name a folder where you may write")
     if out.exists():
-        refuse_inputs(out)
         _require_ours(out, marker)
+        refuse_inputs(out)
 
 
 def _exchange(first: Path, second: Path) -> bool:

@@ -120,10 +120,14 @@ def test_a_broken_input_gets_one_line_that_says_what_to_do(name: str, tmp_path: 
 @pytest.mark.parametrize(("arguments", "line"), [
     (["check", "nowhere"], r"nowhere: does not exist: give the campaign's folder"),
     (["check"], r"[Mm]issing argument"),
+    (["check", "campaign/recordings"], r"campaign/recordings: is the folder recordings/ of the campaign .*campaign: give the campaign's folder"),
+    (["identify", "campaign/unseen", "--out", "m"], r"campaign/unseen: is the folder unseen/ of the campaign .*: give the campaign's folder"),
     (["check", ".", "--cutoff", "-3"], r"--cutoff -3\.0: give a positive frequency in Hz"),
     (["check", ".", "--map", "nowhere.yaml"], r"nowhere\.yaml: cannot be read|has no arm\.yaml"),
 ])
 def test_a_wrong_call_gets_one_line(arguments: list[str], line: str, tmp_path: Path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    write_campaign(tmp_path / "campaign", rows=60)
+    (tmp_path / "campaign" / "unseen").mkdir(exist_ok=True)
     assert run(arguments) == 2
     assert re.search(line, capsys.readouterr().err)

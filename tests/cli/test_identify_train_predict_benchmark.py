@@ -326,6 +326,16 @@ def test_a_single_recording_cannot_be_held_out(said, tmp_path):
     one_line(said("benchmark", folder, "--models", "constant", "--out", tmp_path / "b"), "record more")
 
 
+def test_the_next_command_after_a_fit_to_a_single_recording_works(said, tmp_path):
+    a = arm(1)
+    folder = write_folder(campaign(a, planted(a), 1, noise=0.02, seconds=2.0), tmp_path / "c")
+    code, out, _ = said("identify", folder, "--out", tmp_path / "m")
+    assert code == 0
+    following = out.partition("Next: nnhydro ")[2].partition("   (")[0]
+    assert "benchmark" not in following
+    assert said(*following.split(), *(["--out", tmp_path / "next"] if following.startswith("gains") else []))[0] == 0
+
+
 def test_a_recording_without_a_finite_torque_stretch_does_not_stop_the_others(said, tmp_path):
     a = arm(1)
     folder = write_folder(campaign(a, planted(a), 3, seconds=1.0), tmp_path / "c")

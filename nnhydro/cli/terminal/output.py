@@ -81,6 +81,11 @@ def warn_of_errors(campaign: "Campaign") -> bool:
     return bool(found)
 
 
+def nothing_to_hold_out(recordings: int, tables: int) -> bool:
+    """Return whether a campaign is a single recording; of a steady table, rows can be held out."""
+    return recordings < 2 and tables == 0
+
+
 def use_of(model: Path, campaign: Path, column_map: Path | None = None) -> str:
     """Return the command that uses a new model: on the campaign's unseen motions where it has any, else a look at its gains."""
     from nnhydro.recordings.readers.files import is_readable

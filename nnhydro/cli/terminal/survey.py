@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from nnhydro.cli.terminal.output import conclude, say, show
+from nnhydro.cli.terminal.output import conclude, nothing_to_hold_out, say, show
 from nnhydro.conventions import joint_text
 from nnhydro.recordings.checks.oddity import Oddity, merge_kinds
 from nnhydro.recordings.survey import Survey
@@ -61,6 +61,6 @@ def next_steps(found: Survey, campaign: str) -> str:
     """Return what comes next: mending what looks wrong, else a comparison of models, else a fit where nothing can be held out."""
     if any(oddity.severity in ("error", "warning") for oddity in found.oddities):
         return f"mend what is named above, then nnhydro check {campaign}"
-    if len(found.entries) + len(found.tables) < 2:
+    if nothing_to_hold_out(len(found.entries), len(found.tables)):
         return f"nnhydro identify {campaign} --out my_model   (one recording: nothing can be held out)"
     return f"nnhydro benchmark {campaign} --out compared"
