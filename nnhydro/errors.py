@@ -41,8 +41,9 @@ class MissingExtraError(NnhydroError):
 
 
 def count_text(number: int, noun: str) -> str:
-    """Return "1 row", "2 rows": `number` and `noun` in the plural where it has one."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    """Return "1 row", "2 rows", "2 entries": `number` and `noun`, in the plural where there are several."""
+    many = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number} {noun if number == 1 else many}"
 
 
 def require(condition: bool, message: str, error: type[NnhydroError] = ConfigError) -> None:

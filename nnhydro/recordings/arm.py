@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from nnhydro.conventions import SCHEMA_ARM, column, joint_text
-from nnhydro.errors import ArmError
+from nnhydro.errors import ArmError, count_text
 from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 
@@ -119,6 +119,11 @@ class Arm(Settings):
     friction: tuple[Friction, ...] | None = Field(default=None, max_length=10)
     links: tuple[Link, ...] = Field(min_length=1, max_length=10)
 
+    @classmethod
+    def keys_of_others(cls, document: dict[str, Any]) -> frozenset[str]:
+        """Return the keys of friction that belong to joints of the other kind."""
+        return frozenset(("coulomb_Nm", "viscous_Nm_s") if _slides(document.get("joints")) else ("coulomb_N", "viscous_N_s_m"))
+
     @model_validator(mode="before")
     @classmethod
     def _carriage_needs_no_shape(cls, value: Any) -> Any:
@@ -156,7 +161,8 @@ class Arm(Settings):
         for key, given in (("joints", self.joints), ("friction", self.friction),
                            ("drive.rotor_inertia_kg_m2", self.drive.rotor_inertia_kg_m2)):
             if given is not None and len(given) != len(self.links):
-                raise ValueError(f"{key} has {len(given)} entries for {len(self.links)} joints: give one for each, in order")
+                raise ValueError(f"{key} has {count_text(len(given), 'entry')} for {count_text(len(self.links), 'joint')}: give one for "
+                                 "each, in order")
         return self
 
     @model_validator(mode="after")

@@ -11,16 +11,15 @@ from nnhydro.errors import CampaignError, RecordingError
 from nnhydro.recordings.arm import Arm, read_arm
 from nnhydro.recordings.content_hash import exact, marks
 from nnhydro.recordings.filtering.preprocessing import Preparation, plan, prepare, steady_segment
-from nnhydro.recordings.readers.column_map import FILE, ColumnMap, read_column_map
+from nnhydro.recordings.readers.column_map import FILE, FOLDERS, ColumnMap, read_column_map
 from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable, read_recording, read_steady
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
-from nnhydro.runtime.stamp import ARM_FILES, MEASURED, is_system_file
+from nnhydro.runtime.stamp import ARM_FILES, is_system_file
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-UNSEEN = "unseen"  # folder of motions without torques
 SHORT, MOST = 60, 6  # characters of a further message, messages that are listed
 CACHED_SAMPLES = 500_000  # about 60 MB: recordings beyond that are read again from disk when they are needed again
 
@@ -179,7 +178,7 @@ def _read(files: dict[str, Path], arm: Arm, mapping: ColumnMap | None, name: str
 def _require_folder(root: Path) -> None:
     wrong = "" if root.is_dir() else "is a file" if root.exists() else "does not exist"
     above, inside = root.resolve().parent, root.resolve().name
-    if not wrong and inside in (*MEASURED, UNSEEN) and arm_file(root) is None and arm_file(above) is not None:
+    if not wrong and inside in FOLDERS and arm_file(root) is None and arm_file(above) is not None:
         wrong = f"is the folder {inside}/ of the campaign {above}"
     if wrong:
         raise CampaignError(f"{root}: {wrong}: give the campaign's folder (it holds arm.yaml)")

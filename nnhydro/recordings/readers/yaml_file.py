@@ -9,6 +9,8 @@ import yaml
 from nnhydro.errors import NnhydroError
 
 MAX_BYTES = 300_000  # an arm or a recipe is a page; what is larger is another file taken for it
+STANDARD = "tag:yaml.org,2002:"  # what !! stands for
+PLAIN_TAGS = ("!", "!!str", "!!int", "!!float", "!!bool", "!!null", "!!map", "!!seq")
 DEEPEST, LONGEST = 30, 10_000  # lists within lists; characters of one value
 TOO_DEEP = f"lists and mappings are nested more than {DEEPEST} deep: is this the right file?"
 _Fast: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml's, ten times as fast, where PyYAML was built with it
@@ -43,13 +45,19 @@ for kind in ("int", "float"):
 
 
 def _require_small(text: str) -> None:
-    """Raise YAMLError at an alias (a few can fill the memory), deep nesting or a huge value, before anything is made of them."""
+    """Raise YAMLError at an alias (a few can fill the memory), a tag that asks for an object, deep nesting or a huge value.
+
+    Nothing is made of the text before.
+    """
     depth = 0
     for event in yaml.parse(text, _Fast):
         line = event.start_mark.line + 1 if event.start_mark else 0
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if isinstance(event, yaml.AliasEvent):
             raise yaml.YAMLError(f"line {line}: aliases (*name) are not accepted: write the value out")
+        tag = (getattr(event, "tag", None) or "").replace(STANDARD, "!!")
+        if tag and tag not in PLAIN_TAGS:
+            raise yaml.YAMLError(f"line {line}: the tag {tag[:60]!r} is not accepted: leave it out and write the plain value")
         if depth > DEEPEST:
             raise yaml.YAMLError(f"line {line}: {TOO_DEEP}")
         if isinstance(event, yaml.ScalarEvent) and len(event.value) > LONGEST:

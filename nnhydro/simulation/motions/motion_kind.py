@@ -1,5 +1,6 @@
 """What a motion of a recipe is: a kind declared in one file of this folder, checked key by key, that gives the reference analytically."""
 
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.arm import Arm
@@ -19,7 +20,7 @@ from nnhydro.simulation.motions.carriage import Carriage
 Array = NDArray[np.float64]
 JointPath = Callable[[Array], tuple[Array, Array, Array]]  # times (n,) s -> q, qd, qdd (n, joints) rad, rad/s, rad/s^2
 CarriagePath = Callable[[Array], tuple[Array, Array]]  # times (n,) s -> u0 m/s, du0 m/s^2, both (n,)
-NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"  # becomes the name of a file
+NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]*"  # becomes the name of a file
 
 
 class State(NamedTuple):
@@ -76,7 +77,14 @@ class Reference:
 class MotionKind(Settings):
     """An entry of a recipe's list of motions; the leaves declare `kind` with a Literal of one name."""
 
-    name: str = Field(pattern=NAME, max_length=100)
+    name: str = Field(max_length=100)
+
+    @field_validator("name")
+    @classmethod
+    def _file_name(cls, value: str) -> str:
+        if not re.fullmatch(NAME, value):
+            raise ValueError("becomes the name of a file: use letters, digits, _ . and -, a letter or digit first")
+        return value
 
 
 class TimedMotion(MotionKind):

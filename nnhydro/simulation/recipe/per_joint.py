@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 def _as_tuple(value: Any) -> Any:
-    return (value,) if isinstance(value, int | float) and not isinstance(value, bool) else value
+    return (value,) if isinstance(value, int | float | str) and not isinstance(value, bool) else value
 
 
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]

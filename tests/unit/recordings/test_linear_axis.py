@@ -213,7 +213,7 @@ def test_a_hybrid_learns_a_linear_axis(wet):
 
 @pytest.mark.parametrize(("changes", "words"), [
     ({"links": [{"mass_kg": 1.0}, {"mass_kg": 1.0}], "joints": [{"type": "prismatic"}, {}]}, "describe each axis as an arm of its own"),
-    ({"joints": [{"type": "prismatic"}, {"type": "prismatic"}]}, "joints has 2 entries for 1 joints"),
+    ({"joints": [{"type": "prismatic"}, {"type": "prismatic"}]}, "joints has 2 entries for 1 joint:"),
     ({"links": [{"mass_kg": 1.0, "com_m": 0.3}]}, "only the moving mass counts"),
     ({"friction": [{"coulomb_Nm": 1.0}]}, "friction of a linear axis is coulomb_N"),
     ({"fluid": {"density_kg_m3": 1000.0}}, "length_m"),
