@@ -23,6 +23,7 @@ from nnhydro.blind_tests.truth.registry import names
 from nnhydro.blind_tests.truth.visibility import FACTORS
 from nnhydro.errors import ConfigError, require
 from nnhydro.runtime.files import whole_folder, write_json, write_text
+from nnhydro.runtime.registry import choices
 
 SCHEMA = "nnhydro/suite/1"
 MARKER = "suite.json"
@@ -49,13 +50,13 @@ def known_names() -> tuple[str, ...]:
 
 def check_request(wish: Wish, count: int, seed: int) -> None:
     """Raise ConfigError where something is asked for that cannot be made."""
-    require(wish.effect in known_names(), f"--effect {wish.effect}: not known: choose one of {', '.join(known_names())}")
-    require(wish.strength in FACTORS, f"--strength {wish.strength}: choose one of {', '.join(FACTORS)}")
-    require(wish.size in SIZES, f"--size {wish.size}: choose one of {', '.join(SIZES)}")
+    require(wish.effect in known_names(), f"--effect {wish.effect}: not known: {choices(wish.effect, known_names())}")
+    require(wish.strength in FACTORS, f"--strength {wish.strength}: not known: {choices(wish.strength, FACTORS)}")
+    require(wish.size in SIZES, f"--size {wish.size}: not known: {choices(wish.size, SIZES)}")
     require(wish.links in (None, 1, 2), f"--links {wish.links}: choose 1 or 2")
     require(1 <= count <= 999, f"--count {count}: choose 1 to 999")
     require(1 <= wish.effects <= 3, f"--effects {wish.effects}: choose 1 to 3")
-    require(wish.acts in KINDS, f"--acts {wish.acts}: choose one of {', '.join(KINDS)}")
+    require(wish.acts in KINDS, f"--acts {wish.acts}: not known: {choices(wish.acts, KINDS)}")
     local = wish.effects == 1 and wish.effect in {"random", *names()} - {"added_mass", "torque_drift"}
     require(wish.acts == "always" or local, f"--acts {wish.acts}: needs one effect of the catalogue (or random) that is not added_mass "
             "or torque_drift: leave --effects out")

@@ -43,7 +43,7 @@ def _links(outcome: "BatchOutcome") -> list[str]:
 
 def _many(asked: "list[DiagnosisRequest]", workers: "Workers", json: bool) -> None:
     """Diagnose several campaigns; what went wrong with one is told at the end, when all others are done."""
-    from nnhydro.errors import CampaignError
+    from nnhydro.errors import CampaignError, count_text
     from nnhydro.report.diagnosis.batch import diagnose_all
 
     outcomes = []
@@ -57,9 +57,9 @@ def _many(asked: "list[DiagnosisRequest]", workers: "Workers", json: bool) -> No
         table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "left out"], rows, (True,) * 5)
     failed = [f"{outcome.asked.campaign}: {outcome.verdict}" for outcome in outcomes if outcome.document is None]
     if failed:
-        raise CampaignError(f"{len(failed)} of {len(outcomes)} campaigns could not be diagnosed; the first: {failed[0]}")
+        raise CampaignError(f"{len(failed)} of {count_text(len(outcomes), 'campaign')} could not be diagnosed; the first: {failed[0]}")
     if not json:
-        conclude(f"{len(outcomes)} campaigns diagnosed.", [asked[0].out.parent])
+        conclude(f"{count_text(len(outcomes), 'campaign')} diagnosed.", [asked[0].out.parent])
 
 
 def warn_of_seen(baseline: str, campaign: "Campaign") -> None:

@@ -88,8 +88,9 @@ def export(
     One step in time as ONNX, C or CasADi; a MuJoCo file; or the coefficients as a table.
     """
     from nnhydro.errors import require
+    from nnhydro.runtime.registry import choices
 
-    require(kind in FORMATS, f"--format {kind!r}: one of {', '.join(FORMATS)}")
+    require(kind in FORMATS, f"--format {kind!r} is unknown: {choices(kind, FORMATS)}")
     require(kind in STEPS or not without_instruments, f"--without-instruments belongs to --format onnx, c and casadi, not to {kind}")
     loaded = _load(model, kind, without_instruments)
     written, verdict = (_step(model, loaded, out, kind, precision, without_instruments) if kind in STEPS else

@@ -47,14 +47,14 @@ def _alone(command: Callable[..., None]) -> Callable[..., None]:
 
 def build() -> typer.Typer:
     """Return the application; a file `name.py` in this folder with a function `name` is the command `name`."""
-    app = typer.Typer(name="nnhydro", help=nnhydro.__doc__, no_args_is_help=True, add_completion=False, epilog=EPILOG,
+    app = typer.Typer(name="nnhydro", help=nnhydro.__doc__, add_completion=False, epilog=EPILOG,
                       pretty_exceptions_enable=False, rich_markup_mode=None)
 
     @app.callback(invoke_without_command=True)
-    def top(version: bool = typer.Option(False, "--version", help="Print the version and exit.")) -> None:
-        """Print the version where it is asked for; raises typer.Exit after it."""
-        if version:
-            typer.echo(nnhydro.__version__)
+    def top(context: typer.Context, version: bool = typer.Option(False, "--version", help="Print the version and exit.")) -> None:
+        """Print the version where it is asked for, or the help where no command is named; raises typer.Exit after it."""
+        if version or context.invoked_subcommand is None:
+            typer.echo(nnhydro.__version__ if version else context.get_help())
             raise typer.Exit
 
     for module in sorted(pkgutil.iter_modules(folder.__path__), key=lambda m: m.name):

@@ -43,6 +43,7 @@ def predict(
     from nnhydro.recordings.survey import oddities_of
     from nnhydro.runtime.stamp import refuse_foreign
 
+    _require_files(files)
     loaded, mapping = load_model(model), None if column_map is None else read_column_map(column_map)
     stems = [file.stem for file in files]
     require(len(set(stems)) == len(stems), f"two motions are called {max(stems, key=stems.count)!r}: rename one, both would be written to "
@@ -73,6 +74,21 @@ def predict(
     for prediction, wrench in zip(predictions, wrenches, strict=True):
         _note_moment(prediction, wrench)
     conclude(_verdict(predictions, out), following=_next_steps(model, odd, predictions))
+
+
+def _require_files(files: list[Path]) -> None:
+    """Raise RecordingError where a folder is given in place of the motions in it."""
+    from nnhydro.errors import RecordingError
+    from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable
+    from nnhydro.runtime.stamp import MODEL_FILES
+
+    for folder in (path for path in files if path.is_dir() and not is_bag_folder(path)):
+        inside = (path for place in (folder, folder / "unseen", folder / "recordings") for path in sorted(place.glob("*"))
+                  if is_readable(path) and path.name not in MODEL_FILES)
+        first = next(inside, None)
+        if first is None:
+            raise RecordingError(f"{folder}: is a folder and holds no motion ({', '.join(FORMATS)}): give files")
+        raise RecordingError(f"{folder}: is a folder: give its files, as in {shell_words(first.parent)}/*{first.suffix}")
 
 
 def _note_moment(prediction: "PredictedTorque", wrench: "dict[str, NDArray[np.float64]] | None") -> None:

@@ -61,8 +61,9 @@ def reproduce(
     """
     from nnhydro.errors import require
     from nnhydro.runtime.files import check_folder, whole_folder, write_json
+    from nnhydro.runtime.registry import choices
 
-    require(name in ("mclain", "rivera"), f"unknown paper {name!r}: those that can be reproduced are mclain and rivera")
+    require(name in ("mclain", "rivera"), f"unknown paper {name!r}: {choices(name, ('mclain', 'rivera'))}")
     require(campaign is None or name == "rivera", "--campaign: mclain needs none: leave it out, or reproduce rivera")
     out = out or Path("nnhydro_out") / f"reproduce_{name}"
     check_folder(out, "reproduction.json")

@@ -18,6 +18,7 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     (rigid_body, normal_drag, added_mass, coulomb_friction, ...). In place of arm and terms, truth names the folder of a
     model. Motions are tow, slew, rotation, fourier, file and steady (a grid of steady runs).
     """
+    from nnhydro.errors import count_text
     from nnhydro.simulation.campaign_writer import write_campaign
     from nnhydro.simulation.recipe.recipe import read_recipe
 
@@ -30,4 +31,4 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     table(f"{out}: {read.arm.name}, seed {read.settings.seed}", ("file", "motion", "rows", "seconds"),
           [(m.file, m.kind, str(m.rows), "" if m.seconds is None else f"{m.seconds:.2f}") for m in made])
     say(f"Truth: {', '.join(read.loads.terms)}")
-    conclude(f"{len(made)} files in {out}, seed {read.settings.seed}.", following=f"nnhydro check {shell_words(out)}")
+    conclude(f"{count_text(len(made), 'file')} in {out}, seed {read.settings.seed}.", following=f"nnhydro check {shell_words(out)}")

@@ -12,7 +12,7 @@ from nnhydro.effects.effect import REGISTER, Effect, InstrumentEffect
 from nnhydro.effects.in_sector import ReadInSector
 from nnhydro.errors import ConfigError, ModelError, require
 from nnhydro.recordings.arm import Arm
-from nnhydro.runtime.registry import import_files
+from nnhydro.runtime.registry import choices, import_files
 
 GROUP = "nnhydro.effects"
 _LOADED: set[str] = set()
@@ -43,7 +43,7 @@ def effect_of_id(name: str) -> type[Effect]:
     """Return the effect with the id `name`; raises ConfigError listing the ids."""
     known = catalogue()
     if name not in known:
-        raise ConfigError(f"unknown effect {name!r}: one of {', '.join(known)}; or give --effects FILE with your own")
+        raise ConfigError(f"unknown effect {name!r}: {choices(name, known)} (--effects FILE adds your own)")
     return known[name]
 
 
@@ -91,7 +91,7 @@ def instrument_of(document: Mapping[str, Any]) -> InstrumentEffect:
     if kind == ReadInSector.kind:
         kinds, options = {kind: ReadInSector}, {**options, "effect": instrument_of(options.get("effect", {}))}
     if kind not in kinds:
-        raise ModelError(f"unknown instrument effect {kind!r}: this version knows {', '.join(kinds)}; was it a plug-in of your own?")
+        raise ModelError(f"unknown instrument effect {kind!r}: {choices(kind, kinds)}; was it a plug-in of your own?")
     try:
         return kinds[kind](**document.get("parameters", {}), **options)
     except TypeError as cause:

@@ -19,6 +19,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit
+from nnhydro.runtime.registry import choices
 
 LEARNED = ("network", "hybrid")
 Fit = Callable[[Sequence[Unit], Arm, Preparation, Progress | None], TorqueModel]
@@ -92,8 +93,8 @@ def entries(names: Sequence[str], campaigns: Sequence[Campaign], config: Trainin
         elif Path(name).is_dir():
             made.append(_stored_entry(Path(name), campaigns))
         else:
-            raise ConfigError(f"--models: unknown model {name!r}: one of {', '.join((*BASELINES, *LEARNED, *comparators()))}, a model's "
-                              "folder, or all")
+            raise ConfigError(f"--models: unknown model {name!r}: {choices(name, (*BASELINES, *LEARNED, *comparators(), 'all'))} (a model's "
+                              "folder may stand here, too)")
     if len({entry.name for entry in made}) < len(made):
         raise ConfigError(f"--models: a name stands twice in {', '.join(names)}: name each model once")
     return tuple(made)

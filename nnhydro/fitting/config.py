@@ -12,6 +12,7 @@ from nnhydro.features.feature_set import feature_sets
 from nnhydro.features.strip_law.state import state_sets
 from nnhydro.models.baselines import BASELINES
 from nnhydro.recordings.readers.validation import Settings, validate
+from nnhydro.runtime.registry import choices
 
 MAX_BYTES = 100_000
 
@@ -75,7 +76,7 @@ class TrainingConfig(Settings):
     @classmethod
     def _known_baseline(cls, value: str) -> str:
         if value != "auto" and value not in BASELINES and not _is_folder(value):
-            raise ValueError(f"unknown baseline: one of auto, {', '.join(BASELINES)}, or the folder of a model")
+            raise ValueError(f"unknown baseline: {choices(value, ('auto', *BASELINES))} (the folder of a model may stand here, too)")
         return value
 
 
@@ -83,8 +84,8 @@ def _of(names: tuple[str, ...], known: Collection[str], what: str) -> tuple[str,
     """The names, if all are known and none stands twice."""
     for number, name in enumerate(names):
         if name not in known or name in names[:number]:
-            raise ValueError(f"{'unknown ' if name not in known else ''}{what} {name!r}{'' if name not in known else ' stands twice'}: "
-                             f"known are {', '.join(known)}")
+            raise ValueError(f"{what} {name!r} stands twice: remove one" if name in known else
+                             f"unknown {what} {name!r}: {choices(name, known)}")
     return names
 
 

@@ -12,6 +12,7 @@ from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.travel.state_model import state_loads
 from nnhydro.recordings.arm import Arm
+from nnhydro.runtime.registry import choices
 
 
 @final
@@ -47,5 +48,5 @@ BASELINES = {b.name: b for b in (
 def baseline(name: str) -> NamedBaseline:
     """Return the baseline called `name`; raises ConfigError listing the names."""
     if name not in BASELINES:
-        raise ConfigError(f"unknown model {name!r}: the physics models are {', '.join(BASELINES)}")
+        raise ConfigError(f"unknown physics model {name!r}: {choices(name, BASELINES)}")
     return BASELINES[name]

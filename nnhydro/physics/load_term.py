@@ -15,7 +15,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.parametrised import ANY_SIZE, ANY_VALUE, PER, ParametricTerm, Values, parameter
-from nnhydro.runtime.registry import import_files
+from nnhydro.runtime.registry import choices, import_files
 
 __all__ = ["ANY_SIZE", "ANY_VALUE", "PER", "LinearTerm", "LoadTerm", "Values", "parameter", "term_kinds", "term_of"]
 
@@ -66,7 +66,7 @@ def term_of(document: Mapping[str, Any]) -> LoadTerm:
     kinds = _every_kind()
     kind = str(document.get("kind"))
     if kind not in kinds:
-        raise ModelError(f"unknown load term {kind!r}: this version knows {', '.join(term_kinds())}; was the model written by a newer one?")
+        raise ModelError(f"unknown load term {kind!r}: {choices(kind, term_kinds())}; was the model written by a newer version?")
     try:
         return kinds[kind](**document.get("parameters", {}), **document.get("options", {}))
     except TypeError as cause:

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, final
 
-from nnhydro.errors import CampaignError, RecordingError
+from nnhydro.errors import CampaignError, RecordingError, count_text
 from nnhydro.recordings.arm import Arm, read_arm
 from nnhydro.recordings.content_hash import exact, marks
 from nnhydro.recordings.filtering.preprocessing import Preparation, plan, prepare, steady_segment
@@ -48,8 +48,8 @@ class Campaign:
 
     def __repr__(self) -> str:
         names = ", ".join(self.names[:3]) + (", ..." if len(self.names) > 3 else "")
-        parts = [f"{self.arm.n_links} link{'s' if self.arm.n_links > 1 else ''}", f"{len(self.names)} recordings ({names})"]
-        parts += [f"steady table {table.name} ({len(table)} runs)" for table in self.steady]
+        parts = [count_text(self.arm.n_links, "link"), f"{count_text(len(self.names), 'recording')} ({names})"]
+        parts += [f"steady table {table.name} ({count_text(len(table), 'run')})" for table in self.steady]
         return f"<Campaign {self.arm.name!r}: {', '.join(parts)}{'' if self.root is None else f', in {self.root}'}>"
 
     @staticmethod

@@ -11,7 +11,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign, every_one
 from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.jitter import jitter
-from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck
+from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck, merge_kinds
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording, SteadyTable
@@ -178,11 +178,11 @@ def oddities_of(recording: Recording, arm: Arm) -> list[str]:
 
 
 def errors_of(campaign: Campaign) -> list[str]:
-    """Return what makes the arm or some of the recordings unusable, a line each; of many recordings `LOOKED_AT` are looked at."""
+    """Return what makes the arm or some of the recordings unusable, a line a kind; of many recordings `LOOKED_AT` are looked at."""
     found = [*_of_arm_and_tables(campaign.arm, campaign.steady)]
     for name in campaign.names[::-(-len(campaign.names) // LOOKED_AT) or 1]:
         found += _of_recording(Reading.of(campaign.load(name), campaign.arm))
-    return [campaign.arm.text(oddity.message) for oddity in found if oddity.severity == "error"]
+    return [campaign.arm.text(same[0].message) for same in merge_kinds(oddity for oddity in found if oddity.severity == "error")]
 
 
 def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:

@@ -54,7 +54,9 @@ def verdict(found: Survey) -> str:
     if found.errors:
         return f"Not usable: {plural(count['error'], 'error')}. Correct the first and check again."
     if count["warning"]:
-        return f"Usable, but resolve the {plural(count['warning'], 'warning')} first: they affect every fit."
+        many = count["warning"] > 1
+        return (f"Usable, but resolve the {plural(count['warning'], 'warning') if many else 'warning'} first: "
+                f"{'they affect' if many else 'it affects'} every fit.")
     notes = f" ({plural(count['note'], 'note')})" if count["note"] else ""
     return f"Usable: nothing looks wrong{notes}."
 

@@ -1,6 +1,7 @@
 """`nnhydro check` as a person types it: the table, the findings with what to do, the verdict, JSON, and the exit code."""
 
 import json
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import pytest
 from planted import Columns, write_campaign
 
 from nnhydro.cli.main import run
+from nnhydro.recordings.campaign import open_campaign
+from nnhydro.recordings.survey import errors_of
 
 
 def backward(c: Columns) -> Mapping[str, np.ndarray]:
@@ -42,6 +45,29 @@ def test_an_unusable_recording_is_shown_in_full_and_ends_with_one_line(tmp_path:
     assert err.count("\n") == 1
     assert err.startswith("nnhydro: error: ")
     assert "Split the file there" in err
+
+
+def test_the_last_line_counts_the_errors_as_the_verdict_does(tmp_path: Path, capsys):
+    root = write_campaign(tmp_path / "c", backward, runs=3)
+    for number in (2, 3):
+        shutil.copy(root / "recordings" / "run1.csv", root / "recordings" / f"run{number}.csv")
+    assert run(["check", str(root)]) == 2
+    out, err = capsys.readouterr()
+    assert "(also in run2, run3)" in out
+    assert "Not usable: 1 error." in out
+    assert "more)" not in err
+    assert len(errors_of(open_campaign(root))) == 1
+
+
+def test_a_single_warning_is_counted_in_the_singular(tmp_path: Path, capsys):
+    from nnhydro.recordings.checks.oddity import Oddity
+    from nnhydro.recordings.survey import Survey
+    from nnhydro.report.survey_table import verdict
+
+    odd = Oddity("run1", "warning", "q1_rad", "something", "do something", "a")
+    one, two = (Survey((), (), found, None, None, ()) for found in ((odd,), (odd, Oddity("run1", "warning", "q2_rad", "x", "y", "b"))))
+    assert verdict(one) == "Usable, but resolve the warning first: it affects every fit."
+    assert verdict(two) == "Usable, but resolve the 2 warnings first: they affect every fit."
 
 
 def test_findings_say_what_to_do(tmp_path: Path, capsys):

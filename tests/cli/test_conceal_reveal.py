@@ -72,7 +72,7 @@ def test_the_key_can_lie_elsewhere(tmp_path: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.parametrize(("arguments", "said"), [
     (["--effect", "gremlins"], "--effect gremlins: not known: choose one of none, random"),
-    (["--strength", "medium"], "--strength medium: choose one of weak, strong"),
+    (["--strength", "medium"], "--strength medium: not known: choose one of weak, strong"),
     (["--links", "3"], "--links 3: choose 1 or 2"),
     (["--effect", "torque_crosstalk", "--links", "1"], "needs two links"),
     (["--count", "0"], "--count 0"),

@@ -64,7 +64,8 @@ def test_a_file_of_ones_own_adds_an_effect(tmp_path: Path, capsys):
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
-    (["no_such_effect"], "unknown effect 'no_such_effect'"), (["--out", "x.png"], "needs an ID"),
+    (["no_such_effect"], "unknown effect 'no_such_effect'"),
+    (["coulomb"], "unknown effect 'coulomb': did you mean 'coulomb_friction'?"), (["--out", "x.png"], "needs an ID"),
     (["torque_bias", "--out", "x.pdf"], "ends in .png"), (["--effects", "no_such_file.py"], "is not a file"),
     (["torque_bias", "--out", "/proc/x/y.png"], "cannot be written"),
 ])

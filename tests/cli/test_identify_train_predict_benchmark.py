@@ -302,6 +302,10 @@ def test_steady_tables_alone_can_be_compared(said, tmp_path):
     (("predict", "NOWHERE", "MOTION", "--out", "OUT"), ("not a model folder",)),
     (("predict", "CAMPAIGN", "MOTION", "--out", "OUT"), ("not a model folder",)),
     (("predict", "MODEL", "NOWHERE", "--out", "OUT"), ("nowhere",)),
+    (("predict", "MODEL", "RECORDINGS", "--out", "OUT"), ("recordings: is a folder", "give its files, as in", "recordings/*.csv")),
+    (("predict", "MODEL", "MODEL", "--out", "OUT"), ("is a folder and holds no motion",)),
+    (("predict", "MODEL", "CAMPAIGN", "--out", "OUT"), ("is a folder: give its files, as in", "unseen/*.csv")),
+    (("identify", "CAMPAIGN", "--model", "constnat", "--out", "OUT"), ("did you mean 'constant'?",)),
     (("predict", "MODEL", "MOTION", "--out", "FILE"), ("cannot be written",)),
     (("benchmark", "CAMPAIGN", "--models", "constant,nope", "--out", "OUT"), ("nope", "hybrid")),
     (("benchmark", "CAMPAIGN", "--models", "constant,constant", "--out", "OUT"), ("twice",)),
@@ -313,7 +317,7 @@ def test_steady_tables_alone_can_be_compared(said, tmp_path):
 def test_a_users_mistake_is_told_in_one_line(arguments, words, place, model, said, tmp_path):
     (tmp_path / "file").write_text("= not ours")
     named = {"CAMPAIGN": place / "campaign", "NOWHERE": tmp_path / "nowhere", "OUT": tmp_path / "out", "FILE": tmp_path / "file",
-             "MODEL": model, "MOTION": place / "campaign" / "unseen" / "motion.csv"}
+             "RECORDINGS": place / "campaign" / "recordings", "MODEL": model, "MOTION": place / "campaign" / "unseen" / "motion.csv"}
     one_line(said(*(named.get(a, a) for a in arguments)), *words)
     assert not (tmp_path / "out").exists()
     assert (tmp_path / "file").read_text() == "= not ours"

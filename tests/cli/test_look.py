@@ -121,3 +121,13 @@ def test_progress_tells_the_time_left_once_it_has_a_pace(capsys, monkeypatch):
     assert lines[1] == "fold 1: network (about 30 s left)"
     assert len(lines) == 3, "news of a step under way is no line of its own"
 
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"]])
+def test_without_a_command_the_help_is_printed_as_it_is_written(arguments, capsys):
+    assert run(arguments) == 0
+    out, err = capsys.readouterr()
+    assert not err
+    lines = out.splitlines()
+    assert any(line.strip().startswith("Usage: nnhydro") for line in lines)
+    assert {line.split()[0] for line in lines if line.startswith("  ") and line.split()} >= set(COMMANDS)

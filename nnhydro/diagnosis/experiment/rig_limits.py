@@ -7,19 +7,20 @@ from typing import Annotated, final
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
-from nnhydro.errors import ConfigError, require
+from nnhydro.errors import ConfigError, count_text, require
 from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 from nnhydro.recordings.segment import Segment
 from nnhydro.simulation.motions.motion_kind import State
-from nnhydro.simulation.recipe.per_joint import PerJointMagnitude, spread
+from nnhydro.simulation.recipe.per_joint import Magnitude
 
 Array = NDArray[np.float64]
 LONGEST = 60.0  # s, of a proposed motion
 TORQUE_MARGIN = 1.1  # of the largest torque measured: what a proposed motion may ask of drives whose limit nobody states
 Span = tuple[float, float]
+Each = Magnitude | Annotated[tuple[Magnitude, ...], Field(min_length=1, max_length=10)]  # one number for all joints, or one a joint
 
 
 @final
@@ -27,26 +28,32 @@ class Limits(Settings):
     """What the user of a rig says it can do; what is left out is taken from the recordings."""
 
     q_rad: Annotated[tuple[Span, ...], Field(min_length=1, max_length=10)] | None = None  # lowest and highest angle of each joint
-    dq_rad_s: PerJointMagnitude | None = None
-    ddq_rad_s2: PerJointMagnitude | None = None
+    dq_rad_s: Each | None = None
+    ddq_rad_s2: Each | None = None
     u0_m_s: float | None = Field(default=None, ge=0, le=100)
-    tau_Nm: PerJointMagnitude | None = None
+    tau_Nm: Each | None = None
     seconds: float | None = Field(default=None, gt=0, le=3600)
+    _file: str = PrivateAttr(default="")  # that states them
 
     def check(self, joints: int) -> None:
         """Raise ConfigError where the numbers and an arm of so many joints do not go together."""
+        where = f"{self._file}: " if self._file else "limits: "
         if self.q_rad is not None:
-            require(len(self.q_rad) == joints, f"limits: q_rad has {len(self.q_rad)} ranges for an arm of {joints} joint(s): give one "
-                    "[lowest, highest] a joint")
-            require(all(low < high for low, high in self.q_rad), "limits: q_rad: a range is [lowest, highest], the lower angle first")
+            require(len(self.q_rad) == joints, f"{where}q_rad has {count_text(len(self.q_rad), 'range')} for an arm of "
+                    f"{count_text(joints, 'joint')}: give one [lowest, highest] a joint")
+            require(all(low < high for low, high in self.q_rad), f"{where}q_rad: a range is [lowest, highest], the lower angle first")
         for key in ("dq_rad_s", "ddq_rad_s2", "tau_Nm"):
-            if getattr(self, key) is not None:
-                spread(getattr(self, key), joints, f"limits: {key}")
+            given = getattr(self, key)
+            if isinstance(given, tuple):
+                require(len(given) == joints, f"{where}{key} lists {count_text(len(given), 'number')} for an arm of "
+                        f"{count_text(joints, 'joint')}: list one a joint, or give one number without brackets for all")
 
 
 def read_limits(path: Path) -> Limits:
     """Return the limits in a YAML file; raise ConfigError with one line where it is not one."""
-    return validate(Limits, read_yaml(path, ConfigError), str(path), ConfigError)
+    limits = validate(Limits, read_yaml(path, ConfigError), str(path), ConfigError)
+    limits._file = str(path)
+    return limits
 
 
 @final
@@ -83,13 +90,13 @@ class Rig:
         joints = len(self.q)
         limits.check(joints)
 
-        def each(given: tuple[float, ...] | None, shown: Array, key: str) -> Array:
-            return shown if given is None else spread(given, joints, f"limits: {key}")
+        def each(given: float | tuple[float, ...] | None, shown: Array) -> Array:
+            return shown if given is None else np.broadcast_to(np.array(given, dtype=float), (joints,))
 
         q = self.q if limits.q_rad is None else np.array(limits.q_rad, dtype=float)
-        return replace(self, q=q, rate=each(limits.dq_rad_s, self.rate, "dq_rad_s"),
-                       acceleration=each(limits.ddq_rad_s2, self.acceleration, "ddq_rad_s2"),
-                       u0=self.u0 if limits.u0_m_s is None else limits.u0_m_s, tau=each(limits.tau_Nm, self.tau, "tau_Nm"),
+        return replace(self, q=q, rate=each(limits.dq_rad_s, self.rate),
+                       acceleration=each(limits.ddq_rad_s2, self.acceleration),
+                       u0=self.u0 if limits.u0_m_s is None else limits.u0_m_s, tau=each(limits.tau_Nm, self.tau),
                        seconds=min(self.seconds if limits.seconds is None else limits.seconds, LONGEST), stated=True)
 
     def allows(self, state: State) -> bool:

@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.errors import ConfigError, RecordingError
+from nnhydro.errors import ConfigError, RecordingError, count_text
 from nnhydro.fitting.identify import start_terms, versions
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.models.baselines import BASELINES, NamedBaseline
@@ -132,7 +132,7 @@ def baseline_of(named: str | None, arm: Arm, units: tuple[Unit, ...], how: Prepa
                           f"(no {MODEL}): nnhydro identify and train write one")
     model = load_model(Path(named))
     if model.arm.n_links != arm.n_links:
-        raise ConfigError(f"--baseline {named}: is a model of {model.arm.n_links} joints, the campaign's arm has {arm.n_links}")
+        raise ConfigError(f"--baseline {named}: is a model of {count_text(model.arm.n_links, 'joint')}, the campaign's arm has {arm.n_links}")
     if isinstance(model, StripTheory) and not model.instruments and model.loads.linear():
         own = _physics(NamedBaseline(model.name, "a model file", lambda _: model.loads, calibrated=True), arm, units, how)
         return replace(own, physics=replace(own.physics, fit={SEEN: model.fit.get(SEEN)}))

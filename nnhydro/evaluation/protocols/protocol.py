@@ -11,7 +11,7 @@ from nnhydro.errors import CampaignError, ConfigError, require
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit
-from nnhydro.runtime.registry import Registry
+from nnhydro.runtime.registry import Registry, choices
 
 
 @final
@@ -85,7 +85,7 @@ def protocols() -> dict[str, Protocol]:
 def protocol_called(name: str) -> Protocol:
     """Return the protocol `name`; raises ConfigError listing the names."""
     known = protocols()
-    require(name in known, f"--protocol: unknown protocol {name!r}: one of {', '.join(known)}", ConfigError)
+    require(name in known, f"--protocol: unknown protocol {name!r}: {choices(name, known)}", ConfigError)
     return known[name]
 
 

@@ -14,7 +14,7 @@ from typing import Any, final
 import torch
 from torch import Tensor
 
-from nnhydro.errors import require
+from nnhydro.errors import count_text, require
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.gains.matrix import INPUTS, UNITS, Gains, gain_matrix
 from nnhydro.models.learned.learned import LearnedTorque
@@ -93,7 +93,8 @@ def sweeps(model: TorqueModel, around: Around | None = None) -> list[Sweep]:
     Raises ConfigError where the posture has another number of angles than the arm has joints.
     """
     around, links = around or Around(), model.arm.n_links
-    require(len(around.posture_rad) in (0, links), f"--posture: {len(around.posture_rad)} angles for an arm of {links} joint(s)")
+    require(len(around.posture_rad) in (0, links), f"--posture: {count_text(len(around.posture_rad), 'angle')} for an arm of "
+            f"{count_text(links, 'joint')}: give {'one' if links == 1 else f'all {links}'}, as in --posture {','.join(['0.3', '-0.5', '0.1'][:links])}")
     models, made = reference_models(model), []
     still = _states(around, links, POINTS)
     speed = around.speed_rad_s * torch.arange(-(POINTS // 2), POINTS // 2 + 1, dtype=torch.float64) / (POINTS // 2)

@@ -19,7 +19,7 @@ from torch import Tensor
 from nnhydro.errors import ModelError
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.strips import Strips
-from nnhydro.runtime.registry import import_files
+from nnhydro.runtime.registry import choices, import_files
 
 
 @final
@@ -101,7 +101,7 @@ def law_of(text: str) -> Law:
     kind, _, number = text.partition("=")
     kinds = law_kinds()
     if kind not in kinds:
-        raise ModelError(f"unknown coefficient law {kind!r}: one of {', '.join(kinds)}")
+        raise ModelError(f"unknown coefficient law {kind!r}: {choices(kind, kinds)}")
     try:
         return kinds[kind](*([float(number)] if number else []))
     except (TypeError, ValueError) as cause:

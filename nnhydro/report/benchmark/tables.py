@@ -3,6 +3,7 @@
 from functools import partial
 from typing import Any
 
+from nnhydro.errors import count_text
 from nnhydro.evaluation.benchmark import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.sheet import Column, Sheet, percent, percent_interval
@@ -13,7 +14,7 @@ PERFECT = "(a perfect model)"
 def _title(result: BenchmarkResult) -> str:
     """What was held out, and how, in one line."""
     steady = sum(unit.steady for unit in result.units)
-    held = f"{len(result.units) - steady} recordings"
+    held = count_text(len(result.units) - steady, "recording")
     held += f" and {sum(len(t) for campaign in result.campaigns for t in campaign.steady)} steady runs" if steady else ""
     if result.protocol == DEFAULT:
         return f"Held-out torque error: {held}, each held out once in {len(result.folds)} folds"

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from nnhydro.errors import count_text
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
 from nnhydro.sheet import Column, Sheet, percent
 
@@ -40,7 +41,7 @@ def power_verdict(document: dict[str, Any]) -> str:
     hidden = [e for e in unseen if e not in own]
     alone = {e: [r for r in rows if r["effect"] == e and r["smallest_size"] is not None] for e in effects}
     alike = [e for e in effects if alone[e] and all(r["likeness"] > EQUIVALENT_COSINE for r in alone[e])]
-    parts = [f"{document['recordings']} recordings can reveal {len(effects) - len(unseen)} of {len(effects)} effects"]
+    parts = [f"{count_text(document['recordings'], 'recording')} can reveal {len(effects) - len(unseen)} of {len(effects)} effects"]
     parts += [f"at no size {', '.join(hidden)}"] if hidden else []
     parts += [f"the fit of the baseline absorbs {', '.join(own)}"] if own else []
     parts += [f"they cannot distinguish {', '.join(alike)} from the most similar effect"] if alike else []

@@ -3,6 +3,7 @@
 from typing import Any
 
 from nnhydro.effects.in_sector import InSector, ReadInSector
+from nnhydro.errors import count_text
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
@@ -58,7 +59,7 @@ def model_sentence(model: TorqueModel) -> str:
     say = model.arm.text
     if isinstance(model, StripTheory) and "rms_residual_Nm" in model.fit:
         left = ", ".join(f"{x:.3g}" for x in model.fit["rms_residual_Nm"])
-        return f"{text}; rms residual by joint {left} {say('N m')}, on the {model.fit['recordings']} recordings of the fit."
+        return f"{text}; rms residual by joint {left} {say('N m')}, on the {count_text(model.fit['recordings'], 'recording')} of the fit."
     if "best_epoch" in model.fit:
         best = ", ".join(f"{epoch:g}" for epoch in model.fit["best_epoch"])
         return f"{text}; trained for {model.fit['epochs']} epochs, lowest validation error at epochs {best}, one for each member."

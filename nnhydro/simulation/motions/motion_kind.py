@@ -14,7 +14,7 @@ from pydantic import Field, field_validator
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.validation import Settings, validate
-from nnhydro.runtime.registry import import_files
+from nnhydro.runtime.registry import choices, import_files
 from nnhydro.simulation.motions.carriage import Carriage
 
 Array = NDArray[np.float64]
@@ -131,5 +131,5 @@ def motion_of(document: Any, where: str) -> MotionKind:
         raise ConfigError(f"{where}: a motion is a mapping with kind and name, got {document!r:.80}")
     kind = document.get("kind")
     if not isinstance(kind, str) or kind not in kinds:
-        raise ConfigError(f"{where}.kind: {kind!r:.80} is not a kind of motion: give one of {', '.join(sorted(kinds))}")
+        raise ConfigError(f"{where}.kind: {kind!r:.80} is not a kind of motion: {choices(str(kind), sorted(kinds))}")
     return validate(kinds[kind], document, f"{where} ({kind})", ConfigError)

@@ -12,6 +12,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.recordings.arm import Arm, parse_arm, read_arm
 from nnhydro.recordings.readers.validation import validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
+from nnhydro.runtime.registry import choices
 from nnhydro.simulation.motions.motion_kind import MotionKind, Reference, Setting, TimedMotion, motion_of
 from nnhydro.simulation.motions.steady import SteadyRuns
 from nnhydro.simulation.plant import require_steps
@@ -71,7 +72,7 @@ def _require_names(settings: RecipeFile, motions: tuple[MotionKind, ...], where:
         seen.add(motion.name.casefold())
     timed = [m.name for m in motions if isinstance(m, TimedMotion)]
     for name in settings.unseen:
-        require(name in timed, f"{where}: unseen: {name!r} is not a motion against time of this recipe: {', '.join(timed[:5])}")
+        require(name in timed, f"{where}: unseen: {name!r} is not a motion against time of this recipe: {choices(name, timed)}")
 
 
 def _truth(settings: RecipeFile, where: str, folder: Path) -> tuple[Arm, Loads]:

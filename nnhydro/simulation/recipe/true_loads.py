@@ -12,6 +12,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm, term_kinds
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
+from nnhydro.runtime.registry import choices
 
 # what a term given options of the wrong type or size may raise when it is made or tried out
 UNUSABLE = (TypeError, ValueError, RuntimeError, LookupError, AttributeError, ArithmeticError)
@@ -22,7 +23,8 @@ def _kind(name: str, given: Any, where: str) -> type[LoadTerm]:
     kinds = term_kinds()
     kind = given.get("kind", name) if isinstance(given, dict) else name
     if not isinstance(kind, str) or kind not in kinds:
-        raise ConfigError(f"{where}: {kind!r:.80} is not a load term: give one of {', '.join(kinds)}, or 'kind:' beside its parameters")
+        raise ConfigError(f"{where}: {kind!r:.80} is not a load term: {choices(str(kind), kinds)} (a name of your own needs 'kind:' beside its "
+                          "parameters)")
     return kinds[kind]
 
 
@@ -57,7 +59,7 @@ def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where
     parameters, options = {f.name: f for f in cls.parameters()}, {f.name for f in cls.options()}
     for key in given:
         if key != "kind" and key not in parameters and key not in options:
-            raise ConfigError(f"{where}: unknown key {key!r:.80}: {cls.kind} takes {', '.join([*parameters, *sorted(options)])}")
+            raise ConfigError(f"{where}: unknown key {key!r:.80} of {cls.kind}: {choices(str(key), [*parameters, *sorted(options)])}")
     chosen = {key: value for key, value in given.items() if key in options}
     try:
         start = cls.at_start(arm, **chosen)

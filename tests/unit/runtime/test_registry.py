@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from nnhydro.errors import ConfigError
-from nnhydro.runtime.registry import Registry, import_files
+from nnhydro.runtime.registry import Registry, choices, import_files, nearest
 
 PACKAGE = "nnhydro_registry_of_a_test"
 
@@ -42,8 +42,28 @@ def test_members_are_chosen_in_the_order_asked_for(registry):
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones(registry):
-    with pytest.raises(ConfigError, match="unknown letter 'z': known are a, b"):
+    with pytest.raises(ConfigError, match="unknown letter 'z': choose one of a, b"):
         registry.choose(["a", "z"], "letter")
+
+
+def test_an_unknown_name_is_refused_with_the_nearest_one(registry):
+    registry.enter("morison", "M")
+    with pytest.raises(ConfigError, match=r"unknown letter 'morisson': did you mean 'morison'\?"):
+        registry.choose(["morisson"], "letter")
+
+
+@pytest.mark.parametrize(("name", "near"), [
+    ("coulomb", ["coulomb_friction"]), ("coulom_friction", ["coulomb_friction"]), ("Added-Mass", ["added_mass"]), ("work", ["work"]),
+    ("friction", ["coulomb_friction", "viscous_friction"]), ("something else", []), ("", [])])
+def test_the_nearest_name_is_near_in_spelling_or_has_the_name_for_a_word(name, near):
+    assert nearest(name, ["coulomb_friction", "viscous_friction", "added_mass", "work"]) == near
+
+
+def test_a_long_list_of_names_is_told_only_where_none_is_near():
+    many = [f"motion{k}" for k in range(200)]
+    assert choices("motion7x", many).startswith("did you mean 'motion7'?")
+    assert choices("reach", many).startswith("choose one of motion0, ")
+    assert choices("reach", many).endswith(", ...")
 
 
 def test_registries_of_one_folder_are_apart():

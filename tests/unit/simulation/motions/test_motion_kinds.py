@@ -133,7 +133,7 @@ def test_a_steady_carriage_had_its_speed_before_the_recording() -> None:
 
 
 @pytest.mark.parametrize(("document", "message"), [
-    ({"kind": "sleuw"}, "'sleuw' is not a kind of motion: give one of file, fourier, rotation, slew, steady, tow"),
+    ({"kind": "sleuw"}, "'sleuw' is not a kind of motion: did you mean 'slew'\\? Known are file, fourier, rotation, slew, steady, tow"),
     ({"kind": "slew", "q_rad": [[0, 0], [1, 1]], "duration_s": 1, "pauze_s": 1}, "unknown key 'pauze_s': did you mean 'pause_s'"),
     ({"kind": "slew", "q_rad": [[0, 0], [1, 1]]}, "either duration_s or acceleration_rad_s2"),
     ({"kind": "slew", "q_rad": [[0, 0], [1]], "duration_s": 1}, "1 numbers for an arm of 2 joint"),
