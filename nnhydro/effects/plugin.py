@@ -49,10 +49,10 @@ def _check_answers(cls: type[Effect], path: Path) -> None:
     """Have the methods of `cls` that its file writes say where they return a tensor of another shape than a fit needs."""
     for name in ANSWERS.keys() & vars(cls).keys():
         if isinstance(method := vars(cls)[name], FunctionType):
-            setattr(cls, name, _checked(method, path))
+            setattr(cls, name, _require_shape(method, path))
 
 
-def _checked(method: FunctionType, path: Path) -> Callable[[Any, Any], Tensor]:
+def _require_shape(method: FunctionType, path: Path) -> Callable[[Any, Any], Tensor]:
     """The method, whose answer is checked."""
 
     @wraps(method)
@@ -62,9 +62,9 @@ def _checked(method: FunctionType, path: Path) -> Callable[[Any, Any], Tensor]:
         wanted = (*flow.motion.q.shape, *([] if method.__name__ == "apply" else [len(self.linear_names())]))
         if not isinstance(found, Tensor) or tuple(found.shape) != wanted:
             got = f"of shape {tuple(found.shape)}" if isinstance(found, Tensor) else f"a {type(found).__name__}"
-            raise ConfigError(f"--effects {path}: line {method.__code__.co_firstlineno}, in {method.__name__}: the answer is {got}; it must "
-                              f"be a tensor of shape {wanted}, {ANSWERS[method.__name__]}: at_joint(load, self.joint, flow.arm.n_links) makes "
-                              "one of a load (rows, parameters)")
+            raise ConfigError(f"--effects {path}: line {method.__code__.co_firstlineno}, in {method.__name__}: the answer is {got}; it "
+                              f"must be a tensor of shape {wanted}, {ANSWERS[method.__name__]}: at_joint(load, self.joint, "
+                              "flow.arm.n_links) makes one of a load (rows, parameters)")
         return found
 
     return answer

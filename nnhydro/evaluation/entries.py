@@ -93,8 +93,8 @@ def entries(names: Sequence[str], campaigns: Sequence[Campaign], config: Trainin
         elif Path(name).is_dir():
             made.append(_stored_entry(Path(name), campaigns))
         else:
-            raise ConfigError(f"--models: unknown model {name!r}: {choices(name, (*BASELINES, *LEARNED, *comparators(), 'all'))} (a model's "
-                              "folder may stand here, too)")
+            known = (*BASELINES, *LEARNED, *comparators(), "all")
+            raise ConfigError(f"--models: unknown model {name!r}: {choices(name, known)} (a model's folder may stand here, too)")
     if len({entry.name for entry in made}) < len(made):
         raise ConfigError(f"--models: a name stands twice in {', '.join(names)}: name each model once")
     return tuple(made)

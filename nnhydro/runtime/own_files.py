@@ -18,16 +18,17 @@ def own_file(path: Path) -> None:
 
 def place_of(cause: BaseException) -> str:
     """Return "--effects FILE: line N, in FUNCTION" of the innermost call in a file of the user; "" where `cause` passed through none."""
-    if isinstance(cause, SyntaxError) and cause.filename and (file := _given(cause.filename)):
+    if isinstance(cause, SyntaxError) and cause.filename and (file := _user_file(cause.filename)):
         return f"--effects {file}: line {cause.lineno}"
-    calls = [(file, call) for call in traceback.extract_tb(cause.__traceback__) if (file := _given(call.filename))]
+    calls = [(file, call) for call in traceback.extract_tb(cause.__traceback__) if (file := _user_file(call.filename))]
     if not calls:
         return ""
     file, call = calls[-1]
     return f"--effects {file}: line {call.lineno}" + ("" if call.name == "<module>" else f", in {call.name}")
 
 
-def _given(filename: str) -> Path | None:
+def _user_file(filename: str) -> Path | None:
+    """The file of the user that Python calls `filename`, as it was given; None for any other."""
     return _FILES.get(filename) or _FILES.get(str(Path(filename).resolve())) if _FILES else None
 
 

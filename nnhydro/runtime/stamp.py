@@ -156,16 +156,16 @@ def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
 
     That is an input of the command, a part of a campaign, of a model or of results, or a file that nnhydro did not write.
     """
+    if path.exists() and any(source.exists() and path.samefile(source) for source in (*_INPUTS.get(), *inputs)):
+        raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
     refuse_among_recordings(path.parent)
     if not (path.exists() or path.is_symlink()):
         return
-    if path.exists() and any(source.exists() and path.samefile(source) for source in (*_INPUTS.get(), *inputs)):
-        raise ConfigError(f"--out: {path} is one of the inputs, which would be lost: name another place")
     if path.is_dir():
         raise ConfigError(f"--out {path}: is a folder: name a file")
-    _refuse_part_of_whole(path)
     if not is_ours(path):
         raise ConfigError(f"--out: {path} is there already, and nnhydro did not write it (or it was changed since): {REMEDY}")
+    _refuse_part_of_whole(path)
 
 
 @contextmanager

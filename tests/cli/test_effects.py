@@ -79,7 +79,8 @@ def test_mistakes_end_with_one_line(arguments, message, capsys):
 BROKEN = {
     "an attribute that is not there": (".qd[", ".qdot[", r"AttributeError: 'Motion' object has no attribute 'qdot'"),
     "a division by zero": ("** 3", "** (3 // 0)", r"ZeroDivisionError"),
-    "more joints than the arm has": ("flow.arm.n_links)", "flow.arm.n_links + 1)", r"of shape \(\d+, \d, 1\); it must be a tensor of shape \(\d+, \d, 1\)"),
+    "more joints than the arm has": ("flow.arm.n_links)", "flow.arm.n_links + 1)",
+                                   r"of shape \(\d+, \d, 1\); it must be a tensor of shape \(\d+, \d, 1\)"),
     "a joint that the arm does not have": ("self.joint, flow", "self.joint + 5, flow", r"joint \d: this arm has \d"),
     "no answer at all": ("return at_joint", "at_joint", r"the answer is a NoneType"),
 }

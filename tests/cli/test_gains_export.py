@@ -38,7 +38,7 @@ def test_gains_writes_a_table_a_plot_and_the_matrices(place, said, tmp_path, nam
 @pytest.mark.parametrize(("option", "value", "word"), [("--speed", "0", "--speed"), ("--speed", "nan", "--speed"),
                                                        ("--tow", "inf", "--tow"),
                                                        ("--posture", "a,b", "--posture"), ("--posture", "1,2,3", "3 angles"),
-                                                       ("--posture", "0", "1 angle for an arm of 2 joints: give all 2, as in --posture 0.3,-0.5")])
+                                                       ("--posture", "0", "1 angle for an arm of 2 joints: give all 2, as in --posture")])
 def test_gains_refuses_states_that_are_none(place, said, tmp_path, option, value, word):
     code, out, err = said("gains", place / "constant", "--out", tmp_path / "g", option, value)
     assert (code, out) == (2, "")

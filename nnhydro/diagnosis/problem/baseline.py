@@ -132,7 +132,8 @@ def baseline_of(named: str | None, arm: Arm, units: tuple[Unit, ...], how: Prepa
                           f"(no {MODEL}): nnhydro identify and train write one")
     model = load_model(Path(named))
     if model.arm.n_links != arm.n_links:
-        raise ConfigError(f"--baseline {named}: is a model of {count_text(model.arm.n_links, 'joint')}, the campaign's arm has {arm.n_links}")
+        raise ConfigError(f"--baseline {named}: is a model of {count_text(model.arm.n_links, 'joint')}, the campaign's arm has "
+                          f"{arm.n_links}")
     if isinstance(model, StripTheory) and not model.instruments and model.loads.linear():
         own = _physics(NamedBaseline(model.name, "a model file", lambda _: model.loads, calibrated=True), arm, units, how)
         return replace(own, physics=replace(own.physics, fit={SEEN: model.fit.get(SEEN)}))

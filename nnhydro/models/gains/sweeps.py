@@ -93,8 +93,9 @@ def sweeps(model: TorqueModel, around: Around | None = None) -> list[Sweep]:
     Raises ConfigError where the posture has another number of angles than the arm has joints.
     """
     around, links = around or Around(), model.arm.n_links
+    how, example = "one" if links == 1 else f"all {links}", ",".join(["0.3", "-0.5", "0.1"][:links])
     require(len(around.posture_rad) in (0, links), f"--posture: {count_text(len(around.posture_rad), 'angle')} for an arm of "
-            f"{count_text(links, 'joint')}: give {'one' if links == 1 else f'all {links}'}, as in --posture {','.join(['0.3', '-0.5', '0.1'][:links])}")
+            f"{count_text(links, 'joint')}: give {how}, as in --posture {example}")
     models, made = reference_models(model), []
     still = _states(around, links, POINTS)
     speed = around.speed_rad_s * torch.arange(-(POINTS // 2), POINTS // 2 + 1, dtype=torch.float64) / (POINTS // 2)

@@ -128,7 +128,7 @@ def _wish(error: dict[str, Any]) -> str:
     kind, given = str(error["type"]), error.get("ctx", {})
     if kind in WISHES:
         counted = ("min_length", "max_length") if kind.startswith("too") else ()
-        numbers = {name: count_text(value, "entry") if name in counted else f"{value:.12g}" for name, value in given.items()
+        numbers = {name: count_text(int(value), "entry") if name in counted else f"{value:.12g}" for name, value in given.items()
                    if isinstance(value, int | float)}
         return "must " + WISHES[kind].format(**{**given, **numbers})
     return "must " + str(error["msg"]).removeprefix(PYDANTIC).strip().split(", unable")[0]

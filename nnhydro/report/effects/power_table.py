@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from nnhydro.errors import count_text
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
+from nnhydro.errors import count_text
 from nnhydro.sheet import Column, Sheet, percent
 
 OWN = 1e-3  # visible share below which an effect is the baseline's own

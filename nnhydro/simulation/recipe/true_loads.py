@@ -23,8 +23,8 @@ def _kind(name: str, given: Any, where: str) -> type[LoadTerm]:
     kinds = term_kinds()
     kind = given.get("kind", name) if isinstance(given, dict) else name
     if not isinstance(kind, str) or kind not in kinds:
-        raise ConfigError(f"{where}: {kind!r:.80} is not a load term: {choices(str(kind), kinds)} (a name of your own needs 'kind:' beside its "
-                          "parameters)")
+        raise ConfigError(f"{where}: {kind!r:.80} is not a load term: {choices(str(kind), kinds)} (a name of your own needs 'kind:' "
+                          "beside its parameters)")
     return kinds[kind]
 
 

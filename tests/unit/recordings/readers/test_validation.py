@@ -27,7 +27,8 @@ def test_a_value_that_may_be_one_thing_or_another_is_named_as_it_stands_in_the_f
 
 
 @pytest.mark.parametrize(("changes", "line"), [
-    ({"arm": 3}, "arm: must be a mapping (key: value), got 3: correct it"), ({"unseen": "work"}, "unseen: must be a list, got 'work': write [work]"),
+    ({"arm": 3}, "arm: must be a mapping (key: value), got 3: correct it"),
+    ({"unseen": "work"}, "unseen: must be a list, got 'work': write [work]"),
     ({"seed": 1.5}, "seed: must be a whole number, got 1.5: correct it"),
     ({"limits": {"dq_rad_s": "fast"}}, "limits.dq_rad_s: must be a number, got 'fast': correct it"),
     ({"limits": {"q_rad": [[1, 2, 3]]}}, "limits.q_rad[0]: must have at most 2 entries, not 3: correct it"),
