@@ -138,7 +138,7 @@ def refuse_inputs(out: Path, inputs: Iterable[Path] = ()) -> None:
     whole, sources = out.resolve(), (*_INPUTS.get(), *(source.resolve() for source in inputs if _exists(source)))
     lost = next((source for source in sources if out.exists() and (source == whole or whole in source.parents)), None)
     if lost is not None:
-        raise ConfigError(f"--out {out}: would be replaced whole, and the command reads {lost}, which would be lost: name another folder")
+        raise ConfigError(f"--out {out}: would be replaced whole, and {lost}, which the command reads, would be lost: name another folder")
 
 
 def _refuse_part_of_whole(path: Path) -> None:

@@ -30,7 +30,7 @@ def test_json_is_for_programs(tmp_path, capsys, monkeypatch):
 
 def test_an_unknown_paper_is_refused_in_one_line(tmp_path, capsys):
     assert run(["reproduce", "sorensen", "--out", str(tmp_path / "paper")]) == 2
-    assert "those that can be reproduced are mclain and rivera" in capsys.readouterr().err
+    assert "unknown paper 'sorensen': choose one of mclain, rivera" in capsys.readouterr().err
     assert run(["reproduce", "mclain", "--campaign", str(tmp_path), "--out", str(tmp_path / "paper")]) == 2
     assert "leave it out, or reproduce rivera" in capsys.readouterr().err
     assert not (tmp_path / "paper").exists()

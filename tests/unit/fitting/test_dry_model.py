@@ -93,10 +93,10 @@ def test_a_stated_rotor_inertia_is_that_of_the_catalogue(drive):
 
 
 @pytest.mark.parametrize(("keys", "words"), [
-    ({"friction": [{"coulomb_Nm": 0.1}]}, "friction has 1 entries for 2 joints"),
+    ({"friction": [{"coulomb_Nm": 0.1}]}, "friction has 1 entry for 2 joints"),
     ({"friction": [{"coulomb": 0.1}, {}]}, "unknown key 'friction\\[0\\].coulomb': did you mean 'coulomb_N"),
     ({"friction": [{"coulomb_N": 0.1}, {}]}, "rename coulomb_N"),
-    ({"drive": {"kind": "direct", "rotor_inertia_kg_m2": [0.1]}}, "rotor_inertia_kg_m2 has 1 entries"),
+    ({"drive": {"kind": "direct", "rotor_inertia_kg_m2": [0.1]}}, "rotor_inertia_kg_m2 has 1 entry"),
     ({"friction": [{"coulomb_Nm": -0.1}, {}]}, "friction\\[0\\]")])
 def test_a_statement_that_does_not_fit_is_refused(keys, words):
     with pytest.raises(ArmError, match=words):

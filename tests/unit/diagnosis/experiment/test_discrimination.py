@@ -172,5 +172,5 @@ def test_a_proposal_that_fails_costs_nothing_but_itself(found, monkeypatch):
 
 
 def test_limits_of_another_arm_are_refused_before_anything_is_done():
-    with pytest.raises(ConfigError, match="q_rad has 1 ranges for an arm of 2"):
+    with pytest.raises(ConfigError, match="q_rad has 1 range for an arm of 2"):
         whole.diagnose(biased(), limits=Limits(q_rad=((-1.0, 1.0),)))
