@@ -35,7 +35,7 @@ def check(
     campaigns = open_campaigns(campaign, column_map)
     for opened in campaigns:
         found, name = survey_with_physics(opened, cutoff, workers), str(opened.root)
-        failed += [f"{name}: {same[0].message}" for same in merge_kinds(found.errors)]  # counted as the verdict counts
+        failed += [f"{name}: {kind[0].message}" for kind in merge_kinds(found.errors)]
         if json:
             documents.append(document(found, name))
             continue

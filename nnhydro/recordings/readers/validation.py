@@ -117,7 +117,7 @@ def one_line(where: str, cause: ValidationError, model: type[Settings], document
         return f"{where}: key {key!r} is missing: add it{more}"
     place, value = f"{where}: {key}" if key else where, first["input"]
     if first["type"] == "value_error":
-        got = f", got {_short(value)}" if isinstance(value, int | float | str) else ""
+        got = f", got {_short(value)}" if isinstance(value, int | float | str) and not isinstance(value, bool) else ""
         return f"{place}: {str(first['msg']).removeprefix('Value error, ')}{got}{more}"
     got = "" if first["type"] in ("too_short", "too_long") else f", got {_short(value)}"
     return f"{place}: {_wish(first)}{got}: {_remedy(path, first)}{more}"
