@@ -139,10 +139,11 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
+    checks = _checks(found, proof.before, proof.after, proof.recordings) | base.against_stated(z_after) | unjudged | why
     return DiagnosisResult(before, corrected, base.name, time.perf_counter() - start,
                            _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                           _checks(found, proof.before, proof.after, proof.recordings) | unjudged | why, bands, following,
-                           base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+                           checks, bands, following, base.recalibration(z_before),
+                           versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
 @final

@@ -89,7 +89,8 @@ class DiagnosisResult:
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
         said = (self._findings_text() if self.findings else self._no_finding_text()) + self._simulation()
-        return self.baseline.arm.text(f"{said} {self.checks.get('left_out', '')}".rstrip())
+        stated = " ".join(f"{line}." for line in self.checks.get("against_stated", [])[:SHOWN])
+        return " ".join(self.baseline.arm.text(f"{said} {stated} {self.checks.get('left_out', '')}").split())
 
     def _simulation(self) -> str:
         """What recalibration beside the user's own simulation does, as a sentence; empty for physics of ours, or where it does nothing."""

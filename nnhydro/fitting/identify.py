@@ -13,7 +13,7 @@ import nnhydro
 from nnhydro.conventions import Z95
 from nnhydro.errors import CampaignError, require
 from nnhydro.fitting.linear.least_squares import Solution, bootstrap, correlation_time, fit
-from nnhydro.fitting.linear.prior import Prior, prior
+from nnhydro.fitting.linear.prior import BEYOND, Prior, against_stated, prior
 from nnhydro.fitting.linear.statistics import Statistics, columns_and_offset, of_segment, total
 from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
 from nnhydro.models.baselines import NamedBaseline, baseline
@@ -109,7 +109,7 @@ def calibrate(chosen_baseline: NamedBaseline, chosen: Sequence[Unit], arm: Arm, 
 
 def _notes(loads: Loads, solution: Solution, before: Prior) -> list[str]:
     """A sentence for each parameter that the reader must not take at face value."""
-    prior_sd = np.sqrt(np.maximum(np.diag(before.F @ before.F.T), 1e-300))
+    prior_sd = np.maximum(before.sd, 1e-150)
     posterior_sd = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
     notes = []
     bounds = [bound for term in loads.linear().values() for bound in term.linear_bounds()]
@@ -120,8 +120,9 @@ def _notes(loads: Loads, solution: Solution, before: Prior) -> list[str]:
         elif theta <= low + span or theta >= high - span:
             notes.append("ended on its bound: another cause may be hiding here")
         elif sd > 0.7 * known:
-            moved = abs(float(theta) - assumed) > 0.5 * known
-            notes.append("these recordings determine it only in combination with others: it moved within its uncertainty" if moved else
+            moved = abs(float(theta) - assumed) / known
+            how = "within its uncertainty" if moved <= BEYOND else f"{moved:.0f} times its uncertainty"
+            notes.append(f"these recordings determine it only in combination with others: it moved {how}" if moved > 0.5 else
                          "these recordings do not excite it: the value is what was assumed")
         else:
             notes.append("")
@@ -158,7 +159,7 @@ def fit_with_record(loads: Loads, chosen: Sequence[Unit], arm: Arm, seed: int, b
         "condition_number": solution.condition,
         "last_change": solution.last_change,  # of the residuals in the last round: a few per cent at the most
         "recordings": len(blocks),
-        "warnings": absurdities(fitted, solution, blocks, arm),
+        "warnings": absurdities(fitted, solution, blocks, arm) + against_stated(fitted, before, solution.theta, arm),
         DOMAIN: None if domain is None else domain.document(),
     }
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nnhydro.errors import ConfigError, RecordingError, count_text
 from nnhydro.fitting.identify import start_terms, versions
-from nnhydro.fitting.linear.prior import Prior, prior
+from nnhydro.fitting.linear.prior import Prior, against_stated, prior
 from nnhydro.models.baselines import BASELINES, NamedBaseline
 from nnhydro.models.baselines import baseline as baseline_called
 from nnhydro.models.corrected_simulation import CorrectedSimulation
@@ -105,6 +105,12 @@ class Baseline:
         return {key: [value - (0.0 if self.is_physics else before) for value, before in
                       zip(getattr(made[term], symbol), getattr(start[term], symbol), strict=True)]
                 for key, term, symbol in pairs if term in made}
+
+    def against_stated(self, z: Array) -> dict[str, list[str]]:
+        """Return what the parameters at `z` (r,) say against arm.yaml, under the key of the result file; nothing beside a simulation."""
+        model = self.at(z)
+        return {"against_stated": against_stated(model.loads, self.prior, self.prior.mean + self.prior.F @ z, model.arm)} \
+            if self.is_physics else {}
 
     def as_model(self, z: Array) -> TorqueModel:
         """Return the calibrated baseline as a model to be saved."""

@@ -20,6 +20,7 @@ from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.recordings.arm import Arm
 
 Array = NDArray[np.float64]
+BEYOND = 4.0  # standard deviations: by chance once in 16,000 parameters
 WIDE = 1.0  # standard deviation of a coefficient whose start value is a guess
 
 
@@ -32,6 +33,12 @@ class Prior:
     F: Array  # (p, r)
     lowest: Array  # (r,)
     highest: Array  # (r,)
+
+    @property
+    def sd(self) -> Array:
+        """Prior standard deviation of every parameter (p,); 0 where it is known exactly."""
+        made: Array = np.sqrt((self.F**2).sum(axis=1))
+        return made
 
     def z(self, theta: Array) -> Array:
         """Return z (r,) with theta = mean + F z, of least squares where F is not square."""
@@ -53,6 +60,19 @@ def _of_term(term: LinearTerm, arm: Arm, sd: Array | None = None) -> Prior:
         return Prior(mean, F, np.full(F.shape[1], -np.inf), np.full(F.shape[1], np.inf))
     lowest, highest = np.array(term.linear_bounds()).reshape(-1, 2).T
     return Prior(mean, WIDE * np.eye(len(mean)), (lowest - mean) / WIDE, (highest - mean) / WIDE)
+
+
+def against_stated(loads: Loads, known: Prior, theta: Array, arm: Arm) -> list[str]:
+    """Return a sentence for each parameter that arm.yaml states and a fit moves more than BEYOND of its standard deviations from it."""
+    parameters = [(name, term, label, unit) for name, term in loads.linear().items()
+                  for label, unit in zip(term.linear_names(), term.linear_units(), strict=True)]
+    said = []
+    for (name, term, label, unit), value, mean, sd in zip(parameters, theta.tolist(), known.mean.tolist(), known.sd.tolist(), strict=True):
+        if (isinstance(term, RigidBody) or name in stated_values(arm)) and abs(value - mean) > BEYOND * sd > 0:
+            said.append(arm.text(f"{name}.{label} is fitted as {value:.4g} {unit}, {abs(value - mean) / sd:.0f} times its stated "
+                                 f"uncertainty from the {mean:.4g} {unit} of arm.yaml: check that value and its known_to. Else an omitted "
+                                 "effect moves it"))
+    return said
 
 
 def prior(loads: Loads, arm: Arm) -> Prior:

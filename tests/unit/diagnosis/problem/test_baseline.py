@@ -55,6 +55,19 @@ def test_beside_a_simulation_recalibration_is_told_as_a_change_since_its_own_coe
     assert own["cm"] == pytest.approx(np.add(beside["cm"], start["added_mass"].C_M))
 
 
+def test_a_fit_far_from_what_arm_yaml_states_says_so_and_one_near_it_nothing():
+    z = np.zeros(BASE.prior.F.shape[1])
+    body = np.flatnonzero(BASE.prior.F[0])[0]  # the first parameter is the mass
+    z[body] = 3.0
+    assert BASE.against_stated(z)["against_stated"] == []
+    z[body] = -30.0
+    said = BASE.against_stated(z)["against_stated"]
+    assert any(line.startswith("rigid_body.mass[1] is fitted as") and "30 times" in line for line in said)
+    assert replace(BASE, column=True).against_stated(z) == {}
+    water = np.where(BASE.prior.F[0] == 0, 30.0, 0.0)
+    assert not any("normal_drag" in line for line in BASE.against_stated(water)["against_stated"]), "a guess is no statement"
+
+
 def test_parameters_move_from_their_mean_by_what_they_are_known_to():
     z = np.zeros(BASE.prior.F.shape[1])
     moved = BASE.at(z + np.eye(len(z))[0]).loads

@@ -72,6 +72,15 @@ def test_a_mass_that_was_weighed_wrongly_is_corrected_within_what_was_known():
     np.testing.assert_allclose(drag, planted(truth).terms["normal_drag"].C_D, rtol=2e-3)
 
 
+@pytest.mark.parametrize(("known_to", "said"), [(0.01, True), (0.3, False)])
+def test_a_mass_far_from_what_is_stated_is_told_with_the_value_to_check(known_to, said):
+    truth, stated = heavier(arm(2), 1.5), with_links(arm(2), known_to=known_to)
+    runs = campaign(truth, planted(truth), 6)
+    warnings = [line for line in identify(Campaign.of(stated, list(runs.recordings()))).fit["warnings"] if "arm.yaml" in line]
+    assert bool(warnings) == said
+    assert all("rigid_body" in line and "check that value and its known_to" in line for line in warnings)
+
+
 def test_a_value_that_moved_is_not_said_to_be_what_was_assumed():
     truth = with_links(arm(2), known_to=0.05)
     wrong = heavier(truth, 1.1)  # two standard deviations

@@ -159,6 +159,8 @@ def test_notes_say_what_must_not_be_taken_at_face_value():
     assert noted(1.2, 0.69) == ""
     assert noted(1.59, 0.71).endswith("the value is what was assumed")
     assert noted(1.61, 0.71).endswith("it moved within its uncertainty")
+    assert noted(1.11, 0.01, known=0.01).endswith("it moved within its uncertainty")
+    assert noted(1.2, 0.01, known=0.01).endswith("it moved 10 times its uncertainty")
     assert noted(1.0, 0.1, known=0.0) == "known exactly beforehand"
 
 
