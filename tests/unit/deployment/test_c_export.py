@@ -1,4 +1,4 @@
-"""The C header, compiled by the system's compiler, and the ONNX file give the model's torques over 10^5 steps."""
+"""The C header, compiled by the system's compiler, and the ONNX file give the model's torques over 10^5 steps (2 10^4 of a hybrid in ONNX)."""
 
 import ctypes
 import subprocess
@@ -334,12 +334,12 @@ def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
     np.testing.assert_allclose(got, [5.0 if given[0] > 0 else 1.0, 5.0 if given[1] > 0 else 1.4, 1.2])
 
 
-@pytest.mark.slow(seconds=40)
-@pytest.mark.parametrize("name", ["state", "hybrid"])
-def test_a_hundred_thousand_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_path):
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "steps"), [("state", 100_000), ("hybrid", 20_000)])  # the hybrid's memory fades within 5,000
+def test_long_runs_in_onnxruntime_are_the_model_s_torques(name, steps, tmp_path):
     model, motion, want = hundred_thousand(name)
     export_step(model, tmp_path / "arm.onnx", "onnx")
-    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion.rows(slice(steps))) - want[:steps]).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
 @pytest.mark.slow
