@@ -38,6 +38,7 @@ class Law:
     def key(self):
         return self.effect.id, self.effect.joint
 
+    @property
     def bounds(self):
         return self.limits or (FREE,) * self.width
 

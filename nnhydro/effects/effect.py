@@ -177,9 +177,13 @@ class InstrumentEffect(Effect, ABC):
         """Return the columns of `secant`, only nearly where that takes much less time: enough to see what is worth a closer look."""
         return self.secant(seen)
 
+    def _tangent_from(self, seen: SensorView, reading: Tensor) -> Tensor:
+        """`tangent` where the `reading` (n, joints) N m about which it is taken is known."""
+        return self.tangent(seen)
+
     def _secant_to(self, seen: SensorView, reading: Tensor) -> Tensor:
         """The columns (n, joints, p) whose product with the values is `reading` less seen.tau."""
-        J, v = self.tangent(seen), self.linear_values()
+        J, v = self._tangent_from(seen, reading), self.linear_values()
         energy = (J**2).sum(dim=(0, 1))
         scale = float((energy * v**2).sum())
         if scale <= 0:

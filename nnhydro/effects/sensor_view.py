@@ -17,6 +17,7 @@ from nnhydro.physics.transmission import joint_torque, sensed_columns
 from nnhydro.recordings.arm import Arm
 
 TorqueOf = Callable[[Flow], Tensor]
+WATER_STEP = 1e-6  # m/s, m/s^2: nothing that the water loads has a kink, so that one side tells the slope
 STEP = 1e-4  # rad, rad/s, rad/s^2, m/s, m/s^2: of differences that are exact to second order
 
 
@@ -133,7 +134,8 @@ class SensorView:
         links = self.arm.n_links
         zero = torch.zeros(len(self.motion), links, 2, dtype=torch.float64)
         units = torch.eye(2 * links, dtype=torch.float64).reshape(2 * links, links, 2)
-        velocity = [self._slope(lambda step, u=u: self.flow.in_water(zero + step * u, zero)) for u in units]  # type: ignore[misc]
-        acceleration = [self._slope(lambda step, u=u: self.flow.in_water(zero, zero + step * u)) for u in units]  # type: ignore[misc]
+        moved = ([self.flow.in_water(WATER_STEP * u + zero, zero) for u in units],
+                 [self.flow.in_water(zero, WATER_STEP * u + zero) for u in units])
+        velocity, acceleration = ([(self.torque_of(flow) - self.tau) / WATER_STEP for flow in flows] for flows in moved)
         shape = (*self.motion.q.shape, links, 2)
         return torch.stack(velocity, dim=-1).reshape(shape), torch.stack(acceleration, dim=-1).reshape(shape)

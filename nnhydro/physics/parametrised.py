@@ -3,9 +3,10 @@
 Linear parameters enter the torque in proportion; the others shape its columns, and a search over them starts from their `grid`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
-from typing import Any, ClassVar, Self, final
+from functools import cache
+from typing import Any, ClassVar, Self, cast, final
 
 import torch
 from torch import Tensor
@@ -32,6 +33,16 @@ def parameter(unit: str, start: float, bounds: tuple[float, float], meaning: str
     return field(default=() if absent else MISSING, metadata=card)
 
 
+@cache  # asked for with every torque
+def _parameters(cls: Hashable) -> tuple["Field[Any]", ...]:
+    return tuple(sorted((f for f in fields(cast(Any, cls)) if "unit" in f.metadata), key=lambda f: f.kw_only is True))
+
+
+@cache
+def _linear(cls: Hashable) -> tuple["Field[Any]", ...]:
+    return tuple(f for f in _parameters(cls) if f.metadata["linear"])
+
+
 @dataclass(frozen=True)
 class ParametricTerm:
     """Subclasses are frozen dataclasses; their fields made by `parameter` are tuples of floats, the others options."""
@@ -49,7 +60,7 @@ class ParametricTerm:
     @classmethod
     def parameters(cls) -> tuple["Field[Any]", ...]:
         """Return the dataclass fields that `parameter` made, those that a class shares with others (keywords) last."""
-        return tuple(sorted((f for f in fields(cls) if "unit" in f.metadata), key=lambda f: f.kw_only is True))
+        return _parameters(cls)  # type: ignore[arg-type]
 
     @classmethod
     def options(cls) -> tuple["Field[Any]", ...]:
@@ -69,7 +80,7 @@ class ParametricTerm:
 
     def linear_fields(self) -> tuple["Field[Any]", ...]:
         """Return the fields whose values enter linearly."""
-        return tuple(f for f in self.parameters() if f.metadata["linear"])
+        return _linear(type(self))  # type: ignore[arg-type]  # mypy: a type has an __eq__ of its own
 
     @final
     def linear_names(self) -> tuple[str, ...]:

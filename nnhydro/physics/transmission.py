@@ -31,10 +31,12 @@ def drive_rates(qd: Tensor, arm: Arm) -> Tensor:
 
 def gear_factor(drive_torque: Tensor, qd: Tensor, arm: Arm) -> Tensor:
     """Return sensor torque / drive torque (n, joints), for the drive torques (n, joints) N m and joint rates (n, joints) rad/s."""
+    gears = [arm.gear_of(joint) for joint in range(arm.n_links)]
+    if all(gear.torque_at == "output" for gear in gears):
+        return torch.ones_like(drive_torque)
     power = drive_torque * drive_rates(qd, arm)
     factors = []
-    for joint in range(arm.n_links):
-        gear = arm.gear_of(joint)
+    for joint, gear in enumerate(gears):
         if gear.torque_at == "output":
             factors.append(torch.ones_like(power[:, joint]))
             continue

@@ -34,6 +34,9 @@ class Gear(Settings):
     torque_at: Literal["motor", "output"] = "output"
 
 
+NO_GEAR = Gear()
+
+
 class Drive(Settings):
     """How the joints are driven: each by its own motor (`direct`), or the outer ones by a belt from the base (`remote`).
 
@@ -221,7 +224,7 @@ class Arm(Settings):
 
     def gear_of(self, joint: int) -> Gear:
         """Gear of the drive of `joint` (counted from 0): the link's own, else the arm's, else none (ratio 1)."""
-        return self.links[joint].gear or self.gear or Gear()
+        return self.links[joint].gear or self.gear or NO_GEAR
 
     @property
     def dry(self) -> bool:

@@ -102,7 +102,7 @@ def _directions(h: Hypothesis) -> Iterator[tuple[str, str, Array]]:
 
 
 def _within_bounds(h: Hypothesis, values: Array) -> bool:
-    low, high = np.array(h.bounds(), dtype=float).reshape(-1, 2).T
+    low, high = np.array(h.bounds, dtype=float).reshape(-1, 2).T
     return any(bool(((low - 1e-12 <= x) & (x <= high + 1e-12)).all()) for x in (values, -values))
 
 

@@ -64,8 +64,9 @@ class Hypothesis:
         """Whether the linear parameters have values of their own in every recording (a phase)."""
         return self.effect.per_recording
 
+    @cached_property
     def bounds(self) -> tuple[Span, ...]:
-        """Return the physical bounds of each column's value; a constant has none."""
+        """The physical bounds of each column's value; a constant has none."""
         return (*self.effect.linear_bounds(), *((float("-inf"), float("inf")),) * self.effect.random_intercept)
 
     def plausible(self, values: NDArray[np.float64]) -> bool:

@@ -131,7 +131,7 @@ class Library:
 
 def _spans(hypotheses: Iterable[Hypothesis]) -> Array:
     """The physical bounds (K, 2) of the values of `hypotheses`."""
-    return np.array([span for h in hypotheses for span in h.bounds()], dtype=float).reshape(-1, 2)
+    return np.array([span for h in hypotheses for span in h.bounds], dtype=float).reshape(-1, 2)
 
 
 def log_mass(low: Array, high: Array, mean: Array, sd: Array) -> Array:

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from itertools import accumulate
 from typing import final
 
 import torch
@@ -23,6 +25,12 @@ def _past_knocks(seen: SensorView, tau: Tensor) -> Tensor:
     if seen.motion.steady or len(tau) < 2:
         return tau
     return tensor(gaussian_filter1d(tau.numpy(), PASSING / float((t[-1] - t[0]) / (len(t) - 1)), mode="nearest"))
+
+
+def _carried(stay: float, side: float, way: float) -> float:
+    """The place of the link, -1 to 1 between the flanks, `way` further; of what winds a flank up, the share `stay` is kept."""
+    there = side + way
+    return 1.0 + (there - 1.0) * stay if there > 1.0 else -1.0 + (there + 1.0) * stay if there < -1.0 else there
 
 
 @effect
@@ -71,12 +79,9 @@ class Backlash(InstrumentEffect):
         time = 2 / self.impulse[0] * torch.diff(seen.motion.t, prepend=seen.motion.t[:1])
         settling = self.settling[0] if self.settling else 0.0
         step = float((seen.motion.t[-1] - seen.motion.t[0]) / (len(tau) - 1))
-        stay, s, sides = settling / (settling + step), 0.0, []  # of what is wound, a step later: backward Euler
-        for way in (time * tau).tolist():
-            s += way
-            s = 1.0 + (s - 1.0) * stay if s > 1.0 else -1.0 + (s + 1.0) * stay if s < -1.0 else s
-            sides.append(s)
-        return -0.5 * torch.tensor(sides, dtype=torch.float64)
+        stay = settling / (settling + step)  # of what is wound, a step later: backward Euler
+        sides = accumulate((time * tau).tolist(), partial(_carried, stay), initial=0.0)
+        return -0.5 * torch.tensor([*sides][1:], dtype=torch.float64)
 
     def _carried_torque(self, seen: SensorView) -> Tensor:
         """The torque (n,) N m that carries the link: as measured where it was, else what the model says."""

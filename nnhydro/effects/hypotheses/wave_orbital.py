@@ -14,7 +14,7 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.loads.water_pressure import pressure_columns
 
 GRAVITY = 9.81  # m/s^2
-SLOPE_STEP = 1e-4  # m/s
+SLOPE_STEP = 1e-6  # m/s: a one-sided difference errs by a millionth of the slope, rounding by less
 SHORT = 1e-3  # rad of the wave between the middle and an end of a link: its phase is the same along it
 TRAVELS = tuple(k * pi / 4 for k in range(-3, 5))  # a wave that runs the other way meets the outer link at another phase
 
@@ -103,9 +103,12 @@ class WaveOrbital(InstrumentEffect):
 
     def tangent(self, seen: SensorView) -> Tensor:
         """Return d reading / d (cosine, sine) in the wave as it is, (n, joints, 2): its drag grows with the square of its size."""
+        return self._tangent_from(seen, self.apply(seen))
+
+    def _tangent_from(self, seen: SensorView, reading: Tensor) -> Tensor:
         steps = SLOPE_STEP * torch.eye(2, dtype=torch.float64)
-        there = [[self.with_linear(self.linear_values() + way * step).apply(seen) for way in (1, -1)] for step in steps]
-        return torch.stack([(more - less) / (2 * SLOPE_STEP) for more, less in there], dim=-1)
+        there = [self.with_linear(self.linear_values() + step).apply(seen) for step in steps]
+        return torch.stack([(more - reading) / SLOPE_STEP for more in there], dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude, frequency and direction."""

@@ -1,4 +1,4 @@
-"""The C header, compiled by the system's compiler, and the ONNX file give the model's torques over 10^5 steps (2 10^4 of a hybrid in ONNX)."""
+"""The header, compiled by the C compiler, and the ONNX file give the model's torques over 100,000 steps (a hybrid in ONNX: 20,000)."""
 
 import ctypes
 import subprocess

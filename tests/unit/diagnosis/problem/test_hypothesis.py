@@ -48,7 +48,7 @@ def test_between_two_values_lies_their_geometric_mean_where_both_are_positive_el
 def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tried():
     made = enumerate_hypotheses(arm(2), PEAKS)
     for hypothesis in made:
-        assert hypothesis.width == len(hypothesis.bounds()) == len(hypothesis.effect.linear_names()) + hypothesis.effect.random_intercept
+        assert hypothesis.width == len(hypothesis.bounds) == len(hypothesis.effect.linear_names()) + hypothesis.effect.random_intercept
         for name, (low, high) in hypothesis.spans.items():
             value = getattr(hypothesis.effect, name)[0]
             assert low <= value <= high
