@@ -48,30 +48,30 @@ def encoding_of(path: Path) -> str:
 
 def code_page(sample: bytes) -> str:
     """Return the code page of `sample`, whose bytes above 127 are not UTF-8; "" where none is plausible."""
-    told = b"\n".join(_LINES.findall(sample)[:20])
-    if not _plain(told):
+    sample = b"\n".join(_LINES.findall(sample)[:20])  # numbers say nothing
+    if not _plain(sample):
         return ""
-    if _OTHER_ALPHABET.search(told):
-        natural = [name for name, script in ALPHABETS.items() if _natural(_decoded(told, name), script)]
-        fewest = min((_capitals(told, name) for name in natural), default=0)  # small letters of one page are capitals of another
-        natural = [name for name in natural if _capitals(told, name) == fewest]
-        found = natural if len(natural) == 1 else [*_guessed(told, natural or list(EASTERN)), *natural]
+    if _OTHER_ALPHABET.search(sample):
+        natural = [name for name, script in ALPHABETS.items() if _natural(_decode(sample, name), script)]
+        fewest = min((_capitals(sample, name) for name in natural), default=0)  # small letters of one page are capitals of another
+        natural = [name for name in natural if _capitals(sample, name) == fewest]
+        found = natural if len(natural) == 1 else [*_guess(sample, natural or list(EASTERN)), *natural]
         if found:
             return found[0]
-    western, central = _decoded(told, WESTERN), _decoded(told, CENTRAL)
+    western, central = _decode(sample, WESTERN), _decode(sample, CENTRAL)
     if western is None or (central is not None and _broken(western) and not _broken(central)):
-        return CENTRAL if central is not None else next(iter(_guessed(told, [])), "")
+        return CENTRAL if central is not None else next(iter(_guess(sample, [])), "")
     return WESTERN
 
 
-def _plain(told: bytes) -> bool:
+def _plain(sample: bytes) -> bool:
     """Whether the bytes are text at all: no control characters but tabs and line ends."""
-    return not re.search(rb"[\x00-\x08\x0e-\x1f]", told)
+    return not re.search(rb"[\x00-\x08\x0e-\x1f]", sample)
 
 
-def _decoded(told: bytes, name: str) -> str | None:
+def _decode(sample: bytes, name: str) -> str | None:
     try:
-        return told.decode(name)
+        return sample.decode(name)
     except UnicodeDecodeError:
         return None
 
@@ -85,9 +85,9 @@ def _natural(text: str | None, script: str) -> bool:
         word[1:] == word[1:].lower() or word == word.upper() for word in words)
 
 
-def _capitals(told: bytes, name: str) -> int:
+def _capitals(sample: bytes, name: str) -> int:
     """Number of words in capitals throughout."""
-    return sum(len(word) > 1 and word == word.upper() for word in _WORD.findall(told.decode(name)))
+    return sum(len(word) > 1 and word == word.upper() for word in _WORD.findall(sample.decode(name)))
 
 
 def _broken(text: str) -> bool:
@@ -95,9 +95,9 @@ def _broken(text: str) -> bool:
     return any(not match[0][1:].strip().isalpha() for match in _BROKEN_WORD.finditer(text))
 
 
-def _guessed(told: bytes, among: list[str]) -> list[str]:
+def _guess(sample: bytes, among: list[str]) -> list[str]:
     """The encoding that a library of language statistics finds likeliest, `among` some or all; none where it finds none."""
     from charset_normalizer import from_bytes
 
-    found = from_bytes(told, cp_isolation=among or None).best()
+    found = from_bytes(sample, cp_isolation=among or None).best()
     return [] if found is None else [str(found.encoding)]

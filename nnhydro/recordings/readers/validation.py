@@ -3,7 +3,7 @@
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, field_validator
 
 from nnhydro.errors import NnhydroError
 
@@ -15,6 +15,15 @@ class Settings(BaseModel):
     """A frozen settings model: unknown keys, NaN and infinity are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_truth_for_a_number(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse true and false where the field takes none: they would count as 1 and 0."""
+        kind = str(cls.model_fields[info.field_name or ""].annotation)
+        if isinstance(value, bool) and "bool" not in kind and "Any" not in kind:
+            raise ValueError(f"is {str(value).lower()}, not a number or text: write its value (YAML takes yes, no, on, off for them)")
+        return value
 
 
 def _key(location: tuple[int | str, ...]) -> str:
@@ -62,7 +71,7 @@ def one_line(where: str, cause: ValidationError, model: type[BaseModel]) -> str:
     if first["type"] == "missing":
         return f"{where}: key {key!r} is missing: add it{more}"
     said, value = str(first["msg"]), first["input"]
-    got = f", got {_short(value)}" if isinstance(value, int | float | str) else ""
+    got = f", got {_short(value)}" if isinstance(value, int | float | str) and not isinstance(value, bool) else ""
     if said.startswith(PYDANTIC):
         return f"{where}: {key or 'the file'}: must{said.removeprefix(PYDANTIC).split(', unable')[0]}{got}: correct it{more}"
     return f"{where}: {key or 'the file'}: {said.removeprefix('Value error, ')}{got}{more}"
