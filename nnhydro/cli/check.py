@@ -25,6 +25,7 @@ def check(
     from nnhydro.errors import ConfigError, RecordingError, require
     from nnhydro.fitting.physical_survey import survey_with_physics
     from nnhydro.recordings.campaign import open_campaigns
+    from nnhydro.recordings.checks.oddity import merge_kinds
     from nnhydro.report.survey_table import document
     from nnhydro.runtime.workers import Workers
 
@@ -34,7 +35,7 @@ def check(
     campaigns = open_campaigns(campaign, column_map)
     for opened in campaigns:
         found, name = survey_with_physics(opened, cutoff, workers), str(opened.root)
-        failed += [f"{name}: {oddity.message}" for oddity in found.errors]
+        failed += [f"{name}: {kind[0].message}" for kind in merge_kinds(found.errors)]
         if json:
             documents.append(document(found, name))
             continue
