@@ -209,9 +209,12 @@ def _complaint(way: Assignment, arm: Arm) -> str:
     return arm.text(", and ".join(parts))
 
 
-def channel_order(campaign: Campaign, how: Preparation) -> Oddity | None:
-    """Return what is wrong with signs or order of the channels, with the lines that mend all of it at once; None where nothing is."""
-    found = judged_ways(campaign, how)
+def channel_order(campaign: Campaign, how: Preparation, ways: list[WayFit] | None = None) -> Oddity | None:
+    """Return what is wrong with signs or order of the channels, with the lines that mend all of it at once; None where nothing is.
+
+    `ways` are those that were judged, where they were.
+    """
+    found = judged_ways(campaign, how) if ways is None else ways
     if not found:
         return None
     best = found[0]

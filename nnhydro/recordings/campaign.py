@@ -11,7 +11,7 @@ from nnhydro.errors import CampaignError, RecordingError, count_text
 from nnhydro.recordings.arm import Arm, read_arm
 from nnhydro.recordings.content_hash import exact, marks
 from nnhydro.recordings.filtering.preprocessing import Preparation, plan, prepare, steady_segment
-from nnhydro.recordings.readers.column_map import FILE, FOLDERS, ColumnMap, read_column_map
+from nnhydro.recordings.readers.column_map import FOLDERS, ColumnMap, map_file, read_column_map
 from nnhydro.recordings.readers.files import FORMATS, is_bag_folder, is_readable, read_recording, read_steady
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
@@ -37,7 +37,7 @@ class Campaign:
     read: Callable[[str], Recording]
     steady: tuple[SteadyTable, ...] = ()
     root: Path | None = None
-    map_sha256: str = ""  # of the column mapping that the files were read through, "" where there is none
+    mapping: ColumnMap | None = None  # of columns, that the files were read through
     _cache: dict[str, Recording] = field(default_factory=dict, repr=False)
     _seen: dict[str, str] = field(default_factory=dict, repr=False)  # sha256 of each recording when it was first read
     _marks: dict[str, frozenset[str]] = field(default_factory=dict, repr=False)  # of what each recording holds
@@ -115,7 +115,7 @@ class Campaign:
             digest.update(f"{name}:{self.load(name).origin.sha256}".encode())
         for table in sorted(self.steady, key=lambda table: table.name):
             digest.update(f"{table.name}:{table.origin.sha256}".encode())
-        digest.update(self.map_sha256.encode())
+        digest.update(b"" if self.mapping is None else self.mapping.sha256.encode())
         return digest.hexdigest()
 
 
@@ -197,15 +197,14 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
             f"write one (the README shows it), or make it from a URDF: nnhydro arm FILE.urdf --out {root / 'arm.yaml'}"
         raise CampaignError(f"{root}: has no arm.yaml: {hint}")
     arm = read_arm(described)
-    beside = root / FILE if (root / FILE).is_file() else None
-    given = column_map or beside
+    given = column_map or map_file(root)
     mapping: ColumnMap | None = None if given is None else read_column_map(given)
     files = _files(root / "recordings")
     steady = tuple(every_one(tuple(_files(root / "steady").values()), lambda path: read_steady(path, arm, mapping)))
     if not files and not steady:
         raise CampaignError(f"{root}: holds neither recordings nor steady runs: put the logs into recordings/ there, one file a run "
                             f"({', '.join(FORMATS)}), or a table of steady runs, one row a run, into steady/")
-    return Campaign(arm, tuple(files), partial(_read, files, arm, mapping), steady, root, "" if mapping is None else mapping.sha256)
+    return Campaign(arm, tuple(files), partial(_read, files, arm, mapping), steady, root, mapping)
 
 
 def verify_campaign(root: Path, column_map: Path | None = None) -> Campaign:

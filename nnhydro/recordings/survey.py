@@ -11,7 +11,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign, every_one
 from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.jitter import jitter
-from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck, merge_kinds
+from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck, for_some, merge_kinds
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording, SteadyTable
@@ -179,10 +179,10 @@ def oddities_of(recording: Recording, arm: Arm) -> list[str]:
 
 def errors_of(campaign: Campaign) -> list[str]:
     """Return what makes the arm or some of the recordings unusable, a line a kind; of many recordings `LOOKED_AT` are looked at."""
-    found = [*_of_arm_and_tables(campaign.arm, campaign.steady)]
-    for name in campaign.names[::-(-len(campaign.names) // LOOKED_AT) or 1]:
-        found += _of_recording(Reading.of(campaign.load(name), campaign.arm))
-    return [campaign.arm.text(same[0].message) for same in merge_kinds(oddity for oddity in found if oddity.severity == "error")]
+    names = campaign.names[::-(-len(campaign.names) // LOOKED_AT) or 1]
+    of_recordings = (oddity for name in names for oddity in _of_recording(Reading.of(campaign.load(name), campaign.arm)))
+    found = [*_of_arm_and_tables(campaign.arm, campaign.steady), *for_some(of_recordings, len(names))]
+    return [campaign.arm.text(kind[0].message) for kind in merge_kinds(oddity for oddity in found if oddity.severity == "error")]
 
 
 def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:
@@ -191,7 +191,7 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
     every_one(campaign.names, campaign.load)
     batches = [campaign.names[k:k + BATCH] for k in range(0, len(campaign.names), BATCH)]
     seen = [facts for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for facts in some]
-    found = [oddity for facts in seen for oddity in facts.oddities]
+    found = for_some((oddity for facts in seen for oddity in facts.oddities), len(seen))
     found += _of_arm_and_tables(campaign.arm, campaign.steady)
     how, floor, links = None, None, tuple[LinkFacts, ...]()
     if not any(oddity.severity == "error" for oddity in found):

@@ -110,6 +110,43 @@ def stamps(root):
 MAPPED = b"columns: {q1_rad: {from: q1_rad, unit: %s}}"
 TWO = [{"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 1.0, "com_m": 0.2, "inertia_kg_m2": 0.02}, {"length_m": 0.4, "diameter_m": 0.05, "mass_kg": 0.8, "com_m": 0.2, "inertia_kg_m2": 0.01}]
 
+an_arm_of_two = {**ARM, "links": TWO}
+
+
+def in_one(column, change):
+    """The first recording with one column made into another."""
+    def attack(root):
+        table = TABLES[0].copy()
+        table[:, column] = change(table[:, column])
+        write(root, [table, *TABLES[1:]])
+    return attack
+
+
+def mapped_for_all(root):
+    in_one(1, np.degrees)(root)
+    beside("columns.yaml", MAPPED % b"deg")(root)
+
+
+def with_carriage(speed):
+    return lambda root: write(root, [np.column_stack([table, speed(table[:, 0])]) for table in TABLES], (*NAMES, "u0_m_s"))
+
+
+def reordered(order):
+    return lambda root: write(root, [TABLES[0][order(len(TABLES[0]))], *TABLES[1:]])
+
+
+def columns_yml(root):
+    changed(1, np.degrees)(root)
+    beside("columns.yml", MAPPED % b"deg")(root)
+
+
+def cut_to_a_minus(root):
+    """The first recording ends within a cell: of -3.1415 its minus is left, and a 0 that some loggers write for what is missing."""
+    stop = int(np.flatnonzero(TABLES[0][:, 2] < 0.7 * TABLES[0][:, 2].min())[-1]) + 1
+    whole = text(TABLES[0][:stop]).rstrip()
+    first(root).write_text(whole[:whole.rindex(",") + 1] + "-0\n")
+
+
 # what is done to the folder; exit code of check; words that it must say, on one line where it refuses
 ATTACKS = {
     "angles in degrees": (changed(1, np.degrees), 2, "probably degrees"),
@@ -162,6 +199,33 @@ ATTACKS = {
     "a unit that nobody knows": (beside("columns.yaml", MAPPED % b"gon"), 2, "unit 'gon'"),
     "a mapping of a column that is not there": (beside("columns.yaml", b"columns: {q1_rad: shoulder}"), 2, "is not there"),
     "a second joint that the arm has not": (lambda root: write(root, names=("t_s", "q1_rad", "tau2_Nm")), 2, "tau1_Nm|joint 2"),
+    "a carriage in millimetres a second": (with_carriage(lambda t: 600 * np.tanh(t)), 2, "faster than any towing tank; in mm/s that would be 0.6 m/s: .*unit: mm/s"),
+    "a carriage of 50 m/s": (with_carriage(lambda t: 50 * np.tanh(t)), 0, "faster than any towing tank"),
+    "one file in degrees": (in_one(1, np.degrees), 2, "probably degrees: only 1 of 3 recordings is so: convert q1_rad from degrees to rad in the file; a line in columns.yaml would"),
+    "one file in milliseconds": (in_one(0, lambda t: 1e3 * t), 2, "only 1 of 3 recordings is so: convert t_s from ms to s in the file"),
+    "one file in degrees, mapped for all": (mapped_for_all, 0, "q1_rad, run2, run3: is 57.3 times too small there, converted from deg"),
+    "one file in millinewton metres": (in_one(2, lambda x: 1e3 * x), 0, "tau1_Nm, run1: is 1e.03 times too large there, as in mN m"),
+    "a time that runs ten times too fast": (changed(0, lambda t: 0.02 * t), 0, "the time is probably too short"),
+    "a reading of -9999 in an angle": (in_one(1, lambda q: np.where(np.arange(len(q)) == 70, -9999.0, q)), 0, "q1_rad, row 72: reads -9999, far outside all other values"),
+    "a reading of 1e5 in an angle": (in_one(1, lambda q: np.where(np.arange(len(q)) == 70, 1e5, q)), 0, "q1_rad, row 72: reads 100000"),
+    "a reading of -999 in a torque": (in_one(2, lambda x: np.where(np.arange(len(x)) == 70, -999.0, x)), 0, "tau1_Nm, row 72: reads -999"),
+    "torques of noise": (changed(2, lambda x: np.random.default_rng(1).standard_normal(len(x))), 0, "is noise from row to row"),
+    "torques of another course": (changed(2, lambda x: 9 + np.cos(np.arange(len(x)) / 7.3)), 0, "explains next to nothing of the torques"),
+    "encoders that are off": (changed(1, lambda q: 0 * q + 0.3), 0, "no angle changes in any recording"),
+    "a last cell that was cut to its minus": (cut_to_a_minus, 0, "ends with -0, which lost its digits"),
+    "rows at random": (reordered(lambda n: np.random.default_rng(1).permutation(n)), 2, "not in the order of time: sort them by t_s"),
+    "rows in reverse": (reordered(lambda n: np.arange(n)[::-1]), 2, "in reverse order: sort its rows by t_s"),
+    "a density in g/cm3": (an_arm(fluid={"density_kg_m3": 1.0, "kinematic_viscosity_m2_s": 1e-6}), 0, "no gas has a kinematic viscosity of 1e-06"),
+    "a density of nothing known": (an_arm(fluid={"density_kg_m3": 62.4}), 0, "no gas and no liquid has 62.4 kg/m3"),
+    "the dynamic viscosity": (an_arm(fluid={"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1e-3}), 0, "0.001 m2/s is 1e.03 times that of water"),
+    "a mass in grams": (a_link(mass_kg=3000.0), 0, "3000 kg in 4.02 litres"),
+    "a mass that is true": (a_link(mass_kg=True), 2, r"mass_kg: is true, not a number"),
+    "columns.yml": (columns_yml, 0, "Usable: nothing looks wrong"),
+    "columns.yaml and columns.yml": (lambda root: (beside("columns.yaml", b"{}")(root), beside("columns.yml", b"{}")(root)), 2, "both columns.yaml and columns.yml"),
+    "a folder called almost as it should be": (lambda root: shutil.copytree(root / "recordings", root / "recording"), 0, "recording/: holds 3 log.s., but only recordings/ is read"),
+    "a log beside arm.yaml": (beside("run9.csv", b"t_s\n"), 0, "run9.csv: lies beside arm.yaml: nobody reads it"),
+    "an unseen motion that cannot be read": (beside("unseen/x.csv", b"t_s,q1_rad\n0,zero\n"), 0, "unseen/x.csv: column 'q1_rad', row 2: 'zero' is not a number"),
+    "one column for two joints": (lambda root: (write(root, arm=an_arm_of_two, names=("t_s", "q1_rad", "M")), beside("columns.yaml", b"columns: {q2_rad: {from: q1_rad, sign: -1}, tau1_Nm: M, tau2_Nm: M}")(root)), 2, "'tau1_Nm' and 'tau2_Nm' are both taken from the column 'M'"),
     "control sequences in a name": (lambda root: first(root).write_text("t_s,\x1b[31mq1,tau1_Nm\n0,0,0\n"), 2, "q1_rad"),
 }
 
@@ -221,6 +285,10 @@ CALLS = {
     "motions in degrees": ("predict {m} {o}/degrees.csv --out {o}/t", 0, "100% of the rows lie outside"),
     "motions in degrees, strictly": ("predict {m} {o}/degrees.csv --out {o}/t --strict", 2, "probably degrees"),
     "two motions of one name": ("predict {m} {o}/new.csv {c}/../x/new.csv --out {o}/t", 2, "two motions are called"),
+    "a cut-off beyond half the sampling rate": ("check {c} --cutoff 1000", 2, "cut-off 1000 Hz: lies above half the sampling rate, 25 Hz"),
+    "a fit above half the sampling rate": ("identify {c} --cutoff 30 --out {o}/m", 2, "lies above half the sampling rate"),
+    "a diagnosis above half the sampling rate": ("diagnose {c} --cutoff 30 --out {o}/d", 2, "lies above half the sampling rate"),
+    "a cut-off of hours": ("check {c} --cutoff 0.0001", 2, "holds less than one period of it"),
     "a negative cut-off": ("check {c} --cutoff -3", 2, "positive frequency"),
     "a campaign on paper in the place of a measured one": ("simulate {o}/recipe.yaml --out {c}", 2, "holds other files"),
 }

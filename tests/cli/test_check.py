@@ -70,6 +70,17 @@ def test_a_single_warning_is_counted_in_the_singular(tmp_path: Path, capsys):
     assert verdict(two) == "Usable, but resolve the 2 warnings first: they affect every fit."
 
 
+def test_all_counts_are_those_of_the_lines_that_are_printed(tmp_path: Path, capsys):
+    root = write_campaign(tmp_path / "c", runs=3)
+    for file in (root / "recordings").iterdir():
+        header, *rows = file.read_text().splitlines()
+        file.write_text("\n".join([header, *reversed(rows)]) + "\n")
+    assert run(["check", str(root)]) == 2
+    out, err = capsys.readouterr()
+    assert "Not usable: 1 error." in out
+    assert " more)" not in err
+
+
 def test_findings_say_what_to_do(tmp_path: Path, capsys):
     root = write_campaign(tmp_path / "c", in_milliseconds)
     assert run(["check", str(root)]) == 2

@@ -21,6 +21,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band, band_of
 from nnhydro.recordings.filtering.computed_slopes import LeftOut, without_computed_slopes
+from nnhydro.recordings.filtering.cutoff import require_cutoff
 from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.trajectory import ROW_RATE, ROWS_PER_PERIOD, band_limited, trajectory
 from nnhydro.recordings.recording import Recording
@@ -211,6 +212,8 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: B
     recordings, left_out = without_computed_slopes([campaign.load(name) for name in names])
     if edge is None:
         edge = band_of(recordings)
+    elif not isinstance(edge, Band):
+        require_cutoff(edge, [(float(np.median(np.diff(r.t))), r.duration) for r in recordings])
     band = edge if isinstance(edge, Band) else Band(edge, edge)
     clock = _clock_origin(campaign, names)
     made: list[Stretch] = []

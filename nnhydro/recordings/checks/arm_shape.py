@@ -1,10 +1,13 @@
 """Links that no strip theory fits, and masses that lie outside their link."""
 
 from collections.abc import Iterator
+from math import pi
 
 from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.checks.fluid import LIQUID
 from nnhydro.recordings.checks.oddity import ArmCheck, Oddity, check
 
+DENSEST = 100_000.0  # kg/m3: osmium has 22,600; a ship described by a dummy link 32,000; g taken for kg give 300,000 and more
 BEYOND = 0.25  # of the length: heavy motors or payloads may put the mass centre a little outside
 
 
@@ -39,6 +42,23 @@ class MassCentre(ArmCheck):
             if outside > 0 and link.mass_kg > 0:
                 yield Oddity(None, "warning" if outside > BEYOND else "note", f"arm.yaml links[{number - 1}].com_m",
                              f"the mass centre of link {number} at {link.com_m:g} m lies outside its {link.length_m:g} m", self.remedy)
+
+
+@check
+class LinkDensity(ArmCheck):
+    """Nothing is denser than osmium, and links in a liquid have the volume that their length and diameter say."""
+
+    id = "link_density"
+    looks_for = f"links in a liquid that are denser than any matter ({DENSEST:g} kg/m3)"
+    remedy = "is the mass in g, or the diameter that of the bone? Give kg, and the outer diameter in m"
+
+    def find(self, arm: Arm) -> Iterator[Oddity]:
+        """Yield one finding a link."""
+        for number, link in enumerate(arm.links if arm.fluid.density_kg_m3 >= LIQUID[0] and not arm.sliding else (), 1):
+            volume = pi / 4 * link.diameter_m**2 * link.length_m
+            if link.mass_kg > DENSEST * volume:
+                yield Oddity(None, "warning", f"arm.yaml links[{number - 1}].mass_kg", f"link {number} has {link.mass_kg:g} kg in "
+                             f"{1e3 * volume:.3g} litres, {link.mass_kg / volume:.3g} kg/m3: no matter is a quarter as dense", self.remedy)
 
 
 @check

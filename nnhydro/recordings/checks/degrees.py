@@ -1,4 +1,7 @@
-"""Angles in degrees where radians are expected."""
+"""Angles in degrees where radians are expected.
+
+A joint that turns by less than half a turn hardly reads degrees: these would be three, and the speed has another cause.
+"""
 
 from collections.abc import Iterator
 
@@ -11,12 +14,18 @@ from nnhydro.recordings.recording import SteadyTable
 
 WIDE = 4 * np.pi  # rad: two turns; hoses and cables forbid more
 FASTEST = 15.0  # m/s at the tip: no arm moves so fast in water; in degrees, 0.3 m/s read as 15
+LITTLE = np.pi  # rad: in degrees, less than 3.2
 REMEDY = "map it with its unit, '%s: {from: %s, unit: deg}' in columns.yaml or --map FILE (unit: rad where the joint spins)"
 
 
 def too_wide(q: Array) -> bool:
     """Whether an angle leaves two turns either way."""
     return bool(np.max(np.abs(q), initial=0.0, where=np.isfinite(q)) > WIDE)
+
+
+def too_little_for_degrees(reading: Reading, joint: int) -> bool:
+    """Whether `joint` (from 0) turns so little that its angle is hardly in degrees."""
+    return bool(reading.moved[joint] < LITTLE and not too_wide(reading.recording.q[:, joint]))
 
 
 def tip_speed(reading: Reading, joint: int) -> float:
@@ -46,10 +55,12 @@ class Degrees(RecordingCheck):
             q, name = reading.recording.q[:, joint], reading.arm.column("q", joint + 1)
             wide, speed = too_wide(q), tip_speed(reading, joint)
             fast = speed > FASTEST and not reading.dt > 0.5
-            if wide or (fast and not reading.arm.dry):
+            if wide or (fast and not reading.arm.dry and not too_little_for_degrees(reading, joint)):
                 widest = float(np.max(np.abs(q), initial=0.0, where=np.isfinite(q)))
-                what = f"reaches {widest:.4g} rad ({widest / (2 * np.pi):.0f} turns) and moves the tip at {speed:.3g} m/s: probably degrees"
-                yield Oddity(reading.name, "error" if wide and fast else "warning", name, what, REMEDY % (name, name))
+                cause = "probably degrees" if wide else "degrees, or a time that is too short"
+                what = f"reaches {widest:.4g} rad ({widest / (2 * np.pi):.1f} turns) and moves the tip at {speed:.3g} m/s: {cause}"
+                yield Oddity(reading.name, "error" if wide and fast else "warning", name, what, REMEDY % (name, name),
+                             in_file=f"convert {name} from degrees to rad in the file")
 
 
 @check

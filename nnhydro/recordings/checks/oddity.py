@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, TypeVar, final
 
 from nnhydro.recordings.arm import Arm
@@ -25,6 +25,7 @@ class Oddity:
     what: str
     remedy: str
     check: str = ""
+    in_file: str = ""  # what to do in the file itself, where a remedy in columns.yaml would change recordings that are right
 
     @property
     def message(self) -> str:
@@ -44,6 +45,25 @@ def merge_kinds(oddities: Iterable[Oddity]) -> list[list[Oddity]]:
     for oddity in oddities:
         groups.setdefault((oddity.severity, oddity.check, oddity.where.split(",")[0]), []).append(oddity)
     return list(groups.values())
+
+
+def for_some(oddities: Iterable[Oddity], recordings: int) -> list[Oddity]:
+    """Return the findings of a campaign with so many `recordings`: where only some of these have one, its remedy spares the others."""
+    found = list(oddities)
+    groups: dict[tuple[str, str], set[str | None]] = {}
+    for oddity in found:
+        groups.setdefault((oddity.check, oddity.where.split(",")[0]), set()).add(oddity.recording)
+    return [_sparing(oddity, len(groups[oddity.check, oddity.where.split(",")[0]]), recordings) for oddity in found]
+
+
+def _sparing(oddity: Oddity, affected: int, recordings: int) -> Oddity:
+    """The finding with a remedy for `affected` of the `recordings`: columns.yaml holds for all files of the campaign."""
+    if not oddity.in_file or oddity.recording is None or affected >= recordings:
+        return oddity
+    share = f"{affected} of {recordings} recordings {'is' if affected == 1 else 'are'} so"
+    if 2 * affected < recordings:
+        return replace(oddity, remedy=f"only {share}: {oddity.in_file}; a line in columns.yaml would change the others, too")
+    return replace(oddity, remedy=f"{share}; where all are, {oddity.remedy}; else {oddity.in_file}")
 
 
 class OddityCheck(ABC):

@@ -96,12 +96,13 @@ class Rates(RecordingCheck):
         elif abs(found.ratio * DEGREE - 1) < TOLERANCE:
             if not too_wide(reading.recording.q[:, joint]):
                 yield Oddity(reading.name, "error", angle, f"is {1 / DEGREE:.1f} times the integral of {name}: the angle is in degrees",
-                             self.remedy.split(" or remove", maxsplit=1)[0].rstrip(",") % (angle, angle, "unit: deg"))
+                             self.remedy.split(" or remove", maxsplit=1)[0].rstrip(",") % (angle, angle, "unit: deg"),
+                             in_file=f"convert {angle} from degrees to rad in the file")
         elif abs(found.ratio - 1) > TOLERANCE:
             what, how = next(((w, h) for value, w, h in KNOWN if abs(found.ratio / value - 1) < TOLERANCE),
                              ("has another scale (a gear?)", f"scale: {found.ratio:.4g}"))
             yield Oddity(reading.name, "warning", name, f"{what}: the derivative of {angle} is {found.ratio:.4g} times the column",
-                         self.remedy % (name, name, how))
+                         self.remedy % (name, name, how), in_file=f"correct {name} in the file, or remove the column there")
         elif found.noise > NOISY * found.rms:
             yield Oddity(reading.name, "note", name, f"is noisy: {found.noise:.2g} rad/s from row to row at {found.rms:.2g} rad/s rms",
                          "the source of the rates is chosen by the lower noise; leave the column out if in doubt")

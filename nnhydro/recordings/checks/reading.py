@@ -1,7 +1,7 @@
 """What a check sees of one recording: the recording, the arm, and what several checks need of it, computed once."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, final
 
@@ -18,6 +18,9 @@ from nnhydro.recordings.surroundings import with_heading
 Array = NDArray[np.float64]
 CHANNEL_FIELDS = ("t", *CHANNELS, *PAIRS, "clock")
 MOVED = 0.02  # rad by which a joint moved while its angle stood still
+FAR, FAR_CODE = 50.0, 5.0  # times the farthest of the rest from the median: a wild value; the same for 999, -9999, ...
+FEW, SELDOM, LEAST = 3, 1e-3, 20  # wild values that any recording may have; share of the rows that may be so; rows to judge by
+WIDE = 1.0  # rad or m: an angle that is wild jumps farther than a glitch
 BLOCK = 0.02  # s: increments over so long a time are read off encoders without most of their noise
 
 
@@ -26,15 +29,18 @@ BLOCK = 0.02  # s: increments over so long a time are read off encoders without 
 class Reading:
     """One recording and its arm."""
 
-    recording: Recording  # infinities are NaN here
+    recording: Recording  # infinities are NaN here, and wild values the line between their neighbours
     arm: Arm
+    wild: dict[str, list[tuple[int, float]]] = field(default_factory=dict)  # (row, value) of wild values by column
 
     @staticmethod
     def of(r: Recording, arm: Arm) -> "Reading":
         """Return what checks see of `r`."""
         channels = {name: x for name in CHANNEL_FIELDS if (x := getattr(r, name, None)) is not None}
         endless: dict[str, Any] = {name: np.where(np.isinf(x), np.nan, x) for name, x in channels.items() if np.isinf(x).any()}
-        return Reading(with_heading(replace(r, **endless) if endless else r), arm)
+        finite = replace(r, **endless) if endless else r
+        calm, wild = _without_wild(finite, arm)
+        return Reading(with_heading(calm), arm, wild)
 
     @property
     def name(self) -> str:
@@ -103,6 +109,51 @@ class Reading:
     def surrounded(self) -> bool:
         """Whether base or water move in another way than a carriage along +Y."""
         return self.recording.base is not None or self.recording.current is not None
+
+
+def wild_rows(x: Array) -> NDArray[np.int64]:
+    """Return the rows (k,) of the few values of `x` (n,) that lie far outside all others; none where there are many such."""
+    good = np.flatnonzero(np.isfinite(x))
+    if len(good) < LEAST:
+        return np.zeros(0, dtype=np.int64)
+    away = np.abs(x[good] - np.median(x[good]))
+    most = max(FEW, int(SELDOM * len(good)))
+    far = np.argsort(away)[::-1][:most + 1]
+    usual = float(np.median(away))
+    for k in range(most, 0, -1):
+        rest, nearest = float(away[far[k]]), float(away[far[k - 1]])
+        coded = all(_is_code(float(x[good[row]])) for row in far[:k])
+        if usual > 0 and nearest > (FAR_CODE if coded else FAR) * rest:
+            return np.sort(good[far[:k]])
+    return np.zeros(0, dtype=np.int64)
+
+
+def _is_code(value: float) -> bool:
+    """Whether a value is one of those that loggers write for none: 999, -9999, 99999, ..."""
+    return bool(value == round(value) and len(text := str(abs(round(value)))) >= 3 and set(text) == {"9"})
+
+
+def _without_wild(r: Recording, arm: Arm) -> tuple[Recording, dict[str, list[tuple[int, float]]]]:
+    """The recording with straight lines in the place of wild values, and these by column."""
+    wild: dict[str, list[tuple[int, float]]] = {}
+    calm: dict[str, Any] = {}
+    for key in CHANNELS:
+        values = getattr(r, key, None)
+        if not isinstance(values, np.ndarray):
+            continue
+        columns = values.reshape(len(values), -1)
+        for joint in range(columns.shape[1]):
+            at = wild_rows(columns[:, joint])
+            if key == "q":
+                at = at[np.abs(columns[at, joint] - np.nanmedian(columns[:, joint])) > WIDE]
+            if not len(at):
+                continue
+            wild[arm.column(key, joint + 1) if values.ndim == 2 else column(key)] = [(int(row), float(columns[row, joint])) for row in at]
+            made = calm.setdefault(key, columns.copy())
+            good = np.setdiff1d(np.flatnonzero(np.isfinite(columns[:, joint])), at)
+            made[at, joint] = np.interp(at, good, columns[good, joint])
+    changed = {key: made.reshape(getattr(r, key).shape) for key, made in calm.items()}
+    return (replace(r, **changed) if changed else r), wild
 
 
 def rows(start: int, stop: int | None = None) -> str:

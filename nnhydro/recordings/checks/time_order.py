@@ -7,6 +7,7 @@ import numpy as np
 from nnhydro.errors import count_text
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading, rows
+from nnhydro.recordings.filtering.preprocessing import order_remedy
 
 
 @check
@@ -15,7 +16,7 @@ class TimeOrder(RecordingCheck):
 
     id = "time_order"
     looks_for = "rows whose time is not later than that of the row before"
-    remedy = "two logs in one file, or a clock that was set? Split the file there or drop the rows"
+    remedy = "split the file, drop the rows, or sort them by t_s"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding where time repeats, one where it runs backward."""
@@ -25,4 +26,4 @@ class TimeOrder(RecordingCheck):
             if len(wrong):
                 row = int(wrong[0]) + 1
                 yield Oddity(reading.name, "error", f"t_s, {rows(row)}", f"time {kind} ({t[row - 1]:.6g} s, then {t[row]:.6g} s; "
-                             f"{count_text(len(wrong), 'such row')})", self.remedy)
+                             f"{count_text(len(wrong), 'such row')})", order_remedy(steps))

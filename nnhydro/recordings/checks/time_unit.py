@@ -2,8 +2,11 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading
+from nnhydro.recordings.filtering.preprocessing import SHUFFLED
 
 SLOW = 0.5  # s: at 500 Hz, milliseconds give steps of 2; half the rate would lie below the lowest cut-off
 
@@ -17,9 +20,10 @@ class TimeUnit(RecordingCheck):
     remedy = "map it with its unit, 't_s: {from: t_s, unit: %s}' in columns.yaml or --map FILE (unit: s where it is right)"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
-        """Yield a finding where the median step exceeds half a second and no unit of the time is stated."""
-        if not reading.dt > SLOW or "t_s" in reading.recording.origin.stated:
+        """Yield a finding where the median step of rows in order exceeds half a second and no unit of the time is stated."""
+        if not (reading.dt > SLOW and (np.diff(reading.recording.t) < 0).mean() < SHUFFLED) or "t_s" in reading.recording.origin.stated:
             return
         unit, ratio = next((u, r) for u, r, top in (("ms", 1e3, 500.0), ("us", 1e6, 5e5), ("ns", 1e9, float("inf"))) if reading.dt <= top)
         yield Oddity(reading.name, "error", "t_s",
-                     f"the rows are {reading.dt:.4g} s apart; in {unit} that would be {ratio / reading.dt:.4g} Hz", self.remedy % unit)
+                     f"the rows are {reading.dt:.4g} s apart; in {unit} that would be {ratio / reading.dt:.4g} Hz", self.remedy % unit,
+                     in_file=f"convert t_s from {unit} to s in the file")

@@ -19,6 +19,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.errors import ConfigError, require
 from nnhydro.recordings.filtering.low_pass import LowPass
 
 Array = NDArray[np.float64]
@@ -26,6 +27,22 @@ HIGHEST = 25.0  # Hz, McLain & Rock's cut-off: arms driven by motors hold little
 LOWEST = 1.0  # Hz
 SIGNAL_OVER_NOISE = 2.0  # a band counts as motion from here on: the mean of a dozen noisy lines hardly doubles by chance
 BANDS_PER_OCTAVE = 4
+
+
+def require_cutoff(cutoff_hz: float, spans: Iterable[tuple[float, float]]) -> None:
+    """Raise ConfigError for a cut-off that no recording holds; `spans` are (step of time, duration) in s of the recordings.
+
+    Above half the sampling rate there is nothing to filter, and below one period in the longest recording nothing is left to compare.
+    """
+    seen = [(dt, duration) for dt, duration in spans if dt > 0 and duration > 0]
+    if not seen:
+        return
+    highest, lowest = 0.5 / min(dt for dt, _ in seen), 1.0 / max(duration for _, duration in seen)
+    choose = "or none to have it chosen from the data"
+    require(cutoff_hz <= highest, f"cut-off {cutoff_hz:g} Hz: lies above half the sampling rate, {highest:.4g} Hz: give a lower --cutoff, "
+            f"{choose}", ConfigError)
+    require(cutoff_hz >= lowest, f"cut-off {cutoff_hz:g} Hz: the longest recording ({1 / lowest:.4g} s) holds less than one period of it: "
+            f"give a higher --cutoff, {choose}", ConfigError)
 
 
 @final

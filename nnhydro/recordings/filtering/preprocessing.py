@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.errors import RecordingError, count_text
-from nnhydro.recordings.filtering.cutoff import choose_cutoff
+from nnhydro.recordings.filtering.cutoff import choose_cutoff, require_cutoff
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.recording import MOTION, Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
@@ -25,6 +25,7 @@ from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
 GAP = 10.0  # a step of time longer than so many median steps is a gap: recordings are split there
+SHUFFLED, REVERSED = 0.1, 0.9  # of the steps that run backward: two logs in one file give one, rows at random half of them
 CLOSE = 0.25  # of the median step: nearer rows count as one
 EVEN = 1e-3  # steps that differ by less than this share of the median count as even
 MOST_FILLED, SMALL = 100, 1_000_000  # even rows for one that was recorded, at the most; rows that are never too many
@@ -61,9 +62,18 @@ def time_steps(r: Recording) -> Array:
         row = int(wrong[0])
         kind = "repeats" if steps[row] == 0 else "runs backward"
         raise RecordingError(f"{r.name}: time {kind} at row {row + 2} (t_s = {r.t[row]:g}, then {r.t[row + 1]:g}; "
-                             f"{count_text(len(wrong), 'such row')}): two logs in one file, or a clock that was set? Split the file there "
-                             "or drop the rows")
+                             f"{count_text(len(wrong), 'such row')}): {order_remedy(steps)}")
     return steps
+
+
+def order_remedy(steps: Array) -> str:
+    """Return what to do about steps of time (n-1,) that are not all positive: a few are another log, many another order."""
+    backward = float((steps < 0).mean())
+    if backward > REVERSED:
+        return "the file is in reverse order: sort its rows by t_s"
+    if backward > SHUFFLED:
+        return "the rows are not in the order of time: sort them by t_s"
+    return "two logs in one file, or a clock that was set? Split the file there or drop the rows"
 
 
 def stretches(r: Recording, with_torque: bool = True) -> tuple[tuple[int, int], ...]:
@@ -240,9 +250,9 @@ def slope_missing(r: Recording) -> bool:
 def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Preparation:
     """Return how the recordings of a campaign are prepared: not filtered where all is given, else with the cut-off that suits the data.
 
-    `cutoff_hz` overrides the choice. Streams: one recording is held at a time.
+    `cutoff_hz` overrides the choice; ConfigError where no recording holds it. Streams: one recording is held at a time.
     """
-    needed = cutoff_hz is not None
+    needed, spans = cutoff_hz is not None, list[tuple[float, float]]()
 
     def channels() -> Iterator[tuple[Array, Array | None, float]]:
         """Yield angles, rates and time step s of every stretch, and note whether one needs the filter."""
@@ -252,9 +262,12 @@ def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Pre
             motion = r.without_torque()  # its torques may hold empty cells
             for start, stop in stretches(motion, with_torque=False):
                 part = resample(motion, start, stop)
+                spans.append((float(part.t[1] - part.t[0]), part.duration))
                 yield part.q, part.qd, float(part.t[1] - part.t[0])
 
     choice = choose_cutoff(channels())
+    if cutoff_hz is not None:
+        require_cutoff(cutoff_hz, spans)
     if not needed:
         return Preparation(None)
     return Preparation(LowPass(choice.cutoff_hz if cutoff_hz is None else cutoff_hz), choice.source)

@@ -18,6 +18,7 @@ A channel that stands at the left margin, as messages write the line that mends 
 An angle that begins again after a turn states its `period`, in the foreign unit too (360, say): it then goes on.
 """
 
+import re
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -26,14 +27,15 @@ from typing import Any, Literal, final
 import numpy as np
 from pydantic import Field, field_validator
 
-from nnhydro.errors import ConfigError, RecordingError
+from nnhydro.errors import CampaignError, ConfigError, RecordingError, require
 from nnhydro.recordings.readers.table import Array, Columns, Table, sha256_of
 from nnhydro.recordings.readers.units import TARGETS, factor
 from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 
-FILE = "columns.yaml"
+FILES = ("columns.yaml", "columns.yml")
 FOLDERS = ("recordings", "steady", "unseen")
+_OF_JOINT = re.compile(r"(?P<channel>d?d?q|tau)\d{1,2}(?P<kind>(?:_sim)?)_(?!std).*")
 
 
 class Source(Settings):
@@ -95,6 +97,19 @@ def _require_known(where: str, targets: dict[str, Source]) -> None:
                 raise ConfigError(f"{where}: {cause}") from cause
 
 
+def _require_a_column_each(where: str, targets: dict[str, Source]) -> None:
+    """Raise ConfigError where two joints take one channel from one column: angles may with another sign or scale, as of coupled joints."""
+    seen: dict[tuple[object, ...], str] = {}
+    for target, source in targets.items():
+        joint = _OF_JOINT.fullmatch(target)
+        if joint is None:
+            continue
+        how = () if joint["channel"] == "tau" else (source.unit, source.scale, source.sign, source.offset)
+        first = seen.setdefault((joint["channel"], joint["kind"], source.from_, *how), target)
+        require(first == target, f"{where}: {first!r} and {target!r} are both taken from the column {source.from_!r}: two joints have two "
+                "sensors; correct one name after 'from:'", ConfigError)
+
+
 def _below_columns(document: dict[str, Any], where: str) -> dict[str, Any]:
     """Return `document` with the channels at its left margin below `columns`; raises ConfigError for one that stands at both places."""
     at_margin = {key: value for key, value in document.items() if key in TARGETS} if isinstance(document, dict) else {}
@@ -112,6 +127,8 @@ def parse_column_map(document: dict[str, Any], where: str, sha256: str = "") -> 
     settings = validate(MapFile, _below_columns(document, where), where, ConfigError)
     _require_known(where, settings.columns)
     _require_known(where, settings.steady)
+    _require_a_column_each(where, settings.columns)
+    _require_a_column_each(where, settings.steady)
     return ColumnMap(where, sha256, settings)
 
 
@@ -120,10 +137,17 @@ def read_column_map(path: Path) -> ColumnMap:
     return parse_column_map(read_yaml(path, ConfigError), str(path), sha256_of(path))
 
 
+def map_file(root: Path) -> Path | None:
+    """Return the mapping of the campaign in `root`, columns.yaml or columns.yml; None for none. Raises CampaignError for both."""
+    there = [root / name for name in FILES if (root / name).is_file()]
+    require(len(there) < 2, f"{root}: has both {' and '.join(path.name for path in there)}: remove one", CampaignError)
+    return there[0] if there else None
+
+
 def map_beside(path: Path) -> ColumnMap | None:
-    """Return the mapping `columns.yaml` of the campaign that holds the file `path`, None where there is none."""
-    found = path.absolute().parent.parent / FILE
-    return read_column_map(found) if path.absolute().parent.name in FOLDERS and found.is_file() else None
+    """Return the mapping of the campaign that holds the file `path`, None where there is none."""
+    found = map_file(path.absolute().parent.parent) if path.absolute().parent.name in FOLDERS else None
+    return None if found is None else read_column_map(found)
 
 
 def unwrap(values: Array, period: float) -> Array:

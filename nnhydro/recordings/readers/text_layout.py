@@ -1,6 +1,5 @@
 """How a table of text is laid out: encoding, separator, decimal sign, a row of units. Nothing is assumed that can be seen."""
 
-import codecs
 import csv
 import re
 from dataclasses import dataclass, replace
@@ -8,13 +7,11 @@ from pathlib import Path
 from typing import final
 
 from nnhydro.errors import RecordingError
+from nnhydro.recordings.readers.encoding import encoding_of
 
 MAX_HEADER = 1_000_000  # characters: a longer first line is no header
-SAMPLE = 65_536  # bytes that tell the encoding
 PREAMBLE = 60  # lines that a logger may write above the header
 LOOKED_AT = 20  # rows below the header that tell the decimal sign
-BOMS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"), (codecs.BOM_UTF16_LE, "utf-16"),
-        (codecs.BOM_UTF16_BE, "utf-16"))
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 _NUMBER = re.compile(r"\s*[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*|\s*[+-]?(?:nan|inf|infinity)\s*", re.IGNORECASE)
 _UNIT = re.compile(r"[\[(<]?\s*([A-Za-z%\u00b0\u00b5][\w%\u00b0\u00b5\u00b2\u00b7*^/ .\-]{0,11})\s*[\])>]?")
@@ -52,31 +49,6 @@ class Layout:
         if self.units:
             told.append("units from the row below the header")
         return tuple(told)
-
-
-def encoding_of(path: Path) -> str:
-    """Return the encoding of the text file `path`: by its byte-order mark, as UTF-8, else as a library guesses."""
-    with path.open("rb") as file:
-        sample = file.read(SAMPLE)
-    marked = next((name for bom, name in BOMS if sample.startswith(bom)), "")
-    if marked:
-        return marked
-    even, odd = sample[0::2].count(0), sample[1::2].count(0)
-    if max(even, odd) > 0.4 * len(sample) / 2 and min(even, odd) < 0.05 * len(sample) / 2:
-        return "utf-16-le" if odd > even else "utf-16-be"
-    try:
-        codecs.getincrementaldecoder("utf-8")().decode(sample)
-        return "utf-8"
-    except UnicodeDecodeError as cause:
-        place = cause.start
-    if b"\0" not in sample:
-        from charset_normalizer import from_bytes
-
-        found = from_bytes(sample).best()
-        if found is not None:
-            return str(found.encoding)
-    raise RecordingError(f"{path}: is not UTF-8 text (byte {place}), nor in any encoding that can be recognised: save it as UTF-8 CSV "
-                         "or as Parquet")
 
 
 def _delimiter(line: str) -> str:

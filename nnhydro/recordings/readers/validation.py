@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from math import pi
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, field_validator
 
 from nnhydro.errors import NnhydroError, count_text
 
@@ -30,6 +30,15 @@ class Settings(BaseModel):
     """A frozen settings model: unknown keys, NaN and infinity are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_truth_for_a_number(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse true and false where the field takes none: they would count as 1 and 0."""
+        kind = str(cls.model_fields[info.field_name or ""].annotation)
+        if isinstance(value, bool) and "bool" not in kind and "Any" not in kind:
+            raise ValueError(f"is {str(value).lower()}, not a number or text: write its value (YAML takes yes, no, on, off for them)")
+        return value
 
     @classmethod
     def keys_of_others(cls, document: dict[str, Any]) -> frozenset[str]:

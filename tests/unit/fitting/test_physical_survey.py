@@ -33,6 +33,12 @@ def test_the_unit_of_the_torques_is_told(unit, name):
     assert f"'tau1_Nm: {{from: tau1_Nm, unit: {first}}}'" in found.remedy
 
 
+def test_the_unit_is_mapped_with_a_line_for_every_joint():
+    c = written_in(1e-2, whole())
+    remedy = torque_unit(c, c.plan()).remedy
+    assert "'tau1_Nm: {from: tau1_Nm, unit: N cm}', 'tau2_Nm: {from: tau2_Nm, unit: N cm}'" in remedy
+
+
 @pytest.mark.parametrize("a", [A, arm(1), arm(2, 0.0, gravity_m_s2=9.81)], ids=["two links", "one link", "in air, upright"])
 def test_torques_in_newton_metres_are_left_alone(a):
     c = whole(a, dry(a) if a.dry else None)
