@@ -27,7 +27,7 @@ def _past_knocks(seen: SensorView, tau: Tensor) -> Tensor:
     return tensor(gaussian_filter1d(tau.numpy(), PASSING / float((t[-1] - t[0]) / (len(t) - 1)), mode="nearest"))
 
 
-def _carried(stay: float, side: float, way: float) -> float:
+def _next_place(stay: float, side: float, way: float) -> float:
     """The place of the link, -1 to 1 between the flanks, `way` further; of what winds a flank up, the share `stay` is kept."""
     there = side + way
     return 1.0 + (there - 1.0) * stay if there > 1.0 else -1.0 + (there + 1.0) * stay if there < -1.0 else there
@@ -80,7 +80,7 @@ class Backlash(InstrumentEffect):
         settling = self.settling[0] if self.settling else 0.0
         step = float((seen.motion.t[-1] - seen.motion.t[0]) / (len(tau) - 1))
         stay = settling / (settling + step)  # of what is wound, a step later: backward Euler
-        sides = accumulate((time * tau).tolist(), partial(_carried, stay), initial=0.0)
+        sides = accumulate((time * tau).tolist(), partial(_next_place, stay), initial=0.0)
         return -0.5 * torch.tensor([*sides][1:], dtype=torch.float64)
 
     def _carried_torque(self, seen: SensorView) -> Tensor:

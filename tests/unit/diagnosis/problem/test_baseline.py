@@ -119,5 +119,5 @@ def test_a_model_of_linear_physics_from_a_file_is_recalibrated_and_one_of_other_
     assert own.physics.fit["seen"] == ["abc"], "what the model has seen is not forgotten"
     planted_values = [float(x) for term in planted(ARM).linear().values() for x in term.linear_values()]
     np.testing.assert_allclose(own.prior.mean, planted_values, err_msg="it starts from the values of the file")
-    with pytest.raises(ConfigError, match="model of 1 joints, the campaign's arm has 2"):
+    with pytest.raises(ConfigError, match="model of 1 joint, the campaign's arm has 2"):
         baseline_of(str(tmp_path / "mine"), arm(2), PROBLEM.units(), HOW)
