@@ -13,7 +13,7 @@ from rigs import arm
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of, hypotheses_for
 from nnhydro.diagnosis.problem.problem import FEWEST_BLOCKS, FEWEST_PERIODS, draw_names, problem_of
-from nnhydro.errors import CampaignError
+from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.computed_slopes import LeftOut
 from nnhydro.recordings.filtering.low_pass import LowPass
@@ -121,7 +121,9 @@ def test_places_follow_the_clock_and_are_unknown_without_one():
 def test_recordings_too_short_to_tell_anything_are_refused_with_what_to_do():
     short = Campaign.of(ARM, [recording(ARM, planted(ARM), f"run{k}", seconds=0.05) for k in range(3)])
     with pytest.raises(CampaignError, match=r"record longer runs|nnhydro check"):
-        _ = problem_of(short, edge=3.0).blocks
+        _ = problem_of(short, edge=30.0).blocks
+    with pytest.raises(ConfigError, match="less than one period"):
+        problem_of(short, edge=3.0)
 
 
 def test_of_a_large_campaign_recordings_are_drawn_from_every_stretch_of_it():
