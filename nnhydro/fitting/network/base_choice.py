@@ -5,8 +5,8 @@
 
 `linear_b` is the linear part (linear_part.py) learned beside the baseline on the other recordings. A baseline that predicts recordings
 well by itself may leave what is hard to learn: a curve over s/D starts anew at every reversal, and what is learned has to take that back.
-`constant` is kept unless another is better by CLEARLY in both: the plainer baseline extrapolates better. Source: cross-validation, Stone
-(1974); the rule is ours.
+`constant` is kept unless another is better by CLEAR_RATIO in both: the plainer baseline extrapolates better. Source: cross-
+validation, Stone (1974); the rule is ours.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.splitting import Unit
 
 PLAIN, RICHER = "constant", ("state",)
-CLEARLY = 0.9
+CLEAR_RATIO = 0.9  # of the error of the plainer baseline: a tenth is more than choosing by three motions errs by
 FEWEST, HALVED = 3, 6  # motions to choose by; of fewer than HALVED a half says too little: one after the other is held out
 Parts = tuple[LinearPart, LinearPart]
 
@@ -63,7 +63,7 @@ def baseline_choice(chosen: Sequence[Unit], arm: Arm, how: Preparation) -> tuple
         return total
 
     plain = error(PLAIN)
-    return (PLAIN, *(name for name in RICHER if error(name) < CLEARLY * plain))
+    return (PLAIN, *(name for name in RICHER if error(name) < CLEAR_RATIO * plain))
 
 
 def on_best_base(bases: Sequence[TorqueModel | None], rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor,
@@ -83,6 +83,6 @@ def on_best_base(bases: Sequence[TorqueModel | None], rows: Rows, linear: Linear
         moved = replace(rows, target=rows.target + own - base_rows(chosen, arm, other))
         parts = linear_part(moved, linear, watched, stated, True, grams)
         left, = left_over(moved, parts[:1], linear.columns, watched, s)
-        if left < CLEARLY * least:
+        if left < CLEAR_RATIO * least:
             best, least = (other, moved, parts), left
     return best

@@ -1,6 +1,6 @@
 """How much of what was learned is used beside the baseline, judged recording by recording on recordings held out of the fit.
 
-    minimise over b in NETWORKS and, joint by joint, t_j in SHARES     mean over recordings of  r / <r_0> + WARY max(0, r/r_0 - 1),
+    minimise over b in NETWORKS and, joint by joint, t_j in SHARES     mean over recordings of  r / <r_0> + HARM_WEIGHT max(0, r/r_0 - 1),
     r = sum |target - t_j correction_b|,   r_0 = sum |target|,         trust_j = t_j / (t_j + (1 - t_j) f)
 
 Sums run over a recording, <> over recordings. `target` is what the baseline leaves, correction_b what the members that did not train on a
@@ -21,8 +21,8 @@ from nnhydro.models.learned.shrinkage import jackknife, shrink
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)  # t: of what is learned beside the baseline, the smallest first
 NETWORKS = (1.0, 0.0)  # b: with the networks, or the linear part alone
-WARY = 2.0
-HAIR = 0.01
+HARM_WEIGHT = 2.0  # what a recording is made worse counts this much beside its loss: never worse than the base is the aim
+LEAST_GAIN = 0.01  # of the loss: networks, or more trust, are used from there on; less is chance among a handful of recordings
 TINY = 1e-300
 
 
@@ -38,7 +38,7 @@ def held_out(members: Tensor, mine: Tensor, scale: Tensor, left_out: float | Non
 
 
 def losses(target: Tensor, correction: Tensor, unit: Tensor, shares: Sequence[float] = SHARES) -> Tensor:
-    """Return r/<r_0> + WARY max(0, r/r_0 - 1) (shares, recordings, joints) of `correction` for `target` (n, joints) N m.
+    """Return r/<r_0> + HARM_WEIGHT max(0, r/r_0 - 1) (shares, recordings, joints) of `correction` for `target` (n, joints) N m.
 
     The rows are those of the recordings `unit` (n,).
     """
@@ -52,7 +52,7 @@ def losses(target: Tensor, correction: Tensor, unit: Tensor, shares: Sequence[fl
     before = size(target)
     left = torch.stack([size(target - t * correction) for t in shares])
     harm = (left / before.clamp(min=TINY) - 1).clamp(min=0.0)
-    found: Tensor = left / before.mean(dim=0).clamp(min=TINY) + WARY * harm
+    found: Tensor = left / before.mean(dim=0).clamp(min=TINY) + HARM_WEIGHT * harm
     return found
 
 
@@ -70,7 +70,7 @@ def stack(target: Tensor, candidates: Mapping[float, Tensor], unit: Tensor, shar
     for b, correction in candidates.items():
         found_losses = losses(target, correction, unit, shares).mean(dim=1)
         least = found_losses.amin(dim=0)
-        if float(least.mean()) < (1 - HAIR) * best:
-            first = (found_losses <= (1 + HAIR) * least).int().argmax(dim=0)
+        if float(least.mean()) < (1 - LEAST_GAIN) * best:
+            first = (found_losses <= (1 + LEAST_GAIN) * least).int().argmax(dim=0)
             best, found = float(least.mean()), (b, torch.tensor(shares, dtype=torch.float64)[first])
     return found
