@@ -123,4 +123,4 @@ class RecursiveFit:
 
     def adapted_loads(self) -> Loads:
         """Return the model's terms with the coefficients as they stand now."""
-        return Loads({**self.loads.terms, **Loads(self.adapted).with_linear(self.theta).terms})
+        return Loads({**self.loads.terms, **Loads(self.adapted).with_linear(self.theta.numpy()).terms})
