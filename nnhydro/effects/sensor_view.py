@@ -17,7 +17,7 @@ from nnhydro.physics.transmission import joint_torque, sensed_columns
 from nnhydro.recordings.arm import Arm
 
 TorqueOf = Callable[[Flow], Tensor]
-WATER_STEP = 1e-6  # m/s, m/s^2: nothing that the water loads has a kink, so that one side tells the slope
+WATER_STEP = 1e-6  # m/s, m/s^2: the slopes of what the water loads are continuous, so that one side tells them
 STEP = 1e-4  # rad, rad/s, rad/s^2, m/s, m/s^2: of differences that are exact to second order
 
 

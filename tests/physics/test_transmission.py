@@ -12,6 +12,7 @@ from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.transmission import drive_rates, gear_factor, joint_torque, sensed_columns, sensor_torque, to_drives
+from nnhydro.recordings.arm import Gear
 
 RATIOS = pytest.mark.parametrize("ratio", [1.0, 1.5, 0.6])
 GEAR = {"ratio": 25.0, "efficiency": 0.8, "torque_at": "motor"}
@@ -87,6 +88,15 @@ def test_the_gear_only_takes_energy(a):
     driving = drive * rate > 0
     assert_close(motor_power[driving], (drive * rate / 0.8)[driving])
     assert_close(motor_power[~driving], (drive * rate * 0.8)[~driving])
+
+
+def test_each_joint_has_the_factor_of_its_own_gear():
+    a = arm(2)
+    geared = a.model_copy(update={"links": (a.links[0].model_copy(update={"gear": Gear(**GEAR)}), a.links[1])})
+    tau, qd = torques(1)
+    told, plain, both = (gear_factor(tau, qd, x) for x in (geared, a, arm(2, gear=GEAR)))
+    assert_close(told, torch.stack([both[:, 0], plain[:, 1]], dim=1))
+    assert not torch.allclose(told, plain)
 
 
 def test_a_gear_at_rest_loses_nothing():

@@ -7,6 +7,7 @@ import pytest
 from planted import LINKS, campaign, healthy, recording, the_arm
 
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.checks.cut_off import cut_cell
 from nnhydro.recordings.recording import SteadyTable
 from nnhydro.recordings.survey import survey
 
@@ -88,3 +89,13 @@ def test_a_unit_that_only_some_files_have_is_no_matter_of_the_mapping(runs: int,
 def test_noise_of_a_sensor_without_load_is_told_joint_by_joint():
     oddities = survey(campaign(lambda c: {"tau2_Nm": np.random.default_rng(len(c)).standard_normal(1000)}, in_all=True)).oddities
     assert [(o.check, o.where) for o in oddities if o.check == "noise_torque"] == [("noise_torque", "tau2_Nm")]
+
+
+@pytest.mark.parametrize(("last", "told"), [(-0.0, True), (-5.0, True), (-5.1234, False), (None, False)],
+                         ids=["a bare minus", "a jump without digits", "a jump with all its digits", "a whole row"])
+def test_a_last_cell_is_cut_off_where_it_lost_its_digits_and_leaves_its_course(last, told):
+    t = np.linspace(0, 2 * np.pi, 201)
+    torque = np.round(-0.6 - 0.3 * np.sin(t), 4)
+    if last is not None:
+        torque[-1] = last
+    assert cut_cell(torque) == told
