@@ -79,7 +79,13 @@ class Library:
             yield run, self.columns(run[0], run[-1])
 
     def _part(self, k: int) -> int:
-        return int(np.searchsorted(self._ends, self.starts[k], side="right"))
+        return self._part_of[k]
+
+    @cached_property
+    def _part_of(self) -> list[int]:
+        """The part that holds the columns of every hypothesis."""
+        found: list[int] = np.searchsorted(self._ends, self.starts[:-1], side="right").tolist()
+        return found
 
     @cached_property
     def _ends(self) -> NDArray[np.int64]:

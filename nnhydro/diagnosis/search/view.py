@@ -221,17 +221,21 @@ class WeightedLibrary:
         stacked = np.concatenate([part[..., kept] for part in (cross, *map(self._own_products, chosen))])
         C = fit.projection(stacked.reshape(len(stacked), -1)).reshape(-1, *stacked.shape[1:])
         c = Xy[:, kept] - np.einsum("pgk,p->gk", C, fit.half)
-        start = 0
-        for number in numbers:
-            s, w = places[number], places[number].stop - places[number].start
-            live = [g for g in range(cross.shape[1]) if blocks[g, s, :w].any()]
-            if live:
-                Ck = C[:, live, start:start + w].reshape(len(C), -1)
-                M = -RHO**2 * (Ck.T @ Ck)
+        ends = np.cumsum([0, *(places[k].stop - places[k].start for k in numbers)]).tolist()
+        alike: dict[tuple[int, bytes], list[int]] = {}  # laws of the same width that act in the same recordings
+        for i, k in enumerate(numbers):
+            alike.setdefault((ends[i + 1] - ends[i], blocks[:, places[k]].any(axis=(1, 2)).tobytes()), []).append(i)
+        for (w, acts), laws in alike.items():
+            live = np.flatnonzero(np.frombuffer(acts, dtype=bool))
+            if len(live):
+                at = np.array([ends[i] for i in laws])[:, None] + np.arange(w)  # (laws, w)
+                Ck = C[:, live][:, :, at].transpose(2, 0, 1, 3).reshape(len(laws), len(C), -1)
+                M = -RHO**2 * (Ck.transpose(0, 2, 1) @ Ck)
                 for i, g in enumerate(live):
-                    M[i * w:(i + 1) * w, i * w:(i + 1) * w] += RHO**2 * blocks[g, s, :w]
-                M.ravel()[::len(M) + 1] += 1.0
-                ck = c[live, start:start + w].ravel()
-                gained[number] = 0.5 * (RHO**2 * ck @ np.linalg.solve(M, ck) - np.linalg.slogdet(M)[1])
-            self._own_best[number] = max(self._own_best.get(number, -np.inf), float(gained[number]))
-            start += w
+                    M[:, i * w:(i + 1) * w, i * w:(i + 1) * w] += RHO**2 * np.stack([blocks[g, places[numbers[j]], :w] for j in laws])
+                M += np.eye(M.shape[1])
+                ck = c[live][:, at].transpose(1, 0, 2).reshape(len(laws), -1)
+                half = np.linalg.solve(M, ck[..., None])[..., 0]
+                gained[np.array(numbers)[laws]] = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - np.linalg.slogdet(M)[1])
+        for k in numbers:
+            self._own_best[k] = max(self._own_best.get(k, -np.inf), float(gained[k]))

@@ -1,11 +1,10 @@
 """Hypothesis: there is a gap in a drive."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
-from itertools import accumulate
 from typing import final
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -27,10 +26,16 @@ def _past_knocks(seen: SensorView, tau: Tensor) -> Tensor:
     return tensor(gaussian_filter1d(tau.numpy(), PASSING / float((t[-1] - t[0]) / (len(t) - 1)), mode="nearest"))
 
 
-def _next_place(stay: float, side: float, way: float) -> float:
-    """The place of the link, -1 to 1 between the flanks, `way` further; of what winds a flank up, the share `stay` is kept."""
-    there = side + way
-    return 1.0 + (there - 1.0) * stay if there > 1.0 else -1.0 + (there + 1.0) * stay if there < -1.0 else there
+def _places(ways: Iterable[float], stay: float) -> Iterator[float]:
+    """The place of the link after each of `ways`, -1 to 1 between the flanks; of what winds a flank up, the share `stay` is kept."""
+    side = 0.0
+    for way in ways:
+        side += way
+        if side > 1.0:
+            side = 1.0 + (side - 1.0) * stay
+        elif side < -1.0:
+            side = -1.0 + (side + 1.0) * stay
+        yield side
 
 
 @effect
@@ -80,8 +85,7 @@ class Backlash(InstrumentEffect):
         settling = self.settling[0] if self.settling else 0.0
         step = float((seen.motion.t[-1] - seen.motion.t[0]) / (len(tau) - 1))
         stay = settling / (settling + step)  # of what is wound, a step later: backward Euler
-        sides = accumulate((time * tau).tolist(), partial(_next_place, stay), initial=0.0)
-        return -0.5 * torch.tensor([*sides][1:], dtype=torch.float64)
+        return -0.5 * torch.from_numpy(np.fromiter(_places((time * tau).tolist(), stay), dtype=float, count=len(tau)))
 
     def _carried_torque(self, seen: SensorView) -> Tensor:
         """The torque (n,) N m that carries the link: as measured where it was, else what the model says."""

@@ -1,0 +1,87 @@
+"""The ONNX file gives the model's torques over long runs, step by step: 20,000 of them, of a hybrid 8,000."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from stepped import MODELS, driven, long_run, model_of
+
+from nnhydro.deployment.files import export_step
+from nnhydro.deployment.native import compiler
+from nnhydro.deployment.onnx.expressions import Program, add
+from nnhydro.deployment.onnx.onnx_graph import infinite_atoms, onnx_model
+
+
+def through_onnx(path, motion):
+    """Torques (n, 2) of the ONNX file `path`, fed step by step with the memory that it gave back."""
+    import onnxruntime
+
+    alone = onnxruntime.SessionOptions()
+    alone.intra_op_num_threads = alone.inter_op_num_threads = 1  # threads that wait for so small a step cost more than it
+    session = onnxruntime.InferenceSession(str(path), alone, providers=["CPUExecutionProvider"])
+    shapes, found = {x.name: x.shape for x in session.get_inputs()}, []
+    outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next", "wake_next")]
+    kept = [name for name in shapes if name in ("memory", "wake")]
+    memory = [np.zeros(shapes[name]) for name in kept]
+    dt = np.full((len(motion), 1), 2e-3)
+    dt[0] = 0.0 if "wake" in kept else -1.0
+    columns = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "u0": motion.u0, "du0": motion.du0, "dt": dt}
+    columns = {name: np.asarray(columns[name]).reshape(-1, *shapes[name]) for name in shapes if name not in kept}
+    for k in range(len(motion)):
+        given = {name: column[k] for name, column in columns.items()} | dict(zip(kept, memory, strict=True))
+        tau, *memory = session.run(outputs, given)
+        found.append(tau.ravel())
+    return np.stack(found)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_few_hundred_steps_in_onnxruntime_are_the_model_s_torques(name, tmp_path):
+    model, motion = model_of(name), long_run(300)
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    want = model.torque(motion).numpy()
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler here")
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["state", "diagnosed"])
+def test_what_moves_in_its_first_step_has_moved_for_ever(name, tmp_path):
+    model, run = model_of(name), long_run(350)
+    motion = replace(run, t=run.t[:200], q=run.q[150:], qd=run.qd[150:], qdd=run.qdd[150:], u0=run.u0[:200] + 0.2, du0=run.du0[:200])
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    told = export_step(model, tmp_path / "arm.h", "c")
+    want = model.torque(motion).numpy()
+    for got in (through_onnx(tmp_path / "arm.onnx", motion), driven(tmp_path, motion, "double", told["std"])):
+        assert np.abs(got - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+@pytest.mark.slow(seconds=20)
+@pytest.mark.parametrize(("name", "steps"), [("state", 20_000), ("hybrid", 8000)])  # the hybrid's memory fades within 5,000
+def test_long_runs_in_onnxruntime_are_the_model_s_torques(name, steps, tmp_path):
+    model, motion = model_of(name), long_run(steps)
+    export_step(model, tmp_path / "arm.onnx", "onnx")
+    want = model.torque(motion).numpy()
+    assert np.abs(through_onnx(tmp_path / "arm.onnx", motion) - want).max() < 1e-9 * np.sqrt((want**2).mean())
+
+
+def test_atoms_that_may_be_infinite_are_known():
+    p = Program(2)
+    x, y = p.input(0), p.input(1)
+    ever = p.where(p.apply("positive", x), np.inf, y)
+    wild = [ever, p.apply("mul", ever, x), p.apply("max", ever, x), p.apply("exp", ever)]
+    tame = [p.apply("min", ever, 5.0), p.apply("div", 1.0, ever), p.apply("exp", p.mul(-1.0, ever)), p.apply("positive", ever)]
+    assert infinite_atoms(p) == {k for value in wild for k in value.terms}
+    assert not infinite_atoms(p) & {k for value in tame for k in value.terms}
+
+
+@pytest.mark.parametrize("given", [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
+def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
+    import onnxruntime
+
+    p = Program(4)
+    x = [p.input(k) for k in range(4)]
+    ever = [p.where(p.apply("positive", x[k]), np.inf, x[k + 2]) for k in range(2)]
+    ends = [p.apply("min", add(ever[0], x[2]), 5.0), p.apply("min", add(ever[1], x[3]), 5.0), p.apply("min", add(x[2], x[3]), 5.0)]
+    made = onnx_model(p, {"x": (4,)}, {"y": np.array(ends, dtype=object)}, np.float64, 17, {})
+    (got,) = onnxruntime.InferenceSession(made.SerializeToString(), providers=["CPUExecutionProvider"]).run(None, {"x": [*given, 0.5, 0.7]})
+    np.testing.assert_allclose(got, [5.0 if given[0] > 0 else 1.0, 5.0 if given[1] > 0 else 1.4, 1.2])
