@@ -10,7 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-from nnhydro.diagnosis.diagnose import diagnose
+from nnhydro.diagnosis.diagnose import diagnose, search_design
+from nnhydro.diagnosis.problem.design import design_on
+from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor
@@ -306,6 +308,19 @@ def diagnosed(name, baseline=None, **keys):
     return diagnose(campaign(name), baseline, **keys)
 
 
+@cache
+def searched(name):
+    """What a search finds in it."""
+    return search_design(design_on(problem_of(campaign(name)), None), 0)
+
+
 def named(diagnosis):
     """Effects and joints that were found."""
     return {(f.effect, f.law.joint) for f in diagnosis.findings}
+
+
+def value(name, effect, parameter):
+    """(value, low, high) of a parameter of a finding."""
+    (finding,) = [f for f in diagnosed(name).findings if f.effect == effect]
+    told = finding.parameters[parameter]
+    return told.value, *told.ci95

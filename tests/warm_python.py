@@ -19,7 +19,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 LIBRARIES = ("numpy", "scipy.interpolate", "scipy.linalg", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats", "torch",
-             "pandas", "matplotlib.figure", "matplotlib.backends.backend_agg", "pydantic", "typer.testing", "yaml", "rich.table")
+             "pandas", "matplotlib.figure", "matplotlib.backends.backend_agg", "pydantic", "typer.testing", "yaml", "rich.table",
+             "jinja2", "pydantic.main", "pytest")
 CLIENT = """#!{python} -IS
 import json, os, socket, sys
 def is_open(number):

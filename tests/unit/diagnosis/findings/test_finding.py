@@ -4,12 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosed import campaign
 
-from nnhydro.diagnosis.diagnose import search_design
-from nnhydro.diagnosis.findings.finding import Finding, findings_of
-from nnhydro.diagnosis.problem.design import design_on
-from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.effects.catalogue import catalogue
 
 
@@ -38,15 +34,3 @@ def test_what_hangs_on_the_smallest_torques_is_predicted_where_the_error_falls_w
     law = {"coulomb_friction": catalogue()["coulomb_friction"](joint=1, level=(0.1,)),
            "backlash": catalogue()["backlash"](joint=1, gap=(0.01,), impulse=(0.02,))}[effect]
     assert replace(finding((effect,)), law=law, error_without=0.1, error_with=with_it).predicted == predicted
-
-
-@pytest.mark.slow
-def test_every_value_of_a_finding_stands_within_its_interval_nonlinear_ones_too():
-    found = search_design(design_on(problem_of(campaign("held in a wave")), None), 0)
-    wave = next(f for f in findings_of(found.search, found.decided.claimed) if f.effect == "wave_orbital")
-    for name in ("frequency", "direction", "amplitude"):
-        low, high = wave.parameters[name].ci95
-        assert low < wave.parameters[name].value < high
-    low, high = wave.parameters["frequency"].ci95
-    assert low < 0.965 < high
-    assert high - low < 0.002, "six recordings of 20 s"

@@ -5,12 +5,10 @@ import pytest
 import torch
 from campaigns import campaign as recorded
 from campaigns import planted, steady_table
-from diagnosed import FRICTION, campaign
+from diagnosed import FRICTION, searched
 from hypotheses import made
 from rigs import arm
 
-from nnhydro.diagnosis.diagnose import search_design
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, extra_starts, is_stale, scaled_values
@@ -25,8 +23,8 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 
 @pytest.mark.slow
 def test_instruments_are_taken_at_the_reading_of_the_baseline_with_the_loads_found():
-    design = design_on(problem_of(campaign("rubbing")), None)
-    search = search_design(design, 0).search
+    found = searched("rubbing")
+    design, search = found.design, found.search
     keys = [search.key(k) for k in range(len(search.view.library.hypotheses))]
     rubs, late = keys.index(("coulomb_friction", 1)), keys.index(("sensor_timing", 0))
     both, alone = (calibrated_beside(search, search.score(chosen), None) for chosen in ((rubs, late), (late,)))
@@ -39,8 +37,7 @@ def test_instruments_are_taken_at_the_reading_of_the_baseline_with_the_loads_fou
 
 @pytest.mark.slow
 def test_a_delay_taken_about_its_fitted_value_is_up_to_date_and_one_about_none_or_half_of_it_is_not():
-    design = design_on(problem_of(campaign("late")), None)
-    found = search_design(design, 0)
+    found = searched("late")
     search, late = found.search, next(k for k in range(len(found.search.view.library.hypotheses))
                                       if found.search.key(k) == ("sensor_timing", 0))
     h = search.view.library.hypotheses[late]

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosed import diagnosed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oscillations import by_scipy, with_oscillation
@@ -60,13 +59,3 @@ def test_refinement_ends_where_all_values_fit_best_together():
     best, deviation = by_scipy(one, (1.05, 0.6))
     effect = grown.search.view.library.hypotheses[k].effect
     assert np.all(np.abs([effect.frequency[0], effect.damping[0]] - best) < 0.4 * deviation)
-
-
-@pytest.mark.slow
-def test_a_wave_on_a_held_arm_is_as_large_as_its_drag_and_frequency_say():
-    told = diagnosed("held in a wave")
-    (finding,) = told.findings
-    amplitude, frequency = (finding.parameters[name].value for name in ("amplitude", "frequency"))
-    assert frequency == pytest.approx(0.965, abs=5e-4), "a twentieth of the resolution of 20 s"
-    assert amplitude * (1 + told.recalibrated["cm"][0]) == pytest.approx(0.12 * 2, rel=0.03), "what a wave at rest shows is this product"
-    assert told.proof.after < 0.022, "its drag is in the model: without the part that is not linear 2.9 % remain"
