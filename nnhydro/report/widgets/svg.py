@@ -5,7 +5,6 @@ Colours come from the page's style, which knows the theme.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import ceil, floor, log10
 from typing import Any, final
 
@@ -88,7 +87,9 @@ def thin(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     if len(x) <= most:
         return x, y
     edges = np.linspace(0, len(x), max(most // 2, 1) + 1).astype(int)
-    keep = sorted({index for a, b in pairwise(edges) if b > a for index in (a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b])))})
+    first, last = edges[:-1], edges[1:] - 1
+    stretches = y[np.minimum(first[:, None] + np.arange((last - first).max() + 1), last[:, None])]  # a shorter one repeats its last point
+    keep = np.unique(np.concatenate([first + stretches.argmin(axis=1), first + stretches.argmax(axis=1)]))
     return x[keep], y[keep]
 
 
