@@ -23,6 +23,14 @@ def folders(tmp_path_factory):
     return {kind: write(root / kind, kind) for kind in (*HEALTHY, *HIDING)}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def without_figures():
+    """What is compared is written without its figures: tests of reports draw them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("nnhydro.report.benchmark.page.benchmark_figures", lambda result, folder: [])
+        yield
+
+
 @pytest.fixture(scope="module")
 def diagnoses(folders, tmp_path_factory):
     """The diagnosis of a stranger's folder, made once: the folder, and what it prints for programs."""
