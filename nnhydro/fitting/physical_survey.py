@@ -15,6 +15,7 @@ from nnhydro.fitting.absolute_angles import absolute_angles
 from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, channel_order, columns_of, judge, judged_ways, material
 from nnhydro.fitting.mixed_units import mixed_units
 from nnhydro.physics.threads import one_thread
+from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.checks.reading import Reading
@@ -71,9 +72,17 @@ def torque_unit(campaign: Campaign, how: Preparation) -> Oddity | None:
     return Oddity(None, "warning", ", ".join(names), campaign.arm.text(what), remedy, "torque_unit")
 
 
+def _weightless(arm: Arm) -> bool:
+    """Whether neither mass nor inertia nor a fluid is stated: a drive alone, say, whose loads are yet to be found."""
+    return not arm.fluid.density_kg_m3 and not any(link.mass_kg or link.inertia_kg_m2 for link in arm.links)
+
+
 def unexplained_torque(campaign: Campaign, ways: list[WayFit]) -> Oddity | None:
-    """Return that no way to read the columns lets physics explain the torques; None where it does, or where hardly anything moves."""
-    if not ways or min(way.error for way in ways) < NOTHING:
+    """Return that no way to read the columns lets physics explain the torques.
+
+    None where it does, where hardly anything moves, or where arm.yaml states nothing that could load a joint.
+    """
+    if _weightless(campaign.arm) or not ways or min(way.error for way in ways) < NOTHING:
         return None
     readings = (Reading.of(r, campaign.arm) for r in campaign.recordings())
     if not any(reading.moved.max() > MOVED or reading.towed for reading in readings):

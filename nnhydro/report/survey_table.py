@@ -40,7 +40,7 @@ def oddities_sheet(found: Survey) -> Sheet:
 def tips_sheet(found: Survey) -> Sheet:
     """Return how the tip of each link moves."""
     links = found.links
-    title = "How the tips move through the water" if links and links[0].reynolds is not None else "How the tips move (a dry arm)"
+    title = "How the tips move through the fluid" if links and links[0].reynolds is not None else "How the tips move (a dry arm)"
     return Sheet(title, (
         Column("link", list(range(1, len(links) + 1)), words=True), Column("L/D", [x.slenderness for x in links], "{:.3g}", "slenderness"),
         Column("top speed of the tip, m/s", [x.top_speed_m_s for x in links], "{:.3g}", "top_speed_m_s"),

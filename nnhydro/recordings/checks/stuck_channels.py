@@ -44,6 +44,12 @@ def _by_stop(reading: Reading, joint: int, span: tuple[int, int]) -> float:
     return last * (span[1] - a) if last > 2 * bend + 3 * quantum(q) / STOP else 0.0
 
 
+def _by_step(x: Array, span: tuple[int, int]) -> bool:
+    """Whether `x` goes on after the span by its smallest step: a coarse channel keeps a value where what it measures turns back."""
+    after = x[span[1]] if span[1] < len(x) else np.inf
+    return bool(abs(after - x[span[0]]) < 1.5 * quantum(x))
+
+
 @check
 class StuckEncoder(RecordingCheck):
     """An angle may stand still only where the joint does."""
@@ -71,6 +77,7 @@ class StuckTorque(RecordingCheck):
     id = "stuck_torque"
     looks_for = "a torque that keeps exactly one value while the arm moves"
     remedy = "the torque channel is dead or not updated: leave these cells empty or record again"
+    commanded = "right if the drive was told to give it; if it was measured, the channel is dead: leave its cells empty or record again"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a joint: the longest span; a note alone where all torques are exactly 0, as of what nothing drives."""
@@ -82,11 +89,14 @@ class StuckTorque(RecordingCheck):
                          "if something does, the torque channel is dead or not updated: leave its cells empty or record again")
             return
         for joint in range(reading.arm.n_links):
-            spans = [span for span in _frozen_rows(tau[:, joint], reading.dt) if self._range_moved(reading, span) > 0.1]
+            x = tau[:, joint]
+            spans = [span for span in _frozen_rows(x, reading.dt) if self._range_moved(reading, span) > 0.1 and not _by_step(x, span)]
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
-                what = f"keeps exactly {tau[span[0], joint]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
-                yield Oddity(reading.name, "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what, self.remedy)
+                what = f"keeps exactly {x[span[0]]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
+                held = span == (0, len(x)) and x[0] != 0
+                yield Oddity(reading.name, "note" if held else "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what,
+                             self.commanded if held else self.remedy)
 
     def _range_moved(self, reading: Reading, span: tuple[int, int]) -> float:
         q = reading.recording.q[slice(*span)]

@@ -12,6 +12,7 @@ from nnhydro.fitting.channel_order import judged_ways
 from nnhydro.fitting.mixed_units import mixed_units, suspects
 from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 
 DEG = 180 / np.pi
@@ -95,3 +96,13 @@ def test_torques_of_another_run_are_told_and_those_of_this_one_are_not():
     odd = changed(c, lambda r: {"tau": 5 + np.cos(20 * r.t[:, None] + np.arange(2))}, *c.names)
     assert "unexplained_torque" in [o.check for o in survey_with_physics(odd).oddities]
     assert "unexplained_torque" not in [o.check for o in survey_with_physics(c).oddities]
+
+
+def test_a_drive_without_a_mass_or_a_fluid_is_not_asked_to_explain_its_torques():
+    bare = Arm.model_validate({"name": "drive", "fluid": {"density_kg_m3": 0.0, "kinematic_viscosity_m2_s": 1e-6}, "links": [
+        {"length_m": 0.1, "diameter_m": 0.05, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0}]})
+    c = whole(links=1)
+    odd = changed(c, lambda r: {"tau": 5 + np.cos(20 * r.t[:, None])}, *c.names)
+    light = Campaign.of(bare, list(odd.recordings()))
+    assert "unexplained_torque" in [o.check for o in survey_with_physics(odd).oddities]
+    assert "unexplained_torque" not in [o.check for o in survey_with_physics(light).oddities]

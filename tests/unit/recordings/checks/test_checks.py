@@ -374,6 +374,25 @@ def test_torques_of_exactly_0_are_a_note_for_a_machine_that_nothing_drives_and_a
     assert severities("tau2_Nm") == {"warning"}
 
 
+def test_a_torque_held_in_a_whole_recording_is_a_command_until_the_user_says_otherwise():
+    def held(c: Columns) -> Mapping[str, np.ndarray]:
+        return {"tau1_Nm": np.full_like(c["tau1_Nm"], 0.5)}
+
+    oddity = next(o for o in survey(campaign(held)).oddities if o.check == "stuck_torque")
+    assert oddity.severity == "note"
+    assert "drive was told" in oddity.message
+
+
+@pytest.mark.parametrize(("after", "said"), [(0.25, False), (0.5, True)], ids=["by one of its steps", "by more"])
+def test_a_coarse_torque_that_goes_on_by_one_of_its_steps_is_not_stuck(after: float, said: bool):
+    def held(c: Columns) -> Mapping[str, np.ndarray]:
+        x = 0.25 * (np.arange(len(c["t_s"])) % 5)
+        x[151:300], x[300] = x[150], x[150] + after
+        return {"tau1_Nm": x}
+
+    assert ("stuck_torque" in found(campaign(held))) is said
+
+
 def test_torques_that_no_drive_can_feel_are_asked_for_their_unit():
     oddity = next(o for o in survey(campaign(scaled(1e-10, "tau1_Nm", "tau2_Nm"), in_all=True)).oddities if o.check == "tiny_torque")
     assert oddity.severity == "warning"
