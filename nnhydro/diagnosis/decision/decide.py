@@ -221,8 +221,8 @@ def _prove_what_is_predicted(search: Search, claimed: ScoredSet, model: StripThe
 def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
     """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them.
 
-    A claim with which held-out recordings are predicted no better is withdrawn: nobody could act on it. One by one the claim goes without
-    which the error E is lowest, as long as E does not rise without it. Then all go where together they lower E by less than RELEVANT of it.
+    A claim with which held-out recordings are predicted hardly better is withdrawn: nobody could act on it. One by one the claim goes
+    without which the error is lowest, as long as it hardly falls with it. Then all go where it hardly falls with all (`_falls`).
     What no error judges stays (`_stays`).
     """
     while True:
@@ -232,14 +232,21 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
         worst = min(without, key=lambda k: without[k], default=None)
         if worst is None:
             return decided, proof
-        burden = without[worst] <= proof.after
-        useless = proof.before - proof.after < RELEVANT * proof.before
-        if not burden and not useless:
+        burden = not _falls(without[worst], proof.after)
+        if not burden and _falls(proof.before, proof.after):
             return decided, proof
         reason = (f"the error on held-out {proof.held_out} hardly falls with it, from "
                   f"{percent(without[worst] if burden else proof.before)} to {percent(proof.after)}")
-        gone = {worst} if burden else set(without)
-        decided = _withdraw(search, decided, gone, reason, seed)
+        decided = _withdraw(search, decided, {worst} if burden else set(without), reason, seed)
+
+
+def _falls(before: float, after: float) -> bool:
+    """Return whether an error falls by what is relevant: by RELEVANT of itself, and by as much as a claim moves the torque at least.
+
+        before - after >= RELEVANT before,        sqrt(before^2 - after^2) >= min(RELEVANT, sqrt(FORM) before)
+    """
+    least = min(RELEVANT, float(np.sqrt(FORM)) * before)
+    return before - after >= RELEVANT * before and before**2 - after**2 >= least**2
 
 
 def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int) -> Claims:

@@ -307,6 +307,12 @@ def test_claims_that_change_the_error_by_nothing_anybody_would_act_on_are_withdr
     assert left_of(errors, monkeypatch) == ()
 
 
+@pytest.mark.parametrize(("without", "stay"), [(0.00229, (0, 1)), (0.00241, (0, 1, 2))])
+def test_a_claim_that_makes_a_thirtieth_of_the_energy_of_so_small_an_error_is_withdrawn(without, stay, monkeypatch):
+    errors = {(): 0.3, (0, 1, 2): 0.00225, (1, 2): 0.2, (0, 2): 0.2, (0, 1): without, (1,): 0.2, (0,): 0.2}
+    assert left_of(errors, monkeypatch) == stay
+
+
 def test_a_useful_claim_stays_where_the_claim_beside_it_spoils_the_prediction(monkeypatch):
     errors = {(): 0.28, (0, 1, 2): 0.32, (1, 2): 0.32, (0, 2): 0.33, (0, 1): 0.31, (1,): 0.29, (0,): 0.21, (2,): 0.4}
     assert left_of(errors, monkeypatch) == (0,)
