@@ -72,8 +72,8 @@ class DiagnosisResult:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""
         if not self.remainder.detected:
             return ""
-        return (f" Noise alone would leave {percent(self.noise_floor)}: a systematic residual remains that no known effect explains."
-                f"{self._depends('It')}")
+        floor = f"Noise alone would leave {percent(self.noise_floor)}: a" if self.noise_floor < self.proof.after else "A"
+        return f" {floor} systematic residual remains that no known effect explains.{self._depends('It')}"
 
     def _depends(self, subject: str) -> str:
         """On what the unknown depends, or in which recordings it lies; empty where neither is known."""

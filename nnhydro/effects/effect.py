@@ -105,6 +105,10 @@ class Effect(ParametricTerm):
         """Return the narrowest range of the joint's angles, rad, that shows the effect: one period of what is periodic; 0 by default."""
         return 0.0
 
+    def slowest(self) -> float:
+        """Return the rate of the joint, rad/s, below which some rows must lie to show the effect; no limit by default."""
+        return float("inf")
+
     def quantities(self) -> dict[str, Quantity]:
         """Return what a person wants to know, in units: by default the parameters themselves."""
         linear = dict(zip(self.linear_names(), zip(self.linear_values().tolist(), self.linear_units(), strict=True), strict=True))

@@ -9,7 +9,9 @@ this variable explain the torque of the joint?
 
     left = n(S) / n(S less the laws of this variable),    n: nats that a smooth function of the variable gains beside a set
 
-A viscous friction in place of a dry one leaves half; dry friction of a real drive a tenth. Below `FEW_NATS` nothing is left. Where a few
+A constant may be the mean of a function of the angle, as of a cable that pulls to one side. No smooth function holds it: its denominator
+is n(S) + g, with g the nats that it gains in S without the unknown. A viscous friction in place of a dry one leaves half; dry friction of
+a real drive a tenth. Below `FEW_NATS` nothing is left. Where a few
 recordings cannot tell the two, either is told, and the form of the better one counts.
 """
 
@@ -19,7 +21,8 @@ from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, SMALLEST_S
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.search.stepwise import LARGE_START, SMALL_START, ScoredSet, Search
 
-VARIABLES: dict[tuple[str, ...], str] = {("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}
+CONSTANT = ("nothing",)
+VARIABLES: dict[tuple[str, ...], str] = {CONSTANT: "q{}_rad", ("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}
 
 
 def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
@@ -56,9 +59,18 @@ def share_left_of_form(search: Search, found: ScoredSet, k: int) -> float:
     own = {i for i in found.chosen if hypotheses[i].effect.signature.depends_on == hypotheses[k].effect.signature.depends_on
            and search.key(i)[1] == search.key(k)[1]}
     at = search.key(k)[1] - 1, search.whitened.unknown.names.index(name.format(search.key(k)[1]))
-    after = _nats_of_one_variable(search, found.chosen, at)
-    before = _nats_of_one_variable(search, tuple(x for x in found.chosen if x not in own), at)
-    return 0.0 if after <= FEW_NATS else after / max(before, after)
+    after, rest = _nats_of_one_variable(search, found.chosen, at), tuple(x for x in found.chosen if x not in own)
+    if after <= FEW_NATS:
+        return 0.0
+    constant = hypotheses[k].effect.signature.depends_on == CONSTANT
+    before = after + _gain(search, rest, found) if constant else _nats_of_one_variable(search, rest, at)
+    return after / max(before, after)
+
+
+def _gain(search: Search, rest: tuple[int, ...], found: ScoredSet) -> float:
+    """Return the nats that a set gains beside a part of it, both without the unknown."""
+    with_them, without = (s.fit.log_evidence - s.unknown_nats for s in (found, search.score(rest)))
+    return with_them - without
 
 
 def _nats_of_one_variable(search: Search, chosen: tuple[int, ...], at: tuple[int, int]) -> float:

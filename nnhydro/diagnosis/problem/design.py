@@ -322,5 +322,5 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     angles, rates = (np.concatenate([getattr(s.segment, name)[s.segment.keep] for s in design.problem.stretches]) for name in ("q", "qd"))
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
                                 tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
-                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()))
+                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()))
     return tuple(h for h in made if "frequency" not in h.spans or getattr(h.effect, "frequency")[0] < design.problem.edge)  # noqa: B009

@@ -137,12 +137,12 @@ def _thin(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> 
 
 def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True,
                          ranges: tuple[float, ...] = (), means: tuple[float, ...] = (),
-                         rates: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
+                         rates: tuple[float, ...] = (), slowest: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
     `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. `means` are their
-    mean angles, about which laws of the angle are written, `rates` their rms rates, rad/s. Where the arm is not `driven`, no effect
-    that acts on a drive or its sensor can show: these are left out.
+    mean angles, about which laws of the angle are written, `rates` their rms rates, rad/s, `slowest` their lowest. Where the arm is not
+    `driven`, no effect that acts on a drive or its sensor can show: these are left out.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():
@@ -154,6 +154,7 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
                   for point in candidates(cls, arm, peaks, rates) if isinstance(point, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thin(points, scaled)
         points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
+        points = [point for point in points if not (slowest and point.joint) or point.slowest() >= slowest[point.joint - 1]]
         for point in points:
             details = _details(point, ranges)
             grids = cls.grids() | {name: (0.0, *values) for name, values in details.items()}

@@ -55,6 +55,10 @@ class StribeckFriction(DryContact, LoadEffect):
         """Return whether it is more than Coulomb friction."""
         return self.excess[0] >= LEAST_EXCESS * self.sliding[0] and self.speed[0] >= SHARP * self.width
 
+    def slowest(self) -> float:
+        """Return twice the speed over which the grip is lost: nobody can extrapolate it from rows that slide."""
+        return 2 * self.speed[0]
+
     def quantities(self) -> dict[str, Quantity]:
         """Return sliding level, breakaway level and speed."""
         return {"sliding": Quantity(self.sliding[0], "N m"), "breakaway": Quantity(self.sliding[0] + self.excess[0], "N m"),

@@ -90,9 +90,21 @@ def test_two_laws_of_one_variable_are_asked_for_their_form_together():
     assert share_left_of_form(one, both, 0) == share_left_of_form(one, both, 1) == 0.0
 
 
-def test_a_term_of_no_variable_has_no_form():
-    one = standard(same=0.3, more=(law("offset", joint=1, standard=True, depends_on=("nothing",)),))
-    assert share_left_of_form(one, one.score((0, 1)), 1) == 0.0
+def test_a_constant_is_asked_whether_it_is_the_mean_of_a_function_of_the_angle():
+    of = design(4, groups=8, rows=60, noise=0.02)
+    columns, X = unknown(of).Phi, np.zeros((*of.y.shape, 1))
+    X[:, 0] = 1.0
+    offset = (law("offset", joint=1, standard=True, depends_on=("nothing",)),)
+
+    def claimed(pull):
+        """Whether an offset is named beside a cable that pulls by `pull` times as much, and of which it may be the mean."""
+        of.y[:, 0] = design(4, groups=8, rows=60, noise=0.02).y[:, 0] + 0.3 + 0.3 * pull * columns[:, 0]
+        one = search(of, offset, X, level=0.02**2)
+        return listed_probability(one, one.score((0,)), 0)
+
+    assert claimed(0.0) == LISTED
+    assert claimed(0.2) > 0.9
+    assert claimed(1.0) < 0.5
 
 
 def test_of_two_terms_that_are_as_probable_the_form_of_the_better_counts(monkeypatch):

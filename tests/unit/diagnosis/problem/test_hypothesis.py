@@ -68,6 +68,14 @@ def test_a_joint_that_moves_little_and_slowly_bends_less_and_loses_its_grip_at_l
         np.testing.assert_array_equal(c, a)
 
 
+@pytest.mark.parametrize(("slowest", "speeds"), [(0.0, 5), (0.3, 3), (10.0, 0)])
+def test_a_grip_that_is_lost_below_the_slowest_row_is_not_tried(slowest, speeds):
+    laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), slowest=(slowest,)) if h.key[0] == "stribeck_friction"]
+    tried = sorted({law.speed[0] for law in laws})
+    assert len(tried) == speeds
+    assert all(2 * speed >= slowest for speed in tried)
+
+
 @pytest.mark.parametrize("left_out", ["torque_bias", "coulomb_friction"])
 def test_an_effect_that_is_taken_out_of_the_catalogue_is_no_hypothesis(left_out):
     whole, part = (enumerate_hypotheses(arm(2), PEAKS, without) for without in ((), (left_out,)))
