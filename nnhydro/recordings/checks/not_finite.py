@@ -17,13 +17,14 @@ class NotFinite(RecordingCheck):
     remedy = "the rows are left out and the recording is split there; record again if many are lost"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
-        """Yield one finding a column."""
-        for name, values in (("t_s", reading.recording.t), *reading.channels()):
-            bad = ~np.isfinite(values)
-            if bad.any():
-                spans = runs(bad)
-                longest = max(spans, key=lambda span: span[1] - span[0])
-                more = f" in {len(spans)} places, the longest" if len(spans) > 1 else ""
-                yield Oddity(reading.name, "warning", f"{name}, {rows(*spans[0])}",
-                             f"{int(bad.sum())} of {len(values)} cells hold no finite number{more}{f' {rows(*longest)}' if more else ''}",
-                             self.remedy)
+        """Yield one finding: how many rows are lost, in which columns, and the longest place."""
+        channels = (("t_s", reading.recording.t), *reading.channels())
+        bad = {name: ~np.isfinite(values) for name, values in channels if not np.isfinite(values).all()}
+        if not bad:
+            return
+        lost = np.any(list(bad.values()), axis=0)
+        spans = runs(lost)
+        longest = max(spans, key=lambda span: span[1] - span[0])
+        more = f" in {len(spans)} places, the longest {rows(*longest)}" if len(spans) > 1 else ""
+        yield Oddity(reading.name, "warning", f"{', '.join(bad)}, {rows(*spans[0])}",
+                     f"{int(lost.sum())} of {len(lost)} rows hold no finite number in some column{more}", self.remedy)
