@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
-from nnhydro.diagnosis.constants import DETECTED, MATERIAL
+from nnhydro.diagnosis.constants import DETECTED, MATERIAL, NULL_QUANTILE
 from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
 from nnhydro.diagnosis.decision.decide import Claims, decide, withdraw_useless
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
@@ -188,9 +188,12 @@ def _plan_next(found: SearchedCampaign, campaign: Campaign, seed: int, limits: L
 
 
 def _p_value(found: SearchedCampaign, rest: Remainder) -> float:
-    """p of "nothing is missing": by the claims, by the unknown beside the baseline alone, by what remains."""
+    """p of "nothing is missing": by the claims, by the unknown beside the baseline alone, by what remains.
+
+    Chance gains as much as a claim in one campaign of a hundred at the most: so many were drawn (`null_draws`).
+    """
     gains = [d.statistic for d in found.decided.decisions if d.claimed]
-    claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1.0)) for g in gains]
+    claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1 - NULL_QUANTILE)) for g in gains]
     parts = unknown_parts(found.search, found.null)
     real = found.null.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
     return max(1e-12, min([1.0, rest.p_value, p_of(found.search, found.null) if real else 1.0, *claimed]))

@@ -32,7 +32,7 @@ from nnhydro.recordings.recording import Recording
 Array = NDArray[np.float64]
 KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
 LOWEST_EDGE, HIGHEST_EDGE = 0.3, 8.0  # Hz: above, corners of a motion are sharper than any record of them
-FEWEST_LINES = 6.0  # of the longest stretch in the band, as many as LOWEST_EDGE leaves in 20 s: longer records may end lower
+FEWEST_LINES = 6.0  # of the longest stretch, as many as LOWEST_EDGE leaves in 20 s: bands of long records end lower, of short ones higher
 ROWS_PER_PERIOD = 8.0  # of the band's edge: laws that bend (friction, drag) spread a motion to higher frequencies
 ROW_RATE = 100.0  # Hz at least: between rows a step of dry friction is displaced by 3 ms rms, a fifth of what a drive's filter delays
 WIDEST = 50.0  # Hz: the spectrum is looked at up to here
@@ -145,7 +145,9 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
     known = list(recordings)
     longest = max((float(r.t[stop - 1] - r.t[start]) for r in known for start, stop in stretches(r, with_torque=False)), default=0.0)
     first, lowest = (LOWEST_EDGE * 2.0 ** -_octaves_below(LOWEST_EDGE * longest / lines) for lines in (1.0, FEWEST_LINES))
-    edges = first * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * np.log2(WIDEST / first)) + 1) / BANDS_PER_OCTAVE)
+    cap = max(HIGHEST_EDGE, FEWEST_LINES / max(longest, 1e-300))
+    octaves = np.log2(max(WIDEST, 2 * cap) / first)
+    edges = first * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * octaves) + 1) / BANDS_PER_OCTAVE)
     sums: dict[str, tuple[Array, Array, Array]] = {}
     nyquist = np.inf
     for r in known:
@@ -166,7 +168,7 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
         motion, noise = (np.where(count > 0, x / np.maximum(count, 1e-300), 0.0) for x in (S_sum, N_sum))
         good = (motion > np.maximum(noise, _plateau(motion)) / KNOWN**2) & (motion > TINY * motion.max())
         highest = max(highest, _end(edges, motion, good))
-    return highest, lowest, float(max(lowest, min(HIGHEST_EDGE, 0.9 * nyquist)))
+    return highest, lowest, float(max(lowest, min(cap, 0.9 * nyquist)))
 
 
 def band_limited(x: Array, rows: int) -> Array:

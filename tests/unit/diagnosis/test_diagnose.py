@@ -3,13 +3,14 @@
 import json
 import math
 from inspect import signature
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnosed import BUOYANCY, FRICTION, campaign, diagnosed, named, value
 
 from nnhydro.diagnosis import diagnose as engine
-from nnhydro.diagnosis.constants import LISTED
+from nnhydro.diagnosis.constants import LISTED, NULL_QUANTILE
 from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import catalogue
@@ -22,6 +23,19 @@ def finite(x):
     if isinstance(x, dict):
         return all(map(finite, x.values()))
     return all(map(finite, x)) if isinstance(x, list | tuple) else not isinstance(x, float) or math.isfinite(x)
+
+
+def test_a_claim_is_always_a_mismatch(monkeypatch):
+    """Of 30 effects one gains 5 nats: as much as chance in fewer than one of a hundred campaigns that were drawn, or it were no claim."""
+    monkeypatch.setattr(engine, "unknown_parts", lambda search, found: ())
+    claim = SimpleNamespace(statistic=5.0, claimed=True)
+    library = SimpleNamespace(key_counts=dict.fromkeys(range(30), 1))
+    found = SimpleNamespace(decided=SimpleNamespace(decisions=(claim,)), null=SimpleNamespace(unknown_nats=0.0),
+                            search=SimpleNamespace(view=SimpleNamespace(library=library)))
+    nothing = SimpleNamespace(p_value=1.0)
+    assert engine._p_value(found, nothing) <= 1 - NULL_QUANTILE
+    claim.claimed = False
+    assert engine._p_value(found, nothing) == 1.0
 
 
 def test_each_of_two_findings_has_the_error_without_itself_and_both_that_of_the_corrected_model():

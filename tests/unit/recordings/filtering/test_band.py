@@ -8,7 +8,7 @@ from campaigns import planted, recording
 from rigs import arm
 
 from nnhydro.recordings.filtering.band import PAST, Band, band_of, highest_line
-from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, known_edge
+from nnhydro.recordings.filtering.trajectory import FEWEST_LINES, HIGHEST_EDGE, LOWEST_EDGE, known_edge
 
 ARM = arm(1)
 
@@ -38,6 +38,13 @@ def test_a_machine_that_moves_slowly_has_a_band_below_that_of_others():
     slow = [replace(r, t=64 * r.t, qd=None, qdd=None) for r in usual]
     assert known_edge(usual)[0] / 64 < LOWEST_EDGE
     assert band_of(slow).motion == pytest.approx(known_edge([replace(r, qd=None, qdd=None) for r in usual])[0] / 64)
+
+
+def test_a_machine_whose_recordings_last_a_tenth_of_a_second_has_a_band_that_holds_their_motion():
+    quick = [replace(r, t=r.t / 200, qd=None, qdd=None) for r in runs()]
+    lasts = float(quick[0].t[-1])
+    assert known_edge(quick)[0] > 2 * HIGHEST_EDGE
+    assert band_of(quick).motion == pytest.approx(min(known_edge(quick)[0], FEWEST_LINES / lasts))
 
 
 @pytest.mark.parametrize("shown", [None, (0, 2)])
