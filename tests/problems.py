@@ -64,7 +64,7 @@ def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):
     y = y if planted is None else y + planted
     group = np.repeat(np.arange(groups), rows)
     problem = SimpleNamespace(group_of=group, block_of=2 * group + np.tile(np.arange(rows) >= rows // 2, groups), groups=groups,
-                              frequency=np.tile(np.arange(rows) / rows, groups))
+                              further_columns=0, frequency=np.tile(np.arange(rows) / rows, groups))
     flat = Y.reshape(n * joints, p)
     excess = y - (flat @ np.linalg.lstsq(flat, y.ravel())[0]).reshape(y.shape)
     return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], time=float(n), excess=excess,

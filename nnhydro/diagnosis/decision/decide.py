@@ -10,7 +10,7 @@ A member k of the best set S is claimed if
     3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
        where many recordings show the same, the unknown predicts the others as well as a law
     4. one of its values differs from 0 by PRECISE standard deviations, the interval of one that would be told excludes 0, and none lies
-       beyond a physical bound
+       beyond a physical bound; of one with values of each recording's own: mass, drag and added mass of each recording's own gain less
     5. it moves the torque by RELEVANT of its rms, or makes FORM of the energy of what remains without it; in a part of the campaign also
        FORM of the largest claim: its form may show there
     6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
@@ -30,6 +30,7 @@ from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, P_ALARM, PRECISE, RELE
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.decision.null_draws import null_threshold
+from nnhydro.diagnosis.decision.own_parameters import nats_of_own_parameters
 from nnhydro.diagnosis.decision.proof import Proof, fitted_error, prove
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
@@ -161,12 +162,14 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     least = max(relevant, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
     on_unseen = gain_on_unseen(held)
+    own = nats_of_own_parameters(search, rest) if search.view.library.hypotheses[k].per_recording else 0.0
     tests = (
         (gain, threshold, f"gains {gain:.1f} nats in addition to the other effects ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
+        (gain, own, f"mass, drag and added mass of each recording's own would gain more, {own:.1f} nats"),
         (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
         (listed_probability(search, now, k), LEAST_PROBABLE, "with what it leaves, a cause outside the catalogue is more probable"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),

@@ -333,6 +333,22 @@ def test_a_claim_that_lowers_no_error_stays_where_only_without_it_the_masses_are
     assert [d.claimed for d in claims.decisions] == [stays]
 
 
+@pytest.mark.parametrize(("own", "claimed"), [(1.0, False), (0.0, True)])
+def test_what_has_values_of_each_recording_s_own_is_no_wave_where_the_recordings_own_masses_gain_more(own, claimed):
+    """A wave that each recording holds in another size, or a mass of each recording's own that it resembles."""
+    rng, groups = np.random.default_rng(5), 8
+    of = design(4, groups=groups, rows=40, noise=0.1)
+    size = np.repeat(rng.standard_normal(groups), 40)[:, None]
+    wave = rng.standard_normal(of.y.shape)
+    resembles = of.Y[..., 0] + wave
+    of.y = of.y + size * (own * of.Y[..., 0] + (1 - own) * resembles)
+    X = np.concatenate([resembles[..., None], rng.standard_normal((*of.y.shape, 2))], axis=2)
+    one = search(of, (law("wave", per_recording=True), *THREE[:2]), X, level=0.1**2)
+    told = decide(one, one.score((0,)), 0)
+    assert (told.claimed.chosen == (0,)) is claimed
+    assert claimed or "of each recording's own would gain more" in told.decisions[0].reason
+
+
 PHASED, IN_PART = {"per_recording": True}, {"predictable_share": 0.8}  # of a gap four fifths of the energy, or no gap is there
 
 

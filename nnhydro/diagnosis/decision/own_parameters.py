@@ -7,6 +7,7 @@ Noise may have any size in a recording, but what the baseline's own parameters m
 noise up to the size s. The change of parameters is in the spread of what they are known to. What the records of the acceleration
 disagree in is each recording's own, and no parameter; nor is a change smaller than what the noise of the motion makes of the torque, which
 biases parameters by its share in the motion (Fuller, 1987).
+Against a law with values of each recording's own, such as the phase of a wave, the same change is held at the noise of the search.
 Source: MacKay (1992), Neural Computation 4, eq. 2.7.
 """
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
+from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
 
@@ -42,17 +44,49 @@ def gain_of_own_parameters(Y: Array, r: Array, further: int = 0) -> tuple[float,
     return (n * float(np.log(none / size)) + n - Q - float(np.log1p(g / size).sum())) / 2 - alone, V @ z
 
 
+def _enough(search: Search, group: int) -> bool:
+    """Return whether recording `group` has the rows that a level of its noise takes."""
+    whitened, problem = search.whitened, search.view.library.design.problem
+    rows = problem.group_of == group
+    return bool(whitened.p and rows.sum() * whitened.joints >= FEWEST_ROWS * whitened.p and not (problem.frequency[rows] < 0).any())
+
+
+def _gain_at_noise(Y: Array, r: Array) -> float:
+    """Return the nats by which r (n,) is more probable with a change of its parameters, columns Y (n, p), at noise of unit variance.
+
+        (b'(G + 1)^-1 b - log|G + 1|) / 2,     G = Y'Y, b = Y'r
+    """
+    g, V = np.linalg.eigh(Y.T @ Y)
+    g, b = np.maximum(g, 0.0), V.T @ (Y.T @ r)
+    return (float(b @ (b / (1 + g))) - float(np.log1p(g).sum())) / 2
+
+
+def nats_of_own_parameters(search: Search, found: ScoredSet) -> float:
+    """Return the nats that mass, drag and added mass gain beside a set where each recording has its own, in place of the unknown."""
+    whitened, columns = search.whitened, search.view.join(found.chosen)
+    problem, own = search.view.library.design.problem, whitened.p - search.view.library.design.problem.further_columns
+    fit, total = without_unknown(whitened, columns), -found.unknown_nats
+    left = whitened.y - whitened.Y @ fit.mean[: whitened.p]
+    if columns is not None:
+        left = left - columns.Xw @ fit.mean[len(whitened.b):]
+    for g in range(problem.groups):
+        if _enough(search, g):
+            rows = problem.group_of == g
+            Y, r = whitened.Y[rows].reshape(-1, whitened.p), left[rows].ravel()
+            total += max(_gain_at_noise(Y, r) - max(_gain_at_noise(Y[:, own:], r), 0.0), 0.0)
+    return total
+
+
 def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str, ...]:
     """Return the recordings in which the baseline's parameters differ from those of all, beyond what they are known to."""
     fit, design = best_fit(search, found), search.view.library.design
-    whitened, problem = fit.whitened, design.problem
-    p, joints = whitened.p, whitened.joints
-    differ = []
+    problem, differ = design.problem, []
     for g in range(problem.groups):
-        rows = problem.group_of == g
-        if not p or rows.sum() * joints < FEWEST_ROWS * p or (problem.frequency[rows] < 0).any():
+        if not _enough(search, g):
             continue
-        gain, z = gain_of_own_parameters(whitened.Y[rows].reshape(-1, p), fit.residual[rows].ravel(), problem.further_columns)
+        rows = problem.group_of == g
+        gain, z = gain_of_own_parameters(fit.whitened.Y[rows].reshape(-1, fit.whitened.p), fit.residual[rows].ravel(),
+                                         problem.further_columns)
         change = design.Y[rows] @ z
         energy = (change**2).sum(axis=0)
         plain = energy > design.input_variance[rows].sum(axis=0)

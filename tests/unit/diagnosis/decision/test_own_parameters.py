@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nnhydro.diagnosis.unexplained.own_parameters import gain_of_own_parameters
+from nnhydro.diagnosis.decision.own_parameters import gain_of_own_parameters
 
 
 def dense(Y, r, size):
