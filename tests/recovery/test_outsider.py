@@ -12,7 +12,7 @@ import pytest
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.recordings.campaign import Campaign, open_campaign
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.slow(seconds=17)
 OUTSIDER = Path(__file__).parents[2].parent / "shared" / "data" / "outsider"
 TOLD_AS = {"load_friction": {"coulomb_friction"}, "stribeck_friction": {"coulomb_friction"}, "backlash": {"joint_elasticity"}}
 MANY = 12  # recordings

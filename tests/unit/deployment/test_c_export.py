@@ -41,7 +41,7 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
     assert np.abs(got - want).max() < SAME[precision] * np.sqrt((want**2).mean())
 
 
-@pytest.mark.slow(seconds=40)
+@pytest.mark.slow(seconds=35)
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
     (model, motion, want), slow = hundred_thousand("hybrid"), towed(20_000)
     for precision, flags in (("double", ()), ("single", ("-DNO_DISPATCH",))):
@@ -68,7 +68,7 @@ def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processo
             assert far < SAME[precision], f"{precision} {widest}: {far:.1e}"
 
 
-@pytest.mark.slow(seconds=50)
+@pytest.mark.slow(seconds=30)
 def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(tmp_path):
     model, wanted = remembering(hybrid("constant")), []
     for motion in (long_run(8000), towed(4500)):

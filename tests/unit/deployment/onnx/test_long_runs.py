@@ -55,7 +55,7 @@ def test_what_moves_in_its_first_step_has_moved_for_ever(name, tmp_path):
         assert np.abs(got - want).max() < 1e-9 * np.sqrt((want**2).mean())
 
 
-@pytest.mark.slow(seconds=20)
+@pytest.mark.slow(seconds=10)
 @pytest.mark.parametrize(("name", "steps"), [("state", 20_000), ("hybrid", 8000)])  # the hybrid's memory fades within 5,000
 def test_long_runs_in_onnxruntime_are_the_model_s_torques(name, steps, tmp_path):
     model, motion = model_of(name), long_run(steps)
