@@ -1,9 +1,6 @@
 """The guide, typed as it stands: every block of every page runs, in the order of the pages, and what they show is what comes out."""
 
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -76,17 +73,6 @@ def test_every_public_name_has_an_example_that_runs():
         assert re.search(rf"nnhydro\.{name}\b", code), f"docs/api.md: no example uses nnhydro.{name}"
         explained = name.startswith("__") or re.search(rf"auto\w+:: nnhydro\.{name}$", page, re.M)
         assert explained, f"docs/api.md does not explain nnhydro.{name}"
-
-
-def test_the_manual_is_built_without_a_warning(tmp_path):
-    pytest.importorskip("furo", reason="the manual's tools are not installed: pip install 'nnhydro[docs]'")
-    source = tmp_path / "docs"  # a copy: a build makes a page per effect beside the sources
-    shutil.copytree(DOCS, source, ignore=shutil.ignore_patterns("effects", "_build"))
-    done = subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(source), str(tmp_path / "out")],
-                          capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-4000:]
-    effects = {path.stem for path in (tmp_path / "out" / "effects").glob("*.html")} - {"index"}
-    assert effects == set(nnhydro.catalogue())
 
 
 @pytest.mark.parametrize(("shown", "came", "same"), [

@@ -1,8 +1,9 @@
 """Diagnose campaigns of another author and score the answers: `python training/foreign/run.py FOLDER OUT [FIRST:LAST:STEP] [HOW]`.
 
-FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A campaign is
-exact if every hidden effect is named, or lies in a class of at most three, at its joint, and nothing else is said. What is diagnosed
-already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary. HOW is
+FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A hidden effect
+may also `accept` names that its author finds as right. A campaign is exact if every hidden effect is named, or lies in a class of at most
+three, at its joint, and nothing else is said. What is diagnosed already in OUT is not diagnosed again. OUT/results.json holds a row a
+campaign and the summary. HOW is
 
     family-out           the family of what is hidden is taken out of the catalogue: whatever is named is wrong then, and only campaigns
                          that hide something are diagnosed
@@ -24,18 +25,20 @@ MOST = 3  # names of a class that still says something
 def hits(finding: dict[str, Any], hidden: dict[str, Any]) -> bool:
     """Return whether a finding names a hidden effect."""
     names = {finding["effect"], *(finding["class"] if len(finding["class"]) <= MOST else ())}
-    return bool(names & ({hidden["effect"]} | ALIKE.get(hidden["effect"], set()))) and finding["joint"] in (hidden["joint"], None)
+    right = {hidden["effect"]} | ALIKE.get(hidden["effect"], set()) | set(hidden.get("accept") or ())
+    return bool(names & right) and finding["joint"] in (hidden["joint"], None)
 
 
 def scored(answer: dict[str, Any], document: dict[str, Any]) -> dict[str, Any]:
     """Return the row of one campaign."""
     findings, used = document["findings"], set()
     hidden = [h for h in answer["hidden"] if not h["effect"].startswith("unknown")]
+    accepted = [f for f in findings if any(hits(f, h) for h in answer["hidden"] if h["effect"].startswith("unknown"))]
     for h in hidden:
         hit = next((i for i, f in enumerate(findings) if i not in used and hits(f, h)), None)
         used |= set() if hit is None else {hit}
     remarks = REMARKS if answer["style"] == "offsets" else set()
-    wrong = [f["effect"] for i, f in enumerate(findings) if i not in used and f["effect"] not in remarks]
+    wrong = [f["effect"] for i, f in enumerate(findings) if i not in used and f["effect"] not in remarks and f not in accepted]
     return {"style": answer["style"], "hidden": [h["effect"] for h in answer["hidden"]], "said": [f["effect"] for f in findings],
             "exact": len(used) == len(hidden) and not wrong and not any("acts" in f for f in findings), "wrong": wrong,
             "confidence": [f["confidence"] for f in findings], "detected": document["mismatch"]["detected"], "seconds": document["seconds"]}
