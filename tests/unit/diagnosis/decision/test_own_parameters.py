@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from problems import design, law, search, unknown
 
-from nnhydro.diagnosis.decision.own_parameters import gain_of_own_parameters
+from nnhydro.diagnosis.constants import FEW_NATS
+from nnhydro.diagnosis.decision.own_parameters import gain_of_own_parameters, nats_of_own_parameters
+from nnhydro.diagnosis.model.sizes import without_unknown
 
 
 def dense(Y, r, size):
@@ -49,3 +52,26 @@ def test_columns_that_repeat_each_other_have_a_gain_however_small_the_noise():
     gain, z = gain_of_own_parameters(np.full((40, 2), 1e140), r)
     assert np.isfinite(gain)
     assert np.abs(z).max() < 1e-139
+
+
+@pytest.mark.parametrize("further", [0, 1])
+def test_the_nats_of_every_recording_s_own_parameters_are_those_of_the_densities_less_what_the_unknown_gains(further):
+    """Beside a law of size 1 each of six recordings has a mass of its own, or records that disagree, which count nothing."""
+    rng, groups = np.random.default_rng(6), 6
+    of = design(5, groups=groups, rows=30, noise=0.3)
+    of.problem.further_columns = further
+    X = rng.standard_normal((*of.y.shape, 1))
+    own = np.repeat(rng.standard_normal(groups), 30)[:, None]
+    of.y = of.y + X[..., 0] + 0.5 * own * of.Y[..., 1] + 2.0 * unknown(of).Phi[:, :1]
+    one = search(of, (law("load"),), X, level=0.3**2)
+    found, whitened = one.score((0,)), one.whitened
+    assert found.unknown_nats > FEW_NATS
+    fit = without_unknown(whitened, one.view.join((0,)))
+    r = whitened.y - whitened.Y @ fit.mean[:2] - one.view.columns(0).Xw @ fit.mean[len(whitened.b):]
+    want = -found.unknown_nats
+    for g in range(groups):
+        rows = of.problem.group_of == g
+        Y, left = whitened.Y[rows].reshape(-1, 2), r[rows].ravel()
+        gain, alone = (dense(part, left, 1.0) + left @ left / 2 for part in (Y, Y[:, 2 - further:]))
+        want += max(gain - max(alone, 0.0) * bool(further), 0.0)
+    assert nats_of_own_parameters(one, found) == pytest.approx(want, rel=1e-9)

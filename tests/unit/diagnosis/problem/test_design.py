@@ -13,7 +13,7 @@ from rigs import LINKS, arm
 from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.baseline import baseline_of
-from nnhydro.diagnosis.problem.design import columns_on, design_of, relevant_share
+from nnhydro.diagnosis.problem.design import columns_on, design_of, hypotheses_for, relevant_share
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.physics.flow import Flow
@@ -141,3 +141,11 @@ def test_a_weight_that_is_most_of_the_model_is_told_from_an_inertia_that_is():
     slow, fast = (campaign(a, planted(a), count=3, highest=0.4) for a in (hanging, flat))
     assert of(slow, name="rigid").heavy
     assert not of(fast, name="rigid").heavy
+
+
+@pytest.mark.parametrize(("added", "tried"), [(0.0, True), (20.0, False)], ids=["a joint that reverses", "one that always turns fast"])
+def test_a_grip_that_is_lost_is_sought_where_the_joint_turns_slowly(added, tried):
+    design = of()
+    stretches = tuple(replace(s, segment=replace(s.segment, qd=s.segment.qd + added)) for s in design.problem.stretches)
+    turned = replace(design, problem=replace(design.problem, stretches=stretches))
+    assert ("stribeck_friction" in {h.key[0] for h in hypotheses_for(turned)}) is tried
