@@ -145,7 +145,7 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
     known = list(recordings)
     longest = max((float(r.t[stop - 1] - r.t[start]) for r in known for start, stop in stretches(r, with_torque=False)), default=0.0)
     first, lowest = (LOWEST_EDGE * 2.0 ** -_octaves_below(LOWEST_EDGE * longest / lines) for lines in (1.0, FEWEST_LINES))
-    cap = max(HIGHEST_EDGE, FEWEST_LINES / max(longest, 1e-300))
+    cap = max(HIGHEST_EDGE, FEWEST_LINES / longest) if longest else HIGHEST_EDGE
     octaves = np.log2(max(WIDEST, 2 * cap) / first)
     edges = first * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * octaves) + 1) / BANDS_PER_OCTAVE)
     sums: dict[str, tuple[Array, Array, Array]] = {}

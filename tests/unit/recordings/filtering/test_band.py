@@ -47,6 +47,10 @@ def test_a_machine_whose_recordings_last_a_tenth_of_a_second_has_a_band_that_hol
     assert band_of(quick).motion == pytest.approx(min(known_edge(quick)[0], FEWEST_LINES / lasts))
 
 
+def test_steady_tables_alone_have_the_usual_band():
+    assert band_of([]) == Band(HIGHEST_EDGE, LOWEST_EDGE)
+
+
 @pytest.mark.parametrize("shown", [None, (0, 2)])
 def test_a_line_that_recordings_share_lies_well_inside_the_comparison_and_leaves_the_motion_as_it_is(shown):
     edge = known_edge(runs())[0]
