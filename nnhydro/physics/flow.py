@@ -147,13 +147,13 @@ class Flow:
         return rx, ry, ax, ay
 
     @cached_property
-    def _heading(self) -> tuple[Tensor, Tensor]:  # two of (n, links)
+    def cos_sin(self) -> tuple[Tensor, Tensor]:  # two of (n, links)
         """cos phi and sin phi."""
         return torch.cos(self.phi), torch.sin(self.phi)
 
     def in_link_axes(self, x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
         """Return the components across and along each link, (n, links) each, of vectors x, y in world axes, broadcast to (n, links)."""
-        cos, sin = self._heading
+        cos, sin = self.cos_sin
         return y * cos - x * sin, x * cos + y * sin
 
     @cached_property
@@ -236,7 +236,7 @@ class Flow:
     @cached_property
     def _frame(self) -> tuple[Tensor, Tensor]:  # two of (n, links, 2)
         """Unit vectors along and across each link, e_i and n_i, in world axes."""
-        cos, sin = self._heading
+        cos, sin = self.cos_sin
         return torch.stack([cos, sin], dim=-1), torch.stack([-sin, cos], dim=-1)
 
     @property
@@ -253,4 +253,4 @@ class Flow:
 
 
 _OF_THE_ARM = ("L", "D", "phi", "A", "M", "_inboard", "along", "across", "_of_joints", "outboard", "lever_normal", "lever_axial",
-               "_heading", "arm_memo")  # what water does not change
+               "cos_sin", "arm_memo")  # what water does not change

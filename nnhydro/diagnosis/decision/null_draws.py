@@ -28,7 +28,7 @@ def null_gains(search: Search, beside: ScoredSet, seed: int) -> Array:
         Ae = np.concatenate([Ae, columns.Xw.reshape(-1, columns.Xw.shape[2]).T @ e.reshape(-1, NULL_DRAWS)])
     f = np.random.default_rng([seed, 1]).standard_normal(Ae.shape)
     C = view.projection(beside.chosen, fit)
-    c = Xe.T - C.T @ fit.forward((Ae * fit.scale[:, None] - f)[fit.live])  # (K, draws)
+    c = Xe.T - C.T @ fit.factor.forward((Ae * fit.scale[:, None] - f)[fit.live])  # (K, draws)
     best = np.full(NULL_DRAWS, -np.inf)
     prior = np.array([view.library.log_prior(int(k)) for k in view.shared])
     for width, laws in view.alike.items():

@@ -9,12 +9,14 @@ deviation of an effect in shares of the torque. Source: MacKay (1992), Neural Co
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.model.arrowhead import Arrowhead
 from nnhydro.diagnosis.model.unknown import Unknown
 from nnhydro.diagnosis.problem.design import Design
 
@@ -56,6 +58,11 @@ class WhiteRows:
             self.G[at, :p] = scaled.T @ self.Y[:, j]
             self.G[:p, at] = self.G[at, :p].T
         self.yy, self.log_v = float((self.y**2).sum()), float(np.log(self.v[rows]).sum())
+
+    def parts(self, live: Index) -> list[Index]:
+        """Return which of the coefficients `live` are of the unknown at each joint, and which of the baseline, the last."""
+        ends = np.searchsorted(live, self.p + self.m * np.arange(self.joints + 1)).tolist()
+        return [*(live[start:stop] for start, stop in pairwise(ends)), live[: ends[0]]]
 
     @property
     def unknown_of_unit_share(self) -> Array:
@@ -117,66 +124,62 @@ class Columns:
 class Posterior:
     """The fit of a set at sizes `t` (P,) of baseline (1) and unknown: evidence, mean and Cholesky factor of M in the scaled columns.
 
-    A coefficient of size 0 is 0 and has no row in M: `live` (l,) are the others of all P + k.
+    A coefficient of size 0 is 0 and has no row in M: `live` (l,) are the others of all P + k, in the order of M.
     """
 
     log_evidence: float
     mean: Array  # (P + k,) of the unscaled coefficients
-    chol: Array  # (l, l) lower, of M
+    factor: Arrowhead  # of M
     scale: Array  # (P + k,) prior standard deviations
     half: Array  # (l,) L^-1 b
     live: Index  # (l,)
 
-    def forward(self, b: Array) -> Array:
-        """Return L^-1 b (l, m) of `b` (l, m) in the scaled columns that live; `b` is used up."""
-        from scipy.linalg.lapack import dtrtrs
-
-        made: Array = dtrtrs(self.chol, b, lower=1, overwrite_b=1)[0] if b.size else b
-        return made
-
     def projection(self, cross: Array) -> Array:
         """Return C (l, m) of columns whose products with the fit's are `cross` (P + k, m): the fit takes C'C of their Gram matrix."""
-        return self.forward(cross[self.live] * self.scale[self.live, None])
+        return self.factor.forward(cross[self.live] * self.scale[self.live, None])
 
     def covariance(self, at: slice | Index) -> Array:
         """Return the covariance of the coefficients `at`."""
-        half = self.forward(np.eye(len(self.scale))[self.live][:, at])
+        half = self.factor.forward(np.eye(len(self.scale))[self.live][:, at])
         covariance: Array = half.T @ half * self.scale[at][:, None] * self.scale[at]
         return covariance
 
     def variances(self) -> Array:
         """Return the posterior variance of every scaled coefficient, prior variance 1, (P + k,)."""
-        from scipy.linalg.lapack import dpotri
-
         made = np.ones(len(self.scale))
-        if len(self.live):
-            made[self.live] = np.diag(dpotri(self.chol, lower=1)[0])
+        made[self.live] = self.factor.inverse_diagonal()
         return made
 
 
 def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posterior:
     """Return the fit of `columns` (None: none) beside baseline and unknown with prior standard deviations `t` (P,)."""
-    from scipy.linalg.lapack import dpotrf, dtrtrs
+    k = 0 if columns is None else len(columns.Xy)
+    scale = np.concatenate([t, np.full(k, RHO)])
+    *outer, base = whitened.parts(np.flatnonzero(t))
+    live = np.concatenate([*outer, base, np.arange(len(t), len(scale))])
+    G, s = whitened.G, scale[np.concatenate([base, np.arange(len(t), len(scale))])]
 
-    here = np.flatnonzero(t)
-    scale, live = t, here
-    p, k = len(here), 0 if columns is None else len(columns.Xy)
-    M, b = np.empty((p + k, p + k)), np.empty(p + k)
-    M[:p, :p], b[:p] = whitened.G[np.ix_(here, here)], whitened.b[here]
-    if columns is not None and k:
-        M[:p, p:], M[p:, p:], b[p:] = columns.cross[here], columns.gram, columns.Xy
-        M[p:, :p] = M[:p, p:].T
-        scale = np.concatenate([t, np.full(k, RHO)])
-        live = np.concatenate([here, np.arange(len(t), len(t) + k)])
-    s = scale[live]
-    M *= s[:, None]
-    M *= s
-    M.ravel()[::p + k + 1] += 1.0 + 1e-9
-    L, info = dpotrf(M.T, lower=1, overwrite_a=1)
-    if info:
-        raise np.linalg.LinAlgError(f"row {info} of M is not positive")
-    half = dtrtrs(L, b * s, lower=1)[0] if p + k else b
+    def border(at: Index) -> Array:
+        """Return the rows `at` of M in the columns of the baseline and of the set."""
+        beside = G[np.ix_(at, base)] if columns is None else np.concatenate([G[np.ix_(at, base)], columns.cross[at]], axis=1)
+        made: Array = beside * t[at, None] * s
+        return made
+
+    inner = G[np.ix_(base, base)]
+    if columns is not None:
+        inner = np.block([[inner, columns.cross[base]], [columns.cross[base].T, columns.gram]])
+    blocks = [_with_prior(G[np.ix_(at, at)], t[at]) for at in outer]
+    factor = Arrowhead.of(blocks, [border(at) for at in outer], _with_prior(inner, s))
+    half = factor.forward((whitened.b if columns is None else np.concatenate([whitened.b, columns.Xy]))[live] * scale[live])
     mean = np.zeros(len(scale))
-    mean[live] = dtrtrs(L, half, lower=1, trans=1)[0] * s if p + k else b
-    log_evidence = -0.5 * (whitened.log_v + 2 * float(np.log(np.diag(L)).sum()) + whitened.yy - float(half @ half))
-    return Posterior(log_evidence, mean, L, scale, half, live)
+    mean[live] = factor.backward(half) * scale[live]
+    log_evidence = -0.5 * (whitened.log_v + factor.log_determinant() + whitened.yy - float(half @ half))
+    return Posterior(log_evidence, mean, factor, scale, half, live)
+
+
+def _with_prior(gram: Array, s: Array) -> Array:
+    """I + s G s of a Gram matrix G, which is used up, and prior standard deviations s."""
+    gram *= s[:, None]
+    gram *= s
+    gram.ravel()[::len(s) + 1] += 1.0 + 1e-9
+    return gram

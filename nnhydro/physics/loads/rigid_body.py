@@ -21,9 +21,9 @@ from nnhydro.physics.load_term import ANY_SIZE, ANY_VALUE, LinearTerm, Values, p
 from nnhydro.recordings.arm import Arm
 
 
-def _cross(a: Tensor, b: Tensor) -> Tensor:
-    """z component of a x b for plane vectors (..., 2)."""
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+def _inboard(x: Tensor) -> Tensor:
+    """The sum (n, links) of `x` over the links inboard of each."""
+    return x.cumsum(dim=1) - x
 
 
 @final
@@ -49,28 +49,30 @@ class RigidBody(LinearTerm):
 
     @staticmethod
     def _columns(flow: Flow) -> Tensor:
-        links, phi, rate, acc = flow.arm.n_links, flow.phi, flow.A, flow.M
-        e = torch.stack([torch.cos(phi), torch.sin(phi)], dim=-1)  # (n, links, 2)
-        n = torch.stack([-e[..., 1], e[..., 0]], dim=-1)
-        swing = acc[..., None] * n - (rate**2)[..., None] * e  # acceleration of a link's points per metre from its joint
+        links, rate, acc, (cos, sin) = flow.arm.n_links, flow.A, flow.M, flow.cos_sin
+        pull = rate * rate
+        swing = -acc * sin - pull * cos, acc * cos - pull * sin  # X, Y: acceleration of a link's points per metre from its joint
         base, du0 = flow.motion.base, flow.motion.du0
-        hub = torch.stack([torch.zeros_like(du0) if base is None else base.ax, du0 + flow.arm.gravity_m_s2], dim=-1)
-        step = flow.L[:, None] * swing
-        joint_acc = hub[:, None, :] + torch.cumsum(step, dim=1) - step  # (n, links, 2)
-        reach = flow.L[:, None] * e
-        joint_pos = torch.cumsum(reach, dim=1) - reach
-        columns = torch.zeros(len(flow.motion), len(flow.outboard), 3 * links, dtype=torch.float64)
+        hub = torch.zeros_like(du0) if base is None else base.ax, du0 + flow.arm.gravity_m_s2
+        joint_acc = [start[:, None] + _inboard(flow.L * x) for start, x in zip(hub, swing, strict=True)]
         if flow.arm.sliding:
-            columns[:, 0, 0] = flow.motion.qdd[:, 0] + (hub * n[:, 0]).sum(dim=-1)
-            return columns
-        if flow.hub:
-            columns[:, links:, :links], columns[:, links:, links:2 * links] = joint_acc.transpose(1, 2), swing.transpose(1, 2)
+            moved = flow.motion.qdd[:, 0] + hub[1] * cos[:, 0] - hub[0] * sin[:, 0]
+            return torch.stack([moved, *[torch.zeros_like(du0)] * 2], dim=1)[:, None]
+        place = [_inboard(flow.L * x) for x in flow.cos_sin]
+        weight = cos * joint_acc[1] - sin * joint_acc[0]  # (n, links): e x a
+        none = torch.zeros_like(du0)
+        rows = []
         for j in range(links):
+            mass, first, second = [none] * links, [none] * links, [none] * links
             for i in range(j, links):
-                columns[:, j, links + i] = _cross(e[:, i], joint_acc[:, i])
-                columns[:, j, 2 * links + i] = acc[:, i]
+                first[i], second[i] = weight[:, i], acc[:, i]
                 if i > j:
-                    P = joint_pos[:, i] - joint_pos[:, j]
-                    columns[:, j, i] = _cross(P, joint_acc[:, i])
-                    columns[:, j, links + i] += _cross(P, swing[:, i])
+                    x, y = (along[:, i] - along[:, j] for along in place)
+                    mass[i] = x * joint_acc[1][:, i] - y * joint_acc[0][:, i]
+                    first[i] = first[i] + x * swing[1][:, i] - y * swing[0][:, i]
+            rows += mass + first + second
+        columns = torch.stack(rows, dim=1).reshape(len(du0), links, 3 * links)
+        if flow.hub:
+            force = torch.stack([torch.cat([a, b, torch.zeros_like(b)], dim=1) for a, b in zip(joint_acc, swing, strict=True)], dim=1)
+            columns = torch.cat([columns, force], dim=1)
         return columns
