@@ -33,7 +33,8 @@ from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.linearisation import extra_starts
 from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts

@@ -20,7 +20,8 @@ from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, alternatives
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 RIVALS = 2  # of each finding that are rehearsed in its place
 Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis

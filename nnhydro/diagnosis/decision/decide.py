@@ -35,7 +35,8 @@ from nnhydro.diagnosis.decision.proof import Proof, fitted_error, prove
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import says_nothing, values_of
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.sheet import percent

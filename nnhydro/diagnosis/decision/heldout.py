@@ -20,7 +20,7 @@ from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.stepwise import ScoredSet
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]

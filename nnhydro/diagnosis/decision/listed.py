@@ -19,7 +19,8 @@ import numpy as np
 
 from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, SMALLEST_SIZE, TRUSTED_RATIO
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
-from nnhydro.diagnosis.search.stepwise import LARGE_START, SMALL_START, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import LARGE_START, SMALL_START, ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 CONSTANT = ("nothing",)
 VARIABLES: dict[tuple[str, ...], str] = {CONSTANT: "q{}_rad", ("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}

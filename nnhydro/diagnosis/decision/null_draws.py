@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import NULL_DRAWS, NULL_QUANTILE, RHO
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 
 Array = NDArray[np.float64]

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 ROUNDS = 10  # of the size of the noise

@@ -22,10 +22,12 @@ from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, LEAST_GAIN, R
 from nnhydro.diagnosis.experiment.motions import CandidateMotion
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, alternatives, parameter_count
 from nnhydro.diagnosis.noise.spectrum import Noise
-from nnhydro.diagnosis.problem.design import Design, columns_on
+from nnhydro.diagnosis.problem.columns import columns_on
+from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion

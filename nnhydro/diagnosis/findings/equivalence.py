@@ -8,7 +8,8 @@ import numpy as np
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
 from nnhydro.diagnosis.decision.listed import listed_probability
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
 from nnhydro.fitting.linear.least_squares import ridge
 

@@ -18,7 +18,8 @@ from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
 from nnhydro.diagnosis.model.sizes import none, without_unknown
 from nnhydro.diagnosis.noise.spectrum import reestimate, white_noise
 from nnhydro.diagnosis.problem.free_machines import scale_factor
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

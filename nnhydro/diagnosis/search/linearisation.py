@@ -13,7 +13,8 @@ from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.view import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.sensor_view import SensorView

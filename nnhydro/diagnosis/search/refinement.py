@@ -10,7 +10,8 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
 from nnhydro.diagnosis.search.lines import lines_at_peak
 from nnhydro.diagnosis.search.newton import at_best_values
-from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 

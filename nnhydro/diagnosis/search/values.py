@@ -29,7 +29,8 @@ from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
-from nnhydro.diagnosis.search.stepwise import LARGE_START, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import LARGE_START, ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
 from nnhydro.effects.quantity import Interval, Quantity, intervals
 from nnhydro.fitting.linear.least_squares import ridge

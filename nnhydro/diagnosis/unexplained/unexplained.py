@@ -14,7 +14,8 @@ from nnhydro.diagnosis.decision.proof import Proof, Residual, fitted_error
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 from nnhydro.recordings.filtering.trajectory import step_level, white_level
 
