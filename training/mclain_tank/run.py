@@ -8,7 +8,8 @@ import time
 import tomllib
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import BenchmarkResult, benchmark
+from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
