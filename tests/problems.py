@@ -13,7 +13,7 @@ from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.model.unknown import Unknown
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 FREE = (-np.inf, np.inf)
 

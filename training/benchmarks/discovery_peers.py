@@ -18,7 +18,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.diagnosis.decision.proof import states
+from nnhydro.diagnosis.decision.heldout_errors import states
 from nnhydro.diagnosis.noise.spectrum import first_noise
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.columns import columns_on

@@ -32,7 +32,7 @@ from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign

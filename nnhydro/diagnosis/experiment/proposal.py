@@ -57,7 +57,7 @@ class Proposal:
         often = "once" if self.recordings == 1 else f"{self.recordings} times"
         motion = f"the proposed {self.motion.document['kind']} motion ({self.motion.t[-1]:.1f} s)"
         if self.chance < POOR_CHANCE:
-            within = "the limits of this rig" if self.stated else "what this rig has shown"
+            within = "the limits of this rig" if self.stated else "the ranges of these recordings"
             return (f"Within {within} no motion is likely to distinguish {first} from {', '.join(others)}: {motion}, recorded "
                     f"{often}, decides with a probability of {100 * self.chance:.0f} %.")
         return (f"To distinguish {first} from {', '.join(others)}, record {motion} {often}: it decides with a probability of "

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
-from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search

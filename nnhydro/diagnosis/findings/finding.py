@@ -44,7 +44,7 @@ class Parameter:
 
     def document(self) -> dict[str, Any]:
         """Return the parameter for diagnosis.json."""
-        own = {} if self.by_recording is None else {"by_recording": self.by_recording, "note": "mean and range of the recordings' own"}
+        own = {} if self.by_recording is None else {"by_recording": self.by_recording, "note": "mean and range over recordings"}
         return {"value": self.value, "unit": self.unit, "ci95": list(self.ci95)} | own
 
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
+from nnhydro.diagnosis.search.gauss_newton import at_best_values
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
-from nnhydro.diagnosis.search.lines import lines_at_peak
-from nnhydro.diagnosis.search.newton import at_best_values
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
+from nnhydro.diagnosis.search.wave_frequencies import lines_at_peak
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 

@@ -17,7 +17,7 @@ from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
 from nnhydro.diagnosis.search.library import bound_bonus
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 IMPOSSIBLE = -1e6  # nats of values that make no physical sense together

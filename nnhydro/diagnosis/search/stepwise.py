@@ -21,7 +21,7 @@ from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import log_mass
 from nnhydro.diagnosis.search.scored_set import IMPOSSIBLE, ScoredSet, imitated_nats, makes_sense, score_set
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored

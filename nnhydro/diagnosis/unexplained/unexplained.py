@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, P_ALARM, UNLIKE_NOISE
 from nnhydro.diagnosis.decision.decide import Decision
-from nnhydro.diagnosis.decision.own_parameters import recordings_of_own_parameters
-from nnhydro.diagnosis.decision.proof import Proof, Residual, fitted_error
+from nnhydro.diagnosis.decision.heldout_errors import Proof, Residual, fitted_error
+from nnhydro.diagnosis.decision.parameters_per_recording import recordings_of_own_parameters
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
