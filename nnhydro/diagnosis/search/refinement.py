@@ -127,9 +127,9 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
     return at_best_values(own.search, own.best, model)
 
 
-def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:
+def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:
     """Return whether both have the same nonlinear values."""
-    return all(getattr(one.effect, name) == getattr(other.effect, name) for name in other.spans)
+    return all(getattr(first.effect, name) == getattr(other.effect, name) for name in other.spans)
 
 
 def _about_own_values(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
