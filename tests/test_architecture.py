@@ -207,6 +207,15 @@ def test_the_wheel_holds_the_package_and_nothing_else(tmp_path):
     assert demo <= set(names), f"the demo's {demo - set(names)} do not ship"
 
 
+def test_an_effect_that_is_a_load_term_wraps_it():
+    laws = {path.stem for path in (PACKAGE / "physics" / "loads").glob("*.py")} - {"__init__"}
+    both = [path for path in (PACKAGE / "effects" / "hypotheses").glob("*.py") if path.stem in laws]
+    assert len(both) >= 5
+    for path in both:
+        used = {module for module, _ in imports(path)}
+        assert any(module.startswith(f"nnhydro.physics.loads.{path.stem}.") for module in used), f"{name_of(path)} writes a law again"
+
+
 def test_unit_tests_lie_in_the_folders_of_what_they_test():
     unit = ROOT / "tests" / "unit"
     folders = sorted({path.parent.relative_to(unit) for path in unit.rglob("test_*.py")})

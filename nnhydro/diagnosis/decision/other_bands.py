@@ -1,4 +1,4 @@
-"""Whether the claims hang on the band: the claimed laws once more at other upper edges of it.
+"""Whether the claims depend on the band: the score of the claimed laws at other upper edges of it.
 
     gain_k(f) = score(S) - score(S less k)   on rows up to f times the edge;   lost where <= LEAST_GAIN
 

@@ -1,4 +1,4 @@
-"""The next experiment: the motion that tells the members of a class apart, where the recordings at hand cannot; as a file ready to run.
+"""The next experiment: the motion that best separates the members of an equivalence set; as a file ready to run.
 
     max over feasible motions  of the chance that every wrong member leaves the class               (`discrimination`)
 """

@@ -1,4 +1,4 @@
-"""Which effects the data cannot tell from a finding, how sure its name is, and the plain law where a special one adds nothing."""
+"""Effects that the data cannot distinguish from a finding, its confidence, and the simpler law where a special one adds nothing."""
 
 from dataclasses import dataclass
 from typing import final

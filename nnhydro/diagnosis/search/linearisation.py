@@ -1,6 +1,6 @@
-"""Instruments about other values than none: further starts of the search, and their own values in a set.
+"""Instrument effects linearised about values other than 0: further starts of the search, and the values fitted in a set.
 
-The reading is that of the baseline, calibrated beside the set, with the loads that the set holds.
+The sensors read the motion and torque of the baseline, calibrated together with the loads of the set.
 """
 
 from collections.abc import Sequence

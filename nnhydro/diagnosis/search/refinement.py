@@ -1,4 +1,4 @@
-"""Finer values of what was found: nonlinear parameters at the peak of the score, instruments linearised about their values."""
+"""Finer values of the selected effects: nonlinear parameters at the peak of the score, instruments linearised about their values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
