@@ -8,10 +8,10 @@ from problems import design, law, whitened
 from scipy.optimize import least_squares
 
 from nnhydro.diagnosis.model.sizes import Sizes
+from nnhydro.diagnosis.search.gauss_newton import at_best_values
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.newton import at_best_values
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.effects.quantity import Quantity
 
 BOUNDS = {"frequency": (0.1, 5.0), "damping": (0.0, 5.0)}

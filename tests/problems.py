@@ -9,11 +9,11 @@ import numpy as np
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.experiment.rig_limits import Rig
 from nnhydro.diagnosis.model.evidence import WhiteRows
-from nnhydro.diagnosis.model.sizes import Sizes
+from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.model.unknown import Unknown
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 FREE = (-np.inf, np.inf)
 
@@ -137,3 +137,28 @@ def written_out(view, chosen):
 def rig():
     """What a rig of two joints on a carriage can do."""
     return Rig(np.array([[-1.0, 1.0], [-0.5, 2.0]]), np.array([1.5, 2.0]), np.array([6.0, 8.0]), 0.5, np.array([9.0, 3.0]), 8.0)
+
+
+LAWS = (*(law(f"law_{k}") for k in range(4)), law("phased", per_recording=True), law("half", limits=((0.0, np.inf),)))
+
+
+def planted(values=(0.5,), smooth=0.3, seed=0):
+    """A search in which the first laws act, beside `smooth` of the unknown's first column at joint 1."""
+    of = design(seed, groups=8, rows=30)
+    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, len(LAWS)))
+    of.y = of.y + X[..., : len(values)] @ np.asarray(values)
+    one = search(of, LAWS, X)
+    of.y[:, 0] += smooth * one.whitened.unknown.Phi[:, 0]
+    return search(of, LAWS, X)
+
+
+def evidences(one, chosen):
+    """The dense evidence of a set with the unknown and without it, less constants."""
+    group = one.whitened.design.problem.group_of
+    parts = [one.view.library.columns(k) for k in chosen]
+    laws = [one.view.library.hypotheses[k] for k in chosen]
+    parts = [np.concatenate([X * (group == g)[:, None, None] for g in range(8)], axis=2) if law.per_recording else X
+             for law, X in zip(laws, parts, strict=True)]
+    X = np.concatenate(parts, axis=2) if parts else None
+    sizes = one.score(chosen).sizes
+    return [dense(one.whitened, X, s.vector(one.whitened)) for s in (sizes, none(one.whitened))]

@@ -2,12 +2,22 @@
 
 import ast
 from functools import cache
+from itertools import chain
 from pathlib import Path
+from statistics import median
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE, PAGE, PICTURE = ROOT / "nnhydro", ROOT / "docs" / "architecture.md", ROOT / "docs" / "architecture.svg"
 ORDER = ["problem", "model", "noise", "search", "decision", "findings", "calibration", "unexplained", "experiment"]  # of the method
 CELL = 26  # pixels
+# folders and figures of the tree of 23 November 2026, before the moves (decisions/0031)
+BEFORE = (("`recordings` 48", ("recordings",)), ("`physics` 53", ("physics", "dynamics")), ("`effects` 42", ("effects",)),
+          ("`features` 16", ("features",)), ("`models` 29, `exchange` 6", ("models", "deployment")), ("`identification` 22", ("fitting",)),
+          ("`evaluation` 21", ("evaluation",)), ("`simulation` 53", ("simulation", "blind_tests")), ("`diagnosis` 51", ("diagnosis",)),
+          ("`report` 34, `cli` 18", ("report", "cli")), ("`api` 9", ("api",)), ("files beside the folders 7", ("runtime", "")))
+FIGURES_BEFORE = {"Python files": 410, "folders with modules": 26, "most modules in a folder that is no registry": 50,
+                  "median lines of a module outside registries": 98, "lines of the longest module": 272,
+                  "class names that stand twice": 31, "folders inside the diagnosis": 0}
 
 
 def folders(package: Path) -> list[str]:
@@ -67,6 +77,35 @@ def table(package: Path, dotted: str, order: list[str]) -> str:
     return "\n".join(["| folder | holds | depends on | modules |", "| --- | --- | --- | --- |", *rows]) + "\n"
 
 
+def figures() -> dict[str, int]:
+    """Return the figures of the tree as it is, in the order of FIGURES_BEFORE."""
+    paths = sorted(PACKAGE.rglob("*.py"))
+    tests = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
+    registries = next(ast.literal_eval(node.value) for node in tests.body
+                      if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "REGISTRIES")
+    inner = [path for path in paths if path.stem[:2] != "__"]
+    outside = [path for path in inner if str(path.parent.relative_to(PACKAGE)) not in registries]
+    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in inner}
+    classes = [node.name for node in chain.from_iterable(ast.walk(ast.parse(path.read_text(encoding="utf-8"))) for path in paths)
+               if isinstance(node, ast.ClassDef)]
+    values = (len(paths), len({path.parent for path in inner} - {PACKAGE}),
+              max(modules(folder) for folder in {path.parent for path in outside} - {PACKAGE}),
+              int(median(lines[path] for path in outside)), max(lines.values()), len(classes) - len(set(classes)),
+              len(folders(PACKAGE / "diagnosis")))
+    return dict(zip(FIGURES_BEFORE, values, strict=True))
+
+
+def tree() -> str:
+    """Return the tree before and after: files of each folder, and figures of the whole."""
+    def count(name: str) -> str:
+        found = len(list((PACKAGE / name).rglob("*.py") if name else PACKAGE.glob("*.py")))
+        return f"`{name}` {found}" if name else f"files beside the folders {found}"
+
+    rows = [f"| {before} | {', '.join(map(count, after))} |" for before, after in BEFORE]
+    rows += [f"| {name}: {before} | {figures()[name]} |" for name, before in FIGURES_BEFORE.items()]
+    return "\n".join(["| before | after |", "| --- | --- |", *rows]) + "\n"
+
+
 def picture() -> str:
     """Return the imports as a design structure matrix in SVG: a dot where the folder of the row imports from that of the column."""
     graph = depends(PACKAGE, "nnhydro")
@@ -94,7 +133,7 @@ def page() -> str:
     text = PAGE.read_text(encoding="utf-8")
     level = floors(depends(PACKAGE, "nnhydro"))
     tables = {"folders": table(PACKAGE, "nnhydro", sorted(level, key=lambda name: (level[name], name))),
-              "diagnosis": table(PACKAGE / "diagnosis", "nnhydro.diagnosis", ORDER)}
+              "diagnosis": table(PACKAGE / "diagnosis", "nnhydro.diagnosis", ORDER), "tree": tree()}
     for mark, made in tables.items():
         before, _, rest = text.partition(f"<!-- {mark} -->\n")
         text = f"{before}<!-- {mark} -->\n{made}<!-- end of {mark} -->\n{rest.partition(f'<!-- end of {mark} -->' + chr(10))[2]}"

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from nnhydro.evaluation import benchmark as evaluation
+from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT
 from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.recordings.campaign import Campaign
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 class Benchmark(ResultView):
     """Every model on recordings held out of its fit; the data frame has a row a model, best first, shares as fractions of 1."""
 
-    result: evaluation.BenchmarkResult
+    result: BenchmarkResult
 
     @property
     def ranking(self) -> list[str]:

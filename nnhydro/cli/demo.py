@@ -9,7 +9,7 @@ from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, show
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.result import DiagnosisResult
-    from nnhydro.evaluation.benchmark import BenchmarkResult
+    from nnhydro.evaluation.benchmark_result import BenchmarkResult
 
 Json = dict[str, Any]
 

@@ -112,3 +112,12 @@ def fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[li
 
 def _cost(order: tuple[list[Any], list[list[int]]]) -> int:
     return 4 * len(stretches(order[1])) + sum(1 for _ in runs(order[1]))
+
+
+def output_statements(places: list[int]) -> Iterator[str]:
+    """Yield the statements that give out what lies at `places`."""
+    start = 0
+    for width, steps in runs([places]):
+        at = f"{places[start]}{' + i' if all(steps) else ''}"
+        yield f"out[{start}] = v[{places[start]}];" if width == 1 else f"for (int i = 0; i < {width}; ++i) out[{start} + i] = v[{at}];"
+        start += width

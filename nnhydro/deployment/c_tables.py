@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from nnhydro.deployment.c_kernels import LANES, ROOTS, beside, dense, dots, name_beside, name_dots, together
 from nnhydro.deployment.c_places import Places, last_uses
-from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, runs, stretches
+from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, output_statements, stretches
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
-from nnhydro.deployment.onnx.mirror import mirror_pairs
+from nnhydro.deployment.onnx.row_blocks import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
 
 LONG: Final = 7  # terms: longer sums over the same atoms go as a matrix
@@ -274,15 +274,6 @@ def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None,
     return {atoms: list(rows) for atoms, rows in found.items()}
 
 
-def _outputs(places: list[int]) -> Iterator[str]:
-    """The statements that give out what lies at `places`."""
-    start = 0
-    for width, steps in runs([places]):
-        at = f"{places[start]}{' + i' if all(steps) else ''}"
-        yield f"out[{start}] = v[{places[start]}];" if width == 1 else f"for (int i = 0; i < {width}; ++i) out[{start} + i] = v[{at}];"
-        start += width
-
-
 def table_program(program: Program, outputs: Sequence[Value], number: Any, prefix: str, name: str) -> tuple[list[str], str]:
     """Return the tables of a program as C, and the function {at}`name`(in, out) with what it calls; {at} begins each of their names."""
     planned = rounds(program, list(outputs))
@@ -300,6 +291,6 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
                 *(dots(*kind) for kind in sorted(made.dots))]
     loops = [f"static NOINLINE void {kernel}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), kernel in made.kernels.items()]
-    end = list(_outputs([made.places[row] for row in rows]))
+    end = list(output_statements([made.places[row] for row in rows]))
     whole = "\n    ".join([f"static NOINLINE void {{at}}{name}(const real *in, real *out) {{", *begin, *made.lines, *end])
     return made.tables, "\n".join([LANES, ROOTS, *products, *loops, f"{whole}\n}}", "#undef LANES"])

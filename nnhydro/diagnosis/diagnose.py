@@ -14,8 +14,8 @@ from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL, NULL_QUANTILE
 from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
 from nnhydro.diagnosis.decision.decide import Claims, decide, withdraw_useless
+from nnhydro.diagnosis.decision.heldout_errors import noise_error
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
-from nnhydro.diagnosis.decision.proof import noise_error
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import replace_by_simpler, replace_special_laws
@@ -31,10 +31,11 @@ from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.linearisation import extra_starts
-from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.wave_frequencies import across_held_links, at_lines, at_own_lines, line_frequencies
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
 from nnhydro.errors import NnhydroError

@@ -7,8 +7,8 @@ import numpy as np
 
 from nnhydro.diagnosis.constants import NULL_QUANTILE, RELEVANT
 from nnhydro.diagnosis.decision.decide import Decision
+from nnhydro.diagnosis.decision.heldout_errors import Proof
 from nnhydro.diagnosis.decision.other_bands import OtherBand
-from nnhydro.diagnosis.decision.proof import Proof
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.unexplained.residual_location import Location
@@ -100,7 +100,7 @@ class DiagnosisResult:
         changes = [f"{symbol} changes by {', '.join(f'{x:+.2f}' for x in self.recalibrated[key])}"
                    for key, symbol in (("cd", "C_D"), ("cm", "C_M")) if key in self.recalibrated]
         return (f" The simulation itself has an error of {percent(given)}. With masses and coefficients refitted, "
-                f"{percent(self.proof.before)} remain{': ' if changes else ''}{', '.join(changes)}.")
+                f"{percent(self.proof.before)} remains{': ' if changes else ''}{', '.join(changes)}.")
 
     def _findings_text(self) -> str:
         following = "" if self.following is None else f" {self.following.statement()}"
@@ -130,8 +130,8 @@ class DiagnosisResult:
             return ""
         left, said, sd = fitted.level[finding.joint - 1], stated[finding.joint - 1], known[finding.joint - 1]
         level = next(iter(finding.parameters.values())).value
-        same = ": in all it is as large as stated, but it sets in differently" if abs(left + level - said) <= sd else ""
-        return f" Beside it, the fit leaves {left:.2g} N m of the {said:.2g} N m that arm.yaml states{same}."
+        same = ": the total is as large as stated, but it builds up over another angle or speed" if abs(left + level - said) <= sd else ""
+        return f" The fit keeps {left:.2g} N m of the {said:.2g} N m that arm.yaml states, in addition{same}."
 
     def _no_finding_text(self) -> str:
         if self.detected:
@@ -141,6 +141,6 @@ class DiagnosisResult:
                     f"{hum}{self._depends('The difference')}")
         if self.noise_floor > TOO_NOISY:
             return (f"These recordings are too noisy for a diagnosis: noise alone is {100 * self.noise_floor:.0f} % of the torque, and no "
-                    "effect exceeds it. Record longer or stronger motions, or repeat these. If the motion is quicker than the cut-off that "
-                    "`nnhydro check` prints, state a higher one (`--cutoff`).")
+                    "effect exceeds it. Record longer or stronger motions, or repeat these. If the motion has frequencies above the "
+                    "cut-off that `nnhydro check` prints, state a higher one (`--cutoff`).")
         return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."

@@ -119,15 +119,15 @@ class Effect(ParametricTerm):
     def statement(self, intervals: Mapping[str, Interval] | None = None, instead: Mapping[str, str] | None = None) -> str:
         """Return the finding as one sentence with numbers and units.
 
-        `intervals` holds (low, high) by the name of the quantity, `instead` what is said in the place of a quantity.
+        `intervals` holds (low, high) by the name of the quantity, `instead` the text in place of a quantity.
         """
-        said = {name: format_quantity(q, (intervals or {}).get(name)) for name, q in self.quantities().items()}
-        return self.sentence(said | dict(instead or {}))
+        text = {name: format_quantity(q, (intervals or {}).get(name)) for name, q in self.quantities().items()}
+        return self.sentence(text | dict(instead or {}))
 
-    def sentence(self, said: Mapping[str, str]) -> str:
-        """Return the sentence; `said` holds each quantity as text with unit."""
+    def sentence(self, text: Mapping[str, str]) -> str:
+        """Return the sentence; `text` holds each quantity as text with unit."""
         where = f" at {self.acts} {self.joint}" if self.joint else ""
-        return f"{self.name}{where}: {', '.join(f'{name} {text}' for name, text in said.items())}."
+        return f"{self.name}{where}: {', '.join(f'{name} {value}' for name, value in text.items())}."
 
 
 @dataclass(frozen=True)

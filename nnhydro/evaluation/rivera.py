@@ -15,8 +15,8 @@ from typing import Final, final
 import torch
 from torch import Tensor
 
-from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
+from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
 from nnhydro.fitting.network.rows import Rows, base_rows, standardise, torque_rms, training_rows, watched_units

@@ -12,7 +12,7 @@ from nnhydro.report.figure_file import new_figure, save_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ERROR = "error on recordings left out [%]"
+ERROR = "error on held-out recordings [%]"
 STYLES: Final[dict[str, dict[str, Any]]] = {
     "common": {"color": "#0072B2", "marker": "o", "linestyle": "-"}, "parallel": {"color": "#D55E00", "marker": "s", "linestyle": "--"}}
 HATCHES: Final = {"common": "", "parallel": "//"}
@@ -93,7 +93,7 @@ def torques(result: RiveraReproduction, stem: Path) -> list[Path]:
         ax.grid(color="0.92")
     ax.set_xlabel("time [s]")
     ax.legend(frameon=False, fontsize=9)
-    figure.suptitle(f"{result.held_out}, left out of the training", fontsize=10)
+    figure.suptitle(f"{result.held_out}, held out of the training", fontsize=10)
     return save_figure(figure, stem)
 
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.entries import entries
 from nnhydro.evaluation.metrics import Misfit
+from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.repeats import group_names

@@ -17,7 +17,7 @@ from nnhydro.blind_tests.reveal import read_suite
 from nnhydro.blind_tests.truth.campaign import SIZES, Wish
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.diagnosis.problem.baseline import baseline_of
-from nnhydro.diagnosis.problem.design import columns_on
+from nnhydro.diagnosis.problem.columns import columns_on
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Stretch, problem_of
 from nnhydro.fitting.linear.statistics import columns_and_offset

@@ -18,10 +18,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nnhydro.diagnosis.decision.proof import states
+from nnhydro.diagnosis.decision.heldout_errors import states
 from nnhydro.diagnosis.noise.spectrum import first_noise
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
-from nnhydro.diagnosis.problem.design import columns_on, design_of
+from nnhydro.diagnosis.problem.columns import columns_on
+from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import MOST_STUDIED, Stretch, draw_names, problem_of
 from nnhydro.fitting.linear.least_squares import ridge

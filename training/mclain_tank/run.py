@@ -6,9 +6,11 @@ hybrid on it can gain next to nothing and must lose nothing.
 
 import time
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from nnhydro.evaluation.benchmark import BenchmarkResult, benchmark
+from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
@@ -21,17 +23,19 @@ PAGE = """# A hybrid on the state-dependent model
 
 `python training/mclain_tank/run.py` ({minutes} minutes on one core): sum |measured - model| / sum |measured| on held-out recordings of
 datasets/mclain_tank, in %. The hybrid stands on `state`. Figures of earlier versions stand in earlier.csv alone.
-{tables}"""
+
+{table}"""
 
 
-def table(result: BenchmarkResult) -> str:
-    """Return the pooled errors of one protocol, and those of each of its folds."""
-    folds = result.split.folds
-    names = " | ".join(fold.name for fold in folds)
-    head = ["", f"## {result.protocol}", "", f"| model | pooled | {names} |", "| --- " * (len(folds) + 2) + "|"]
-    rows = [(name, [standing.pooled.error, *(result.fold_errors(k)[name] for k in range(len(folds)))])
-            for name, standing in result.standings.items()]
-    return "\n".join([*head, *(f"| {name} | {' | '.join(f'{100 * e:.2f}' for e in errors)} |" for name, errors in rows), ""])
+def table(documents: Mapping[str, dict[str, Any]]) -> str:
+    """Return one row for each protocol and for each of its folds, one column for each model: errors in %."""
+    models = list(next(iter(documents.values()))["models"])
+    lines = [f"| protocol | held out | {' | '.join(models)} |", "| --- " * (len(models) + 2) + "|"]
+    for protocol, document in documents.items():
+        rows = {"all": {name: entry["error"] for name, entry in document["models"].items()}}
+        rows |= {fold["name"]: fold["errors"] for fold in document["folds"]}
+        lines += [f"| {protocol} | {name} | {' | '.join(f'{100 * errors[m]:.2f}' for m in models)} |" for name, errors in rows.items()]
+    return "\n".join(lines) + "\n"
 
 
 def main() -> None:
@@ -42,11 +46,12 @@ def main() -> None:
     results = {}
     for protocol in config["protocols"]:
         results[protocol] = benchmark(campaign, config["models"], config["folds"], config["seed"], choices, protocol=protocol)
-        print(table(results[protocol]), flush=True)
+        print(table({protocol: results[protocol].document()}), flush=True)
     seconds = time.perf_counter() - start
     version, minutes = versions()["nnhydro"].partition("+")[0], max(1, round(seconds / 60))
-    write_text(HERE / "README.md", PAGE.format(version=version, minutes=minutes, tables="\n".join(map(table, results.values()))))
-    write_json(HERE / "results.json", {protocol: result.document() for protocol, result in results.items()} | {"seconds": round(seconds)})
+    documents = {protocol: result.document() for protocol, result in results.items()}
+    write_text(HERE / "README.md", PAGE.format(version=version, minutes=minutes, table=table(documents)))
+    write_json(HERE / "results.json", documents | {"seconds": round(seconds)})
 
 
 if __name__ == "__main__":

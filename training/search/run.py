@@ -9,8 +9,8 @@ import time
 import tomllib
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
+from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.hyperparameters import search
 from nnhydro.fitting.identify import versions

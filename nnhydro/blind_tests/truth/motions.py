@@ -115,14 +115,14 @@ def carry_out(plan: Plan, links: int, rate: float, name: str, start: float, seed
 
 def plans(rng: Generator, links: int, count: int, seconds: tuple[float, float]) -> list[Plan]:
     """Return `count` plans: the eight that every campaign has, then a random choice; the last one or two repeat earlier ones."""
-    def one(kind: str, towed: bool, folded: bool = False, swell: bool = False) -> Plan:
+    def plan(kind: str, towed: bool, folded: bool = False, swell: bool = False) -> Plan:
         speed = float(rng.uniform(0.2, 0.9)) if towed else 0.0
         return Plan(kind, speed, folded and links > 1, round(float(rng.uniform(*seconds)), 1), int(rng.integers(2**31)), swell)
 
-    made = [one("bang", False), one("fourier", False), one("slow", False), one("fourier", True), one("jerk", True, True),
-            one("bang", True), one("fourier", True, True, True)]
+    made = [plan("bang", False), plan("fourier", False), plan("slow", False), plan("fourier", True), plan("jerk", True, True),
+            plan("bang", True), plan("fourier", True, True, True)]
     while len(made) < count - 1:
-        made.append(one(str(rng.choice(["bang", "jerk", "fourier", "fourier", "slow"])), rng.random() < 0.6, rng.random() < 0.3,
+        made.append(plan(str(rng.choice(["bang", "jerk", "fourier", "fourier", "slow"])), rng.random() < 0.6, rng.random() < 0.3,
                         rng.random() < 0.2))
     made = made[: count - 1]
     repeats = [made[1], *([made[3]] if count >= 12 else [])]

@@ -13,7 +13,7 @@ import typer
 from nnhydro.sheet import Sheet
 
 if TYPE_CHECKING:
-    from nnhydro.evaluation.benchmark import BenchmarkResult
+    from nnhydro.evaluation.benchmark_result import BenchmarkResult
     from nnhydro.recordings.campaign import Campaign
 
 # work that can be shared out: runtime/workers.py, docs/cluster.md

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nnhydro.deployment.onnx.clipping import with_clips
 from nnhydro.deployment.onnx.expressions import Array, Program, Row, Value, as_cells, row_of
-from nnhydro.deployment.onnx.mirror import mirror_pairs
+from nnhydro.deployment.onnx.row_blocks import Atoms, mirror_pairs, row_blocks
 from nnhydro.deployment.onnx.schedule import rounds
 
 OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "abs": "Abs", "sign": "Sign", "sqrt": "Sqrt", "exp": "Exp",
@@ -31,22 +31,6 @@ LONG = 12  # terms: sums up to LONG are padded together; longer ones over the sa
 # joint, a multiplication in a matrix
 NODE, ELEMENT, COPIED, TIMES = 0.5, 0.0008, 0.00025, {8: 3.6e-4, 4: 1e-4}
 Place = tuple[int, int]  # chunk and position in it
-Atoms = tuple[int | None, ...]  # None: the constant 1
-
-
-def _blocks(rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list[Row]]], list[Row]]:
-    """Long rows over the same atoms by size {(atoms, rows): {atoms: rows}}, to be computed as small matrices, and all other rows."""
-    by_atoms: dict[Atoms, list[Row]] = defaultdict(list)
-    for row in rows:
-        by_atoms[tuple(k for k, _ in row)].append(row)
-    blocks: dict[tuple[int, int], dict[Atoms, list[Row]]] = defaultdict(dict)
-    short = []
-    for atoms, own in by_atoms.items():
-        if len(atoms) > LONG and len(own) > 1:
-            blocks[len(atoms), len(own)][atoms] = own
-        else:
-            short += own
-    return blocks, short
 
 
 def infinite_atoms(program: Program) -> set[int]:
@@ -142,7 +126,7 @@ class Graph:
 
     def combine(self, wanted: Iterable[Row]) -> None:
         """Compute every linear combination in `wanted` that is not there yet."""
-        blocks, short = _blocks(dict.fromkeys(row for row in wanted if row not in self.places))
+        blocks, short = row_blocks(dict.fromkeys(row for row in wanted if row not in self.places), LONG)
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
         wild = [row for row in short if self._wild(row)]
@@ -240,7 +224,7 @@ class Graph:
         fresh = dict.fromkeys(row for row in rows if row not in self.places)
         known = {k for row in rows for k, _ in row}
         atoms, held = len(known), all(self.last.get(((k, 1.0),), -1) >= self.now for k in known)  # of sums known already they may be gone
-        blocks, short = _blocks(fresh)
+        blocks, short = row_blocks(fresh, LONG)
         products = sum(4 * NODE + len(full) * (ELEMENT + TIMES[self.dtype.itemsize] * m) * k for (k, m), full in blocks.items())
         staged = (4 * NODE + ELEMENT * (len(rows) + sum(map(len, short))) + products + min(2.0, self._dense_cost(atoms, len(fresh))))
         if fresh and held and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):

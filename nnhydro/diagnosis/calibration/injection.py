@@ -15,8 +15,8 @@ from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
-from nnhydro.diagnosis.search.stepwise import ScoredSet
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]

@@ -30,8 +30,9 @@ from nnhydro.diagnosis.problem.design import Design, design_on, hypotheses_for, 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_of
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign

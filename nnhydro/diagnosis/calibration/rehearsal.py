@@ -1,11 +1,10 @@
-"""Confidence by rehearsal: draw this campaign again with what was found, and with what could be meant instead; see what would be named.
+"""Confidence by rehearsal: draw this campaign again with its findings, and with their alternatives, and count what would be named.
 
     y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a scenario        confidence <= (hits + 1/2) / (hits + misnamed + 1)
 
-hits: draws of the findings that name one of them; misnamed: draws of a rival in its place that name it all the same. Both are as many. A
-draw holds what remains unknown beside the claims. It is named by the score of the claimed set, of the set without the finding, and with
-each rival in its place. What no card holds is not rehearsed: the posterior's own confidence, which knows what remains unknown, stays the
-upper bound.
+hits: draws of the finding that name it; misnamed: as many draws of an alternative that name the finding all the same. A draw includes the
+unexplained residual. It is named by the score of the claimed set, of the set without the finding, and with each alternative in its place.
+Causes outside the catalogue are not drawn: the confidence of the posterior, which knows the unexplained residual, stays the upper bound.
 Source: simulation-based calibration in the manner of Talts et al. (2018), arXiv:1804.06788; the ratio (Jeffreys' prior) is ours.
 """
 
@@ -20,7 +19,8 @@ from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, alternatives
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 RIVALS = 2  # of each finding that are rehearsed in its place
 Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis

@@ -1,21 +1,22 @@
 """The one place where a claim is decided: every candidate that came near gets a decision with its reason.
 
-A member k of the best set S is claimed if
-    1. it gains more than LEAST_GAIN, than chance does in this campaign, and than FORM^2 of what the largest claim gains: that much may be
-       the form of the largest,                       gain(S less k, S) > max(LEAST_GAIN, q99, max_l max(FORM, 1 - p_l)^2 gain_l)
-       where p_l is the share of l's torque that can be predicted at all (its card: what rings, clips or crosses a gap),
-       and FORM of what a larger one gains for which its card may be taken, unless it is a standard term that every joint has: what another
-       form leaves looks like it first. A law that takes as much from the unknown needs neither, if it leaves FORM of it at most
-    2. it replaces the unknown as a true law does                                      (search.stepwise.admits)
-    3. recordings that the fit has not seen are predicted better, and without the one that gains most worse by FORM of the gain at most:
-       where many recordings show the same, the unknown predicts the others as well as a law
-    4. one of its values differs from 0 by PRECISE standard deviations, the interval of one that would be told excludes 0, and none lies
-       beyond a physical bound; of one with values of each recording's own: mass, drag and added mass of each recording's own gain less
-    5. it moves the torque by RELEVANT of its rms, or makes FORM of the energy of what remains without it; in a part of the campaign also
-       FORM of the largest claim: its form may show there
-    6. it is more probable than a cause on no card that resembles it                                            (decision.listed).
-Members that fail leave the set, and the others are judged again: the least probable of what is no listed cause first, then what gains
-least. Those that would only be the form of another leave last, and come back when another fails: its form they were not.
+A member k of the best set S is claimed if it passes six tests.
+
+1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
+       gain(S less k, S) > max(LEAST_GAIN, q99, max_l max(FORM, 1 - p_l)^2 gain_l),      p_l: predictable share of l's torque (its card)
+   If the card of l lists k as a possible confusion, FORM gain_l is asked, except of the standard terms of a joint. A law that takes as much
+   from the unknown as l, and leaves FORM of it at most, is exempt from both.
+2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
+3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
+   FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
+4. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
+   physical bound. A law with values for each recording must gain more than mass, drag and added mass fitted to each recording alone.
+5. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
+   it also moves FORM of the largest claim, whose error of form may show there.
+6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
+
+Members that fail leave the set, and the others are judged again: first the one least probably in the catalogue, then the one that gains
+least. A member dismissed as the form of another leaves last, and is judged again when that other fails.
 """
 
 from collections.abc import Sequence, Set
@@ -27,15 +28,16 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, P_ALARM, PRECISE, RELEVANT
+from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.heldout import log_densities
-from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.decision.heldout_errors import Proof, fitted_error, prove
 from nnhydro.diagnosis.decision.null_draws import null_threshold
-from nnhydro.diagnosis.decision.own_parameters import nats_of_own_parameters
-from nnhydro.diagnosis.decision.proof import Proof, fitted_error, prove
+from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_own_parameters
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import says_nothing, values_of
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.sheet import percent
@@ -169,9 +171,9 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (gain, own, f"mass, drag and added mass of each recording's own would gain more, {own:.1f} nats"),
+        (gain, own, f"mass, drag and added mass fitted to each recording alone would gain more, {own:.1f} nats"),
         (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
-        (listed_probability(search, now, k), LEAST_PROBABLE, "with what it leaves, a cause outside the catalogue is more probable"),
+        (listed_probability(search, now, k), LEAST_PROBABLE, "it leaves so much that a cause outside the catalogue is more probable"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),
     )
     for statistic, needed, reason in tests:
@@ -238,7 +240,7 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
         burden = not _falls(without[worst], proof.after)
         if not burden and _falls(proof.before, proof.after):
             return decided, proof
-        reason = (f"the error on held-out {proof.held_out} hardly falls with it, from "
+        reason = (f"the error on held-out {proof.held_out} hardly falls when it is added, from "
                   f"{percent(without[worst] if burden else proof.before)} to {percent(proof.after)}")
         decided = _withdraw(search, decided, {worst} if burden else set(without), reason, seed)
 

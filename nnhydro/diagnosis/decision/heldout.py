@@ -20,8 +20,8 @@ from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.stepwise import ScoredSet
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

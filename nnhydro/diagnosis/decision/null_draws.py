@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import NULL_DRAWS, NULL_QUANTILE, RHO
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Whether the claims hang on the band: the claimed laws once more at other upper edges of it.
+"""Whether the claims depend on the band: the score of the claimed laws at other upper edges of it.
 
     gain_k(f) = score(S) - score(S less k)   on rows up to f times the edge;   lost where <= LEAST_GAIN
 
@@ -20,7 +20,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.errors import require
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band

@@ -1,11 +1,11 @@
-"""How far the members of a class come apart in motions that nobody has recorded yet: algebra on Gram matrices, no torque needed.
+"""How well motions that are not yet recorded would separate the members of an equivalence set: algebra on Gram matrices, without torques.
 
     lambda_AB^2 = ||W^1/2 (I - P_[Y, x_B]) x_A beta_A||^2,    W = V^-1
     D_AB = lambda_AB^2 / 2 + (log|M_B| - log|M_A|) / 2        expected log evidence of the truth A over B
 
-P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add to
-what B is behind by N(D, lambda^2 + 1): with more parameters than A it falls behind even where it holds A as a special case. Of B's own law
-and its widest the one that comes nearer counts. The noise of new rows is that of the campaign, with what A explains known to the model's
+P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add
+N(D, lambda^2 + 1) to the score deficit of B. With more parameters than A, B loses even if it contains A as a special case. Of B's fitted
+law and its widest one, the closer counts. The noise of new rows is that of the campaign, with what A explains known to the model's
 FORM and LATE (`constants`).
 Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; in the evidence of `model.evidence`.
 """
@@ -22,10 +22,12 @@ from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, LEAST_GAIN, R
 from nnhydro.diagnosis.experiment.motions import CandidateMotion
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, alternatives, parameter_count
 from nnhydro.diagnosis.noise.spectrum import Noise
-from nnhydro.diagnosis.problem.design import Design, columns_on
+from nnhydro.diagnosis.problem.columns import columns_on
+from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion

@@ -1,4 +1,4 @@
-"""The next experiment: the motion that tells the members of a class apart, where the recordings at hand cannot; as a file ready to run.
+"""The next experiment: the motion that best separates the members of an equivalence set; as a file ready to run.
 
     max over feasible motions  of the chance that every wrong member leaves the class               (`discrimination`)
 """
@@ -15,7 +15,8 @@ from nnhydro.diagnosis.experiment.motions import CandidateMotion, draw, neighbou
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.problem import Problem
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
@@ -56,7 +57,7 @@ class Proposal:
         often = "once" if self.recordings == 1 else f"{self.recordings} times"
         motion = f"the proposed {self.motion.document['kind']} motion ({self.motion.t[-1]:.1f} s)"
         if self.chance < POOR_CHANCE:
-            within = "the limits of this rig" if self.stated else "what this rig has shown"
+            within = "the limits of this rig" if self.stated else "the ranges of these recordings"
             return (f"Within {within} no motion is likely to distinguish {first} from {', '.join(others)}: {motion}, recorded "
                     f"{often}, decides with a probability of {100 * self.chance:.0f} %.")
         return (f"To distinguish {first} from {', '.join(others)}, record {motion} {often}: it decides with a probability of "

@@ -1,9 +1,9 @@
-"""How far the values of an instrument's effect hang on what the baseline's parameters are not known to.
+"""How much the uncertainty of the baseline's parameters adds to that of an instrument effect's values.
 
     C -> C + sum_i d_i d_i',   d_i = argmin_b |X(z + v_i) b - X(z) beta| - beta,   sum_i v_i v_i' the posterior covariance of z
 
-The columns of loads do not hang on the baseline; those of instruments are taken at its reading. A wave on an arm that is held loads it by
-(1 + C_M) times its size, and no motion tells C_M.
+Columns of loads do not depend on the baseline; those of instruments do. Example: a wave loads an arm at rest by (1 + C_M) times its size,
+and without motion C_M stays unknown.
 """
 
 from dataclasses import replace
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 

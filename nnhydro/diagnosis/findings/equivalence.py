@@ -1,4 +1,4 @@
-"""Which effects the data cannot tell from a finding, how sure its name is, and the plain law where a special one adds nothing."""
+"""Effects that the data cannot distinguish from a finding, its confidence, and the simpler law where a special one adds nothing."""
 
 from dataclasses import dataclass
 from typing import final
@@ -6,9 +6,10 @@ from typing import final
 import numpy as np
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
-from nnhydro.diagnosis.decision.listed import listed_probability
+from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
 from nnhydro.fitting.linear.least_squares import ridge
 

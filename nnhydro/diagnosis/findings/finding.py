@@ -20,7 +20,8 @@ from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
 from nnhydro.diagnosis.findings.sheets import alternatives_sheet, parameters_sheet
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
 from nnhydro.diagnosis.search.values import quantity_intervals, values_of
 from nnhydro.effects.catalogue import catalogue
@@ -43,7 +44,7 @@ class Parameter:
 
     def document(self) -> dict[str, Any]:
         """Return the parameter for diagnosis.json."""
-        own = {} if self.by_recording is None else {"by_recording": self.by_recording, "note": "mean and range of the recordings' own"}
+        own = {} if self.by_recording is None else {"by_recording": self.by_recording, "note": "mean and range over recordings"}
         return {"value": self.value, "unit": self.unit, "ci95": list(self.ci95)} | own
 
 

@@ -3,82 +3,38 @@
     y = Y z + sum_k X_k beta_k + ...         rows (n,) of all blocks, joints (j,), columns last
 
 The last columns of Y hold, a joint, how the torque changes from the fused acceleration (z = 0) to the one that was recorded (z = 1), and
-to the slope of the recorded rate.
-Load columns pass belt and gears like the baseline's own; instrument columns are taken at the reading of the working model.
+to the slope of the recorded rate. Columns of hypotheses are made in columns.py.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
 from typing import final
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
-from torch import Tensor
 
 from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
+from nnhydro.diagnosis.problem.columns import columns_on, disagreement
 from nnhydro.diagnosis.problem.free_machines import scale_direction, shares_of_largest
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
-from nnhydro.effects.effect import LoadEffect, at_joint
-from nnhydro.effects.sensor_view import SensorView
 from nnhydro.fitting.linear.least_squares import ridge
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.stated_terms import STATED_COULOMB, STATED_VISCOUS
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import gear_factor, sensor_torque, to_drives
+from nnhydro.physics.motion import Motion
+from nnhydro.physics.transmission import sensor_torque
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
-from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
 SMOOTHED = 7  # frequencies over which a variance is averaged
-
-
-def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: Stretch, predicted: bool = False) -> Array:
-    """Return the columns (n, joints, K) of `hypotheses` on one stretch, instruments at the reading of `model`.
-
-    `predicted`: without a look at the measured torque.
-    """
-    segment, arm = stretch.segment, model.arm
-    flow = stretch.memo.of(("flow", id(arm)), lambda: Flow(arm, Motion.of(segment))).again()  # its memo goes with this call
-    measured = None if predicted else segment.tau
-    factor = gear_factor(tensor(measured if measured is not None else 0 * segment.q), flow.motion.qd, arm)[..., None]
-    place = None if stretch.place is None else tensor(stretch.place)
-
-    def view_of(working: StripTheory) -> SensorView:
-        """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
-        _, view = stretch.memo.of((id(working), predicted), lambda: (working, SensorView(  # kept, so that no other has its id
-            flow.again(), lambda f: sensor_torque(working.loads.torque(f), f.motion.qd, arm), place,
-            None if measured is None else tensor(measured))))
-        return view
-
-    def columns(hypothesis: Hypothesis) -> Tensor:
-        """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
-        effect = hypothesis.effect_in(stretch.group)
-        if isinstance(effect, LoadEffect):
-            made = to_drives(effect.columns(flow), arm) * factor
-        else:
-            view = view_of(hypothesis.working_model or model)
-            made = (effect.columns(view) if hypothesis.working_model is None else
-                    effect.rough_secant(view) if hypothesis.rough else effect.secant(view))
-            if effect.random_intercept:
-                made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
-        return made if hypothesis.activity is None else made * tensor(hypothesis.activity.mask(segment))[:, None, None]
-
-    made, start = np.empty((*segment.q.shape, sum(hypothesis.width for hypothesis in hypotheses))), 0
-    for hypothesis in hypotheses:
-        made[..., start:start + hypothesis.width] = columns(hypothesis).numpy()
-        start += hypothesis.width
-    return np.nan_to_num(made, copy=False)
 
 
 @final
@@ -279,7 +235,7 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
             Y, c0 = columns_and_offset(base.physics.loads, segment, problem.arm)
             assert segment.tau is not None
             y, YF = base.target(segment, Y, c0), Y @ base.prior.F
-            YF[..., YF.shape[2] - further:] = _disagreement(base, segment, c0 + Y @ base.prior.mean, further)
+            YF[..., YF.shape[2] - further:] = disagreement(base, segment, c0 + Y @ base.prior.mean, further)
             made: Array = np.nan_to_num(np.concatenate([YF, y[..., None], segment.tau[..., None]], axis=2))
             return made
 
@@ -293,20 +249,6 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
     held = scale_direction(first)
     spread = float(np.linalg.norm(held)) / max(float((first.largest_part**2).sum()), 1e-300)
     return replace(build(first.baseline.with_held(held)), scale_spread=spread)
-
-
-def _disagreement(base: Baseline, segment: Segment, torque: Array, count: int) -> Array:
-    """Return how the baseline's `torque` (n, joints) changes where one joint accelerates as some channels say, (n, joints, count) N m.
-
-    Where an acceleration and the slope of a rate differ by more than their noise, either may be right.
-    """
-    made = np.zeros((*torque.shape, count))
-    for i, (other, j) in enumerate(product(() if segment.other_qdd is None else segment.other_qdd, range(torque.shape[1]))):
-        qdd = segment.qdd.copy()
-        qdd[:, j] = other[:, j]
-        Y, c0 = columns_and_offset(base.physics.loads, replace(segment, qdd=qdd), base.physics.arm)
-        made[..., i] = c0 + Y @ base.prior.mean - torque
-    return made
 
 
 def design_on(problem: Problem, baseline: str | None) -> Design:

@@ -1,8 +1,8 @@
 """Machines that nothing drives: a free pendulum, a rolling ship. Their equation of motion M + sum_k X_k beta_k = 0 holds up to a factor.
 
-The scale of all torques is told by the masses alone. The model's largest part w, weight or inertia, is held: parameters of the
-baseline move across what changes it. Where that is the weight, laws have columns X' = X - a M, where a is the share of w in the torque
-of X at rest. Else a load that lifts the weight leaves no torque to explain.
+Only the masses set the scale of all torques. The model's largest part w, weight or inertia, is held fixed: the baseline's parameters
+vary only in directions that do not change it. If w is the weight, laws have columns X' = X - a M, where a is the share of w in the torque
+of X at rest. Otherwise a load that lifts the weight would leave no torque to explain.
 
     M + sum_k X'_k b_k = kappa (M + sum_k X_k b_k / kappa),     kappa = 1 - sum_k a_k b_k
 """

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import DETECTED
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
-from nnhydro.diagnosis.problem.design import columns_on
+from nnhydro.diagnosis.problem.columns import columns_on
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 

@@ -1,10 +1,10 @@
-"""The fit whose values are told: a set without the unknown, each row weighted by the noise that is left beside that very set.
+"""The fit whose values are reported: a set without the unknown, each row weighted by the noise that this set leaves.
 
     v_gj(f) = sigma_gj^2 S_j(f) + BASELINE_FORM^2 B_gj(f)         S, sigma by REML, from white noise on
 
-Evidence is weighted by what any explanation may err by, FORM of what there is to explain. Values are not: what a set explains to a
-hundredth must not hang on what little of it has another form. From white noise on the fit is first that of least squares; a spectrum that
-was found beside a poorer fit would make noise of a misfit of low frequency for good.
+The evidence includes a model error, the share FORM of what there is to explain. Values do not: where a set explains the torque to a
+hundredth, a small error of form must not change them. The fit starts from white noise, hence from least squares. A spectrum estimated
+beside a poorer fit would treat its misfit at low frequencies as noise for good.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,8 @@ from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
 from nnhydro.diagnosis.model.sizes import none, without_unknown
 from nnhydro.diagnosis.noise.spectrum import reestimate, white_noise
 from nnhydro.diagnosis.problem.free_machines import scale_factor
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -1,6 +1,6 @@
-"""Instruments about other values than none: further starts of the search, and their own values in a set.
+"""Instrument effects linearised about values other than 0: further starts of the search, and the values fitted in a set.
 
-The reading is that of the baseline, calibrated beside the set, with the loads that the set holds.
+The sensors read the motion and torque of the baseline, calibrated together with the loads of the set.
 """
 
 from collections.abc import Sequence
@@ -13,8 +13,9 @@ from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory

@@ -1,4 +1,4 @@
-"""Finer values of what was found: nonlinear parameters at the peak of the score, instruments linearised about their values."""
+"""Finer values of the selected effects: nonlinear parameters at the peak of the score, instruments linearised about their values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
+from nnhydro.diagnosis.search.gauss_newton import at_best_values
 from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
-from nnhydro.diagnosis.search.lines import lines_at_peak
-from nnhydro.diagnosis.search.newton import at_best_values
-from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
+from nnhydro.diagnosis.search.wave_frequencies import lines_at_peak
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
@@ -126,9 +127,9 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
     return at_best_values(own.search, own.best, model)
 
 
-def _same_shape(one: Hypothesis, other: Hypothesis) -> bool:
+def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:
     """Return whether both have the same nonlinear values."""
-    return all(getattr(one.effect, name) == getattr(other.effect, name) for name in other.spans)
+    return all(getattr(first.effect, name) == getattr(other.effect, name) for name in other.spans)
 
 
 def _about_own_values(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:

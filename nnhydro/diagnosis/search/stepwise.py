@@ -1,10 +1,7 @@
 """Search for the set of effects with the highest posterior: add, drop and swap from the best single and pair.
 
-    score(S) = max_tau log p(y | S, tau) + sum_k log [posterior mass within bounds / prior mass within bounds]
-               + sum_k log prior(k) - FORM^2 u(S),      u(S): nats that the unknown gains beside S
-
-Named laws are known to FORM in form: what that costs them is no evidence for the unknown, which may be needed for other reasons, too.
-That is granted beside other laws alone: the first must gain beside the unknown as it is.
+The score of a set (scored_set.py) grants that laws are known to FORM in form. That is granted beside other laws alone: the first must gain
+beside the unknown as it is.
 Sets are grown beside the unknown and, since laws that explain the torque together take little from it one by one, also without it.
 Screening scores every law beside the current set at three scales of the unknown by Schur complements; only the best are fitted exactly.
 """
@@ -19,38 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, LEAVES, MOST_EFFECTS, RHO, SMALLEST_SIZE
-from nnhydro.diagnosis.model.evidence import Posterior, WhiteRows, posterior
-from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
+from nnhydro.diagnosis.model.evidence import WhiteRows, posterior
+from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.library import bound_bonus, log_mass
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.library import log_mass
+from nnhydro.diagnosis.search.scored_set import IMPOSSIBLE, ScoredSet, imitated_nats, makes_sense, score_set
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
 FITTED_EXACTLY = 5  # keys a scale that are fitted exactly
-IMPOSSIBLE = -1e6  # nats of values that make no physical sense together
-LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown from which its evidence is climbed, too
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class ScoredSet:
-    """A set of hypotheses (numbers in the library) with its score, fit, sizes, and the nats that the unknown gains beside it."""
-
-    chosen: tuple[int, ...]
-    score: float
-    fit: Posterior
-    sizes: Sizes
-    unknown_nats: float
-
-    def places(self, view: WeightedLibrary) -> dict[int, slice]:
-        """Return where the coefficients of each hypothesis lie in the fit."""
-        start, found = len(view.whitened.b), {}
-        for k in self.chosen:
-            width = view.columns(k).Xw.shape[2]
-            found[k] = slice(start, start + width)
-            start += width
-        return found
 
 
 @final
@@ -62,7 +37,7 @@ class Search:
     start: Sizes
     report: Callable[[str], None] = lambda line: None
     settled: frozenset[Key] = frozenset()  # keys of instruments that were found about their values: their laws about none are out
-    best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # those whose values are told (search.best_fit)
+    best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # by set (search.best_fit)
     tangents: dict[tuple[int, ...], Any] = field(default_factory=dict)  # of these (search.tangents)
     _scored: dict[tuple[int, ...], ScoredSet] = field(default_factory=dict)
     _beside: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
@@ -80,42 +55,14 @@ class Search:
         """Return the set `chosen`, fitted with the unknown's best sizes."""
         key = tuple(sorted(chosen))
         if key not in self._scored:
-            columns = self.view.join(key)
-            starts = [self.start, Sizes.even(self.whitened, LARGE_START), Sizes(np.minimum(self.start.tau, SMALL_START))]
-            fit, sizes = max((fit_sizes(self.whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
-            off = without_unknown(self.whitened, columns)
-            if off.log_evidence > fit.log_evidence:
-                fit, sizes = off, none(self.whitened)
-            unknown = max(fit.log_evidence - off.log_evidence, 0.0)
-            self._scored[key] = ScoredSet(key, fit.log_evidence - FORM**2 * unknown + self._bonus(key, fit), fit, sizes, unknown)
+            self._scored[key] = score_set(self.view, self.start, key)
         return self._scored[key]
-
-    def _bonus(self, chosen: tuple[int, ...], fit: Posterior) -> float:
-        if not chosen:
-            return 0.0
-        start, total, variances = len(self.whitened.b), 0.0, fit.variances()
-        library = self.view.library
-        for k in chosen:
-            width = self.view.columns(k).Xw.shape[2]
-            total += library.log_prior(k)
-            low, high = library.bounds(k)
-            at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
-            total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
-            total += 0.0 if self._makes_sense(k, fit.mean[at]) else IMPOSSIBLE
-            start += width
-        return total
-
-    def _makes_sense(self, k: int, scaled: Array) -> bool:
-        """Return whether the `scaled` values of hypothesis `k`, within their bounds, make physical sense together."""
-        library = self.view.library
-        h, (low, high) = library.hypotheses[k], library.bounds(k)
-        return h.per_recording or h.plausible(np.clip(scaled, low, high) * library.scale[library.at(k)])
 
     def _possible(self, found: ScoredSet) -> ScoredSet:
         """Return `found`, without the members whose values make no sense where the others do not take what they are not there for."""
         if found.score > IMPOSSIBLE / 2:
             return found
-        return self.score([k for k, at in found.places(self.view).items() if self._makes_sense(k, found.fit.mean[at])])
+        return self.score([k for k, at in found.places(self.view).items() if makes_sense(self.view, k, found.fit.mean[at])])
 
     def occupied_places(self, chosen: Sequence[int]) -> set[tuple[str, int]]:
         """Return the places (family, joint) that `chosen` hold: one law of a family at a place."""
@@ -195,7 +142,7 @@ class Search:
         if after <= FEW_NATS:
             return 0.0
         if all(self.view.library.hypotheses[k].effect.standard for k in more):
-            theirs = min(before, sum(self.imitated_nats(then, k) for k in more))
+            theirs = min(before, sum(imitated_nats(self.view, then, k) for k in more))
         else:
             theirs = before
         whole = all(self.view.library.hypotheses[k].activity is None for k in more)
@@ -212,20 +159,6 @@ class Search:
             fit = posterior(self.whitened, self.view.join(found.chosen), elsewhere.vector(self.whitened))
             self._beside[at] = max(found.fit.log_evidence - fit.log_evidence, 0.0)
         return self._beside[at]
-
-    def imitated_nats(self, found: ScoredSet, k: int) -> float:
-        """Return the nats of the torque u of member `k` that the unknown can make of what the baseline cannot.
-
-            (c'(G + 1/L)^-1 c - c_Y'(G_Y + 1)^-1 c_Y) / 2,    c = A'W u,  L: an unknown of LARGE_START of the torque
-        """
-        from scipy.linalg import solve
-
-        whitened, columns = self.whitened, self.view.columns(k)
-        cross, p = columns.cross @ found.fit.mean[found.places(self.view)[k]], whitened.p
-        t = Sizes.even(whitened, LARGE_START).vector(whitened)
-        M = whitened.G * t[:, None] * t + np.eye(len(t))
-        beside = float((t * cross) @ solve(M, t * cross, assume_a="pos"))
-        return (beside - float(cross[:p] @ np.linalg.solve(whitened.G[:p, :p] + np.eye(p), cross[:p]))) / 2
 
     def _better(self, now: ScoredSet, sets: Sequence[Sequence[int]], base: ScoredSet | None = None) -> ScoredSet:
         base = now if base is None else base

@@ -17,7 +17,8 @@ from nnhydro.diagnosis.model.evidence import Columns, WhiteRows
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 ROUNDS, FACTOR = 3, 3.0  # of steps h that differ from the standard deviation by more than the factor

@@ -1,17 +1,17 @@
 """Values of the members of a set and their covariance, in the units of their effects.
 
-Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
+Values are those of the fit without the unknown, which must not take from the size of the named effects.
 Their covariance is the posterior's, widened where the scores of the recordings scatter by more than the noise says (a law of another form,
 something left over):
 
     C_i -> C_i max(1, [H^-1 (sum_g s_g s_g') H^-1]_ii G / (G - 1) / C_ii),   s_g = D_g' r_g,  g the recordings, blocks where they are few
 
-to what they are known to over the noise of the evidence, which grants every law an error of its form, and by what a smooth error of the
-models' form would move them, the same in every recording and so without scatter:
+It is at least the posterior under the noise of the evidence, which includes an error of form for every law. It also includes the effect
+of a smooth error of the model's form, which is the same in every recording and so causes no scatter:
 
     C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of BASELINE_FORM of the torque and of as much as it makes of the rest
 
-Where nothing is driven, loads are told relative to the masses: C -> C + s^2 beta beta',  s how well these are known.
+Where nothing is driven, loads are known relative to the masses: C -> C + s^2 beta beta',  s the relative uncertainty of the masses.
 
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112; Liang & Zeger (1986), Biometrika 73.
 """
@@ -29,7 +29,8 @@ from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
-from nnhydro.diagnosis.search.stepwise import LARGE_START, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import LARGE_START, ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
 from nnhydro.effects.quantity import Interval, Quantity, intervals
 from nnhydro.fitting.linear.least_squares import ridge

@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.decision.proof import Residual
+from nnhydro.diagnosis.decision.heldout_errors import Residual
 
 Array = NDArray[np.float64]
 BINS = 10

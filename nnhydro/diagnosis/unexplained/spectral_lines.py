@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM, P_ALARM
-from nnhydro.diagnosis.decision.proof import Residual
+from nnhydro.diagnosis.decision.heldout_errors import Residual
 
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts

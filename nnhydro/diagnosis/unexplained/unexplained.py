@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, P_ALARM, UNLIKE_NOISE
 from nnhydro.diagnosis.decision.decide import Decision
-from nnhydro.diagnosis.decision.own_parameters import recordings_of_own_parameters
-from nnhydro.diagnosis.decision.proof import Proof, Residual, fitted_error
+from nnhydro.diagnosis.decision.heldout_errors import Proof, Residual, fitted_error
+from nnhydro.diagnosis.decision.parameters_per_recording import recordings_of_own_parameters
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 from nnhydro.recordings.filtering.trajectory import step_level, white_level
 

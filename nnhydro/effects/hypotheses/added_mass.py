@@ -36,6 +36,6 @@ class AddedMassEffect(LoadEffect):
         """Return d tau / d C_M, (n, joints, links)."""
         return AddedMass(self.C_M).columns(flow)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The links carry water with them: added mass {', '.join(f'{name} = {text}' for name, text in said.items())}."
+        return f"The links carry water with them: added mass {', '.join(f'{name} = {value}' for name, value in text.items())}."

@@ -55,6 +55,6 @@ class AmbientCurrent(InstrumentEffect):
         """Return speed and direction."""
         return polar(self.current_X[0], self.current_Y[0], "m/s", "speed")
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"A steady current of {said['speed']} flows in the direction {said['direction']} from +X."
+        return f"A steady current of {text['speed']} flows in the direction {text['direction']} from +X."

@@ -39,6 +39,6 @@ class AxialDragEffect(LoadEffect):
         """Return d tau / d C_Dx, (n, joints, 1)."""
         return AxialDrag(self.C_Dx).columns(flow).sum(-1, keepdim=True)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Axial drag acts along the links: C_Dx = {said['C_Dx']} (reference area L D)."
+        return f"Axial drag acts along the links: C_Dx = {text['C_Dx']} (reference area L D)."

@@ -101,8 +101,8 @@ class Backlash(InstrumentEffect):
         side = None if seen.measured is None else self._carried_side(seen)
         return turned_reading(seen, self.joint, lambda tau: self.gap[0] * (self._side(seen, tau) if side is None else side))
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        give = f" The flanks yield within {said['settling']}." if any(self.settling) else ""
-        return (f"The drive of joint {self.joint} has a backlash of {said['gap']}. When the torque changes sign, the link crosses the gap "
-                f"after an impulse of {said['impulse']}.{give}")
+        give = f" The flanks yield within {text['settling']}." if any(self.settling) else ""
+        return (f"The drive of joint {self.joint} has a backlash of {text['gap']}. When the torque changes sign, the link crosses the gap "
+                f"after an impulse of {text['impulse']}.{give}")

@@ -46,7 +46,7 @@ class BuoyancyTilt(LoadEffect):
         whole = polar(sum(self.force_X), sum(self.force_Y), "N", "force")
         return whole | {f"{name}[{i}]": q for i, (x, y) in enumerate(forces, 1) for name, q in polar(x, y, "N", "force").items()}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A constant force of {said['force']} pulls the arm in the direction {said['direction']} from +X: the plane is not level, "
+        return (f"A constant force of {text['force']} pulls the arm in the direction {text['direction']} from +X: the plane is not level, "
                 "or buoyancy is left out.")

@@ -44,7 +44,7 @@ class CoulombFriction(DryContact, LoadEffect):
         """Return the level and, where the contact bends, over how much of turning."""
         return {"level": Quantity(self.level[0], "N m")} | self.bent()
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        bent = f" The friction reaches this level {said['bending']} after a reversal (presliding)." if any(self.bending) else ""
-        return f"Joint {self.joint} has dry (Coulomb) friction of {said['level']}, the same at any speed.{bent}"
+        bent = f" The friction reaches this level {text['bending']} after a reversal (presliding)." if any(self.bending) else ""
+        return f"Joint {self.joint} has dry (Coulomb) friction of {text['level']}, the same at any speed.{bent}"

@@ -57,7 +57,7 @@ class DragForm(LoadEffect):
                  (self.taper, strips.to_joints(drag * span)), (self.ends, strips.to_joints(drag * (3 * span**2 - 1) / 2)))
         return torch.cat([columns for values, columns in parts if values], dim=-1)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
         return ("Drag is not quadratic in speed, or not uniform along the link: "
-                f"{', '.join(f'{name} {text}' for name, text in said.items())}.")
+                f"{', '.join(f'{name} {value}' for name, value in text.items())}.")

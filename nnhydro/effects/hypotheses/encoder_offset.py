@@ -42,6 +42,6 @@ class EncoderOffset(InstrumentEffect):
         dq[:, self.joint - 1] = -self.offset[0]
         return seen.torque_of(seen.flow_moved_by(dq))
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The encoder of joint {self.joint} has a constant offset of {said['offset']}."
+        return f"The encoder of joint {self.joint} has a constant offset of {text['offset']}."

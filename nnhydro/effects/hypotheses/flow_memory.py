@@ -71,9 +71,9 @@ class FlowMemory(LoadEffect):
                 for name, lag, unit in (("late", self.response, "s"), ("behind", self.travel, "1")) for i in links}
         return made | slow
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
         links = range(1, len(self.share) + 1)
-        parts, late = ([said[f"{name}[{i}]"] for i in links] for name in ("share", "late"))
-        return (f"Drag lags the motion by {said['response']} and {said['travel']} diameters of travel (flow memory). "
+        parts, late = ([text[f"{name}[{i}]"] for i in links] for name in ("share", "late"))
+        return (f"Drag lags the motion by {text['response']} and {text['travel']} diameters of travel (flow memory). "
                 f"The lagging part of C_D is {', '.join(parts)}, link by link. Its product with the response is {', '.join(late)}.")

@@ -39,7 +39,7 @@ class HistoryForceEffect(LoadEffect):
         """Return d tau / d C_H, (n, joints, 1)."""
         return HistoryForce(self.C_H, self.decay).columns(flow).sum(-1, keepdim=True)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        fades = f" It fades at a rate of {said['decay']}." if any(self.decay) else ""
-        return f"The Basset history force acts on the links, with C_H = {said['C_H']} (1 for a laminar boundary layer).{fades}"
+        fades = f" It fades at a rate of {text['decay']}." if any(self.decay) else ""
+        return f"The Basset history force acts on the links, with C_H = {text['C_H']} (1 for a laminar boundary layer).{fades}"

@@ -84,6 +84,6 @@ class JointElasticity(InstrumentEffect):
         c = self.compliance[0]
         return {"compliance": Quantity(c, "rad/(N m)"), "stiffness": Quantity(1 / max(c, STIFFEST), "N m/rad")}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The drive of joint {self.joint} is compliant, with a stiffness of {said['stiffness']}: a soft belt, gear or shaft."
+        return f"The drive of joint {self.joint} is compliant, with a stiffness of {text['stiffness']}: a soft belt, gear or shaft."

@@ -79,7 +79,7 @@ class LinkInterference(LoadEffect):
         shares[:, link, :, 2] = shadow(flow, strips, link, self.reach[0])
         return strip_columns(strips, unit_drag(strips), shares).sum(2)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"In the wake of its neighbour, C_D of link {self.joint} changes by {said['shadow']}. When the arm is folded, it changes "
-                f"by {said['shelter']}, plus {said['side']} with the neighbour ahead, or minus this value with it behind.")
+        return (f"In the wake of its neighbour, C_D of link {self.joint} changes by {text['shadow']}. When the arm is folded, it changes "
+                f"by {text['shelter']}, plus {text['side']} with the neighbour ahead, or minus this value with it behind.")

@@ -58,8 +58,8 @@ class LoadFriction(DryContact, InstrumentEffect):
         """Return coefficient and level and, where the contact bends, over how much of turning."""
         return {name: q for name, q in super().quantities().items() if name != "bending" or any(self.bending)}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        more = f", plus {said['level']} without load" if self.level else ""
-        bent = f" It sets in over {said['bending']} after a reversal (presliding)." if any(self.bending) else ""
-        return f"Joint {self.joint} has load-dependent friction: {said['coefficient']} times the torque that it carries{more}.{bent}"
+        more = f", plus {text['level']} without load" if self.level else ""
+        bent = f" It sets in over {text['bending']} after a reversal (presliding)." if any(self.bending) else ""
+        return f"Joint {self.joint} has load-dependent friction: {text['coefficient']} times the torque that it carries{more}.{bent}"

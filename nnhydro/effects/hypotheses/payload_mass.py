@@ -41,7 +41,7 @@ class PayloadMass(LoadEffect):
         last = [rigid[..., k * links + links - 1] for k in range(3)]
         return (last[0] + reach * last[1] + reach**2 * last[2])[..., None]
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The tip carries a payload of {said['mass']} that arm.yaml does not state. Its centre lies {said['beyond']} beyond the "
+        return (f"The tip carries a payload of {text['mass']} that arm.yaml does not state. Its centre lies {text['beyond']} beyond the "
                 "end of the link.")

@@ -51,7 +51,7 @@ class ReynoldsDrag(LoadEffect):
         r = torch.log10(Re.clamp(min=LOWEST) / REFERENCE)
         return strip_columns(strips, unit_drag(strips), torch.stack([r**k for k in range(1, 3 + len(self.turn))], dim=-1)).sum(2)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        turns = f", turn {said['turn']}" if "turn" in said else ""
-        return f"C_D changes by {said['slope']} per decade of the Reynolds number at 3e4 (bend {said['bend']}{turns})."
+        turns = f", turn {text['turn']}" if "turn" in text else ""
+        return f"C_D changes by {text['slope']} per decade of the Reynolds number at 3e4 (bend {text['bend']}{turns})."

@@ -37,6 +37,6 @@ class RotorInertia(LoadEffect):
         """Return d tau / d inertia, (n, joints, 1)."""
         return of_joint(DriveInertia(self.inertia).columns(flow), self.joint)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The rotor and gear of joint {self.joint} add an inertia of {said['inertia']} at the joint."
+        return f"The rotor and gear of joint {self.joint} add an inertia of {text['inertia']} at the joint."

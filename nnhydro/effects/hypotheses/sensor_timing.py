@@ -58,9 +58,9 @@ class SensorTiming(InstrumentEffect):
         delay, T = self.split()
         return {"lag": Quantity(self.lag[0], "s"), "delay": Quantity(delay, "s"), "low_pass": Quantity(T, "s")}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque channels lag the angles by {said['lag']} (delay {said['delay']}, low-pass {said['low_pass']})."
+        return f"The torque channels lag the angles by {text['lag']} (delay {text['delay']}, low-pass {text['low_pass']})."
 
 
 def time_delay(t: Tensor, x: Tensor, delay: float) -> Tensor:

@@ -64,8 +64,8 @@ class StribeckFriction(DryContact, LoadEffect):
         return {"sliding": Quantity(self.sliding[0], "N m"), "breakaway": Quantity(self.sliding[0] + self.excess[0], "N m"),
                 "speed": Quantity(self.speed[0], "rad/s")} | self.bent()
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        bent = f" after {said['bending']} of rotation" if any(self.bending) else ""
-        return (f"Joint {self.joint} has Stribeck friction. It breaks away at {said['breakaway']}{bent}, and slides at {said['sliding']} "
-                f"above about {said['speed']}.")
+        bent = f" after {text['bending']} of rotation" if any(self.bending) else ""
+        return (f"Joint {self.joint} has Stribeck friction. It breaks away at {text['breakaway']}{bent}, and slides at {text['sliding']} "
+                f"above about {text['speed']}.")

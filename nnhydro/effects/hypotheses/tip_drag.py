@@ -71,7 +71,7 @@ class TipDrag(LoadEffect):
         """Return the drag area, and the linear part where there is one."""
         return {"drag_area": Quantity(self.drag_area[0], "m^2")} | ({"linear": Quantity(self.linear[0], "N s/m")} if self.linear else {})
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        grows = f", plus a linear part of {said['linear']}" if "linear" in said else ""
-        return f"A body at the tip adds drag: C_D times area is {said['drag_area']}{grows}."
+        grows = f", plus a linear part of {text['linear']}" if "linear" in text else ""
+        return f"A body at the tip adds drag: C_D times area is {text['drag_area']}{grows}."

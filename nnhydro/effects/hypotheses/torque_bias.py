@@ -42,6 +42,6 @@ class TorqueBias(InstrumentEffect):
         """Return the reading with the offset."""
         return seen.tau + self.change(seen)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} has a constant offset of {said['offset']}."
+        return f"The torque sensor of joint {self.joint} has a constant offset of {text['offset']}."

@@ -41,7 +41,7 @@ class TorqueCrosstalk(InstrumentEffect):
         """Return the reading with the leak."""
         return seen.tau + self.change(seen)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The torque sensor of joint {self.joint} has crosstalk: it also reads {', '.join(said.values())} times the torque of the "
+        return (f"The torque sensor of joint {self.joint} has crosstalk: it also reads {', '.join(text.values())} times the torque of the "
                 "other joint.")

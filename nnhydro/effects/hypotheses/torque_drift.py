@@ -59,7 +59,7 @@ class TorqueDrift(InstrumentEffect):
         curve = c1 * p + c2 * (3 * p**2 - 1) / 2 + c3 * (5 * p**3 - 3 * p) / 2
         return {"change": Quantity(float(curve[-1] - curve[0]), "N m"), "swing": Quantity(float(curve.max() - curve.min()), "N m")}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The torque sensor of joint {self.joint} drifts: its zero moves by {said['change']} from the first to the last recording "
-                f"(largest difference in between: {said['swing']}).")
+        return (f"The torque sensor of joint {self.joint} drifts: its zero moves by {text['change']} from the first to the last recording "
+                f"(largest difference in between: {text['swing']}).")

@@ -40,6 +40,6 @@ class TorqueGain(InstrumentEffect):
         """Return the scaled reading."""
         return seen.tau + self.change(seen)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The torque sensor of joint {self.joint} has a scale error of {said['error']}: it reads (1 + scale error) times the torque."
+        return f"The torque sensor of joint {self.joint} has a scale error of {text['error']}: it reads (1 + scale error) times the torque."

@@ -50,6 +50,6 @@ class TorqueRipple(LoadEffect):
         """Return amplitude and number of periods."""
         return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "N m"), "periods": Quantity(self.periods[0], "1")}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} has a torque ripple of {said['amplitude']}, {said['periods']} times a turn: gear teeth or magnets."
+        return f"Joint {self.joint} has a torque ripple of {text['amplitude']}, {text['periods']} times a turn: gear teeth or magnets."

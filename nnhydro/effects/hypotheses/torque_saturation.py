@@ -50,7 +50,7 @@ class TorqueSaturation(InstrumentEffect):
         """Return the clipping with no more cut off than what exceeds its level: more would turn the reading of a larger torque back."""
         return replace(self, share=(min(self.share[0], 1.0),))
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The torque sensor of joint {self.joint} saturates at {said['level']}: it loses {said['share']} times the torque above "
+        return (f"The torque sensor of joint {self.joint} saturates at {text['level']}: it loses {text['share']} times the torque above "
                 "this level.")

@@ -101,7 +101,7 @@ class UmbilicalStiffness(LoadEffect):
             return " Its stiffness is larger on one side of this angle than on the other."
         return f" Its stiffness {'grows' if stiffer[0] else 'falls'} away from this angle."
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A hose or cable pulls joint {self.joint} towards {said['rest_angle']} with a stiffness of {said['stiffness']}."
+        return (f"A hose or cable pulls joint {self.joint} towards {text['rest_angle']} with a stiffness of {text['stiffness']}."
                 f"{self._grows()}")

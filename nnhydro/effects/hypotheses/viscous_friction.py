@@ -38,6 +38,6 @@ class ViscousFriction(LoadEffect):
         """Return d tau / d coefficient, (n, joints, 1)."""
         return of_joint(ViscousTerm(self.coefficient).columns(flow), self.joint)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} has viscous friction of {said['coefficient']}, in proportion to its speed."
+        return f"Joint {self.joint} has viscous friction of {text['coefficient']}, in proportion to its speed."

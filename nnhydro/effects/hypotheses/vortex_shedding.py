@@ -82,7 +82,7 @@ class VortexShedding(LoadEffect):
         size = hypot(*self.cosine, *self.sine) / sqrt(len(self.cosine))
         return {"amplitude": Quantity(size, "1"), "strouhal": Quantity(self.strouhal[0], "1")}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"Vortex shedding shakes the links along their motion: C_D oscillates by {said['amplitude']}, "
-                f"at a Strouhal number of {said['strouhal']}.")
+        return (f"Vortex shedding shakes the links along their motion: C_D oscillates by {text['amplitude']}, "
+                f"at a Strouhal number of {text['strouhal']}.")

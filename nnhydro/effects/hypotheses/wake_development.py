@@ -65,7 +65,7 @@ class WakeDevelopment(LoadEffect):
         return {"C_D_at_start": Quantity(self.d0[0], "1"), "C_M_at_start": Quantity(self.m0[0], "1"),
                 "C_D_early": Quantity(float(d), "1"), "C_M_early": Quantity(float(m), "1"), "reach": Quantity(self.reach[0], "1")}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The wake develops over {said['reach']} diameters of travel. After a quarter of this travel, C_D differs from its "
-                f"developed value by {said['C_D_early']}, and C_M by {said['C_M_early']}.")
+        return (f"The wake develops over {text['reach']} diameters of travel. After a quarter of this travel, C_D differs from its "
+                f"developed value by {text['C_D_early']}, and C_M by {text['C_M_early']}.")

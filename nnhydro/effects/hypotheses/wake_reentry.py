@@ -94,12 +94,12 @@ class WakeReentry(LoadEffect):
         wakes, rates = flow.memo.of((type(self), "behind"), compute)
         return dragged_along(wakes[laws.index(own)], rates[laws.index(own)], second)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {said['push']}. C_D times the "
-                f"share of the wake's excess speed that acts on the link is {said['slowing']} while it slows down, and {said['meeting']} "
-                f"after a reversal. The wake decays over {said['length']} diameters and at {said['fading']}{self._twice(said)}.")
+        return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {text['push']}. C_D times the "
+                f"share of the wake's excess speed that acts on the link is {text['slowing']} while it slows down, and {text['meeting']} "
+                f"after a reversal. The wake decays over {text['length']} diameters and at {text['fading']}{self._twice(text)}.")
 
-    def _twice(self, said: Mapping[str, str]) -> str:
+    def _twice(self, text: Mapping[str, str]) -> str:
         """How much later the water is met that the wake itself drags along, in words."""
-        return f"; the water around it follows with {said['second']} times this lag" if any(self.second) else ""
+        return f"; the water around it follows with {text['second']} times this lag" if any(self.second) else ""

@@ -53,7 +53,7 @@ class WallProximity(LoadEffect):
         near = torch.exp((place / flow.L.sum() - 1) / self.depth[0])
         return torch.stack([strips.to_joints(f * near).sum(-1) for f in (unit_drag(strips), unit_inertia(strips))], dim=-1)
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A wall is near, in the direction {said['direction']} from +X. At full reach towards it, C_D rises by {said['drag']} and "
-                f"C_M by {said['inertia']}.")
+        return (f"A wall is near, in the direction {text['direction']} from +X. At full reach towards it, C_D rises by {text['drag']} and "
+                f"C_M by {text['inertia']}.")

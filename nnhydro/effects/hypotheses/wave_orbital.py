@@ -115,7 +115,7 @@ class WaveOrbital(InstrumentEffect):
         return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "m/s"), "frequency": Quantity(self.frequency[0], "Hz"),
                 "direction": Quantity(self.direction[0], "rad")}
 
-    def sentence(self, said: Mapping[str, str]) -> str:
+    def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A wave of {said['frequency']} moves the water with an amplitude of {said['amplitude']} along the direction "
-                f"{said['direction']} from +X.")
+        return (f"A wave of {text['frequency']} moves the water with an amplitude of {text['amplitude']} along the direction "
+                f"{text['direction']} from +X.")

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nnhydro.evaluation.benchmark import BenchmarkResult
+from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.report.figure_file import new_figure, save_figure
 from nnhydro.report.torque_panels import INK, STYLES, history_figure, steady_figure
 from nnhydro.report.widgets.trace import benchmark_traces, with_whole_tables

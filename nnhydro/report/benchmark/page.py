@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from nnhydro.conventions import with_units
-from nnhydro.evaluation.benchmark import BenchmarkResult
+from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.models.baselines import BASELINES
 from nnhydro.report.benchmark.figures import (

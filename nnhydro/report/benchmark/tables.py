@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 from nnhydro.errors import count_text
-from nnhydro.evaluation.benchmark import BenchmarkResult
+from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT, protocol_called
 from nnhydro.sheet import Column, Sheet, percent, percent_interval
 

@@ -42,8 +42,8 @@ def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
     return save_figure(figure, stem)
 
 
-FOUND = ("measured less the rest of the model", "its mean over a bin", "law found")
-UNNAMED = ("what no finding explains, on left-out recordings", "its mean over a bin", "the mean, joined")
+FOUND = ("measured minus the rest of the model", "its mean over a bin", "law found")
+UNNAMED = ("what no finding explains, on held-out recordings", "its mean over a bin", "the mean, joined")
 
 
 def _law(ax: "Axes", law: DrawnLaw, title: str, labels: tuple[str, str, str]) -> None:

@@ -21,7 +21,7 @@ from nnhydro.conventions import Z95
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.in_sector import InSector, ReadInSector
-from nnhydro.evaluation.benchmark import model_torque
+from nnhydro.evaluation.model_errors import model_torque
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.decision.proof import Residual
+from nnhydro.diagnosis.decision.heldout_errors import Residual
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.report.diagnosis.finding_law import DrawnLaw
 from nnhydro.report.widgets.trace import bin_edges

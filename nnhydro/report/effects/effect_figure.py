@@ -123,7 +123,7 @@ def draw(effect: type[Effect], path: Path) -> Path:
     label, driver = _driver(effect, motion, without, joint)
     right.plot(driver, after - before, ".", color=COLOUR, markersize=3)
     _dress(right, xlabel=label, ylabel="difference [N m]")
-    figure.suptitle(f"{effect.name} ({effect.id}), size made up", fontsize=11)
+    figure.suptitle(f"{effect.name} ({effect.id}), illustrative size", fontsize=11)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         save_figure(figure, path)

@@ -45,7 +45,7 @@ def _learned_sheets(model: LearnedTorque) -> Sheet:
             "members": len(model.ensemble.weights[0]), "epochs": model.fit.get("epochs"),
             "recordings": len(model.fit.get("recordings", [])) or None}
     if model.share is not None:
-        rows["trained memory"] = f"{' and '.join(f'{100 * w:.0f} %' for w in model.share.tolist())} of what is learned, joint by joint"
+        rows["trained memory"] = f"{' and '.join(f'{100 * w:.0f} %' for w in model.share.tolist())} of the learned torque, by joint"
     return Sheet(f"How {model.name} is built", (Column("what", list(rows), words=True),
                                                 Column("is", [None if v is None else str(v) for v in rows.values()], words=True)))
 

@@ -7,8 +7,9 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.evaluation.benchmark import BenchmarkResult, model_torque
+from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.evaluation.metrics import Misfit
+from nnhydro.evaluation.model_errors import model_torque
 from nnhydro.fitting.linear.several_arms import arm_of, on_arm
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.torque_model import TorqueModel

@@ -9,7 +9,7 @@ from campaigns import campaign, planted
 from rigs import arm
 
 from nnhydro.diagnosis.decision.decide import Decision
-from nnhydro.diagnosis.decision.proof import states
+from nnhydro.diagnosis.decision.heldout_errors import states
 from nnhydro.diagnosis.findings.finding import Parameter
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.unexplained.residual_location import Location
@@ -45,7 +45,7 @@ def test_a_mismatch_is_detected_at_one_in_a_hundred_and_only_then_placed(p, dete
 def test_a_simulation_that_recalibration_mends_is_told_with_its_own_error_and_with_what_changes():
     """A simulation without added mass is no healthy one because C_M can be fitted beside it."""
     told = diagnosis(0.5, as_given=0.31)
-    assert ("The simulation itself has an error of 31.0 %. With masses and coefficients refitted, 20.0 % remain: C_D changes by +1.00."
+    assert ("The simulation itself has an error of 31.0 %. With masses and coefficients refitted, 20.0 % remains: C_D changes by +1.00."
             in told.verdict())
     assert told.document()["mismatch"]["error_as_given"] == 0.31
     assert "simulation" not in diagnosis(0.5, as_given=0.2).verdict(), "there is nothing to tell where little changes"
@@ -90,9 +90,9 @@ def test_the_document_holds_findings_with_their_errors_classes_of_several_and_th
 
 
 @pytest.mark.parametrize(("family", "joint", "level", "told"), [
-    ("dry_friction", 1, 3.0, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states."),
-    ("dry_friction", 1, 9.0, " Beside it, the fit leaves 0.45 N m of the 9 N m that arm.yaml states: in all it is as large as stated, "
-                             "but it sets in differently."),
+    ("dry_friction", 1, 3.0, " The fit keeps 0.45 N m of the 9 N m that arm.yaml states, in addition."),
+    ("dry_friction", 1, 9.0, " The fit keeps 0.45 N m of the 9 N m that arm.yaml states, in addition: the total is as large as stated, "
+                             "but it builds up over another angle or speed."),
     ("dry_friction", 2, 3.0, ""), ("inertia", 1, 3.0, "")])
 def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_of_that(family, joint, level, told):
     rubbing = arm(2, friction=[{"coulomb_Nm": 9.0, "known_to": 0.1}, {}])

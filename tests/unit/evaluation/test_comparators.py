@@ -8,11 +8,12 @@ import torch
 from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm, run
 
-from nnhydro.evaluation.benchmark import benchmark, misfit_of
+from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.evaluation.comparators import gp
 from nnhydro.evaluation.comparators.comparator import comparators, raw_states, thin_rows
 from nnhydro.evaluation.entries import all_names, default_names
 from nnhydro.evaluation.metrics import Misfit
+from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.recordings.splitting import units
 
 FEW = TINY.model_copy(update={"features": ("morison", "groups", "angles"), "hidden": (16,)})

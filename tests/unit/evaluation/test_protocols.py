@@ -9,7 +9,8 @@ from campaigns import DEFAULT_LAWS, GIVEN, angles_only, campaign, planted, recor
 from rigs import arm, scaled
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.evaluation.benchmark import benchmark, misfit_of
+from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.evaluation.protocols.learning_curve import sizes
 from nnhydro.evaluation.protocols.leave_angle_sector_out import posture
 from nnhydro.evaluation.protocols.leave_speed_range_out import normal_speed

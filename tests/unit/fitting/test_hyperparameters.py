@@ -5,8 +5,8 @@ from campaigns import TINY, campaign, planted, with_torque
 from rigs import arm
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
+from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.fitting.hyperparameters import search
 
 pytest.importorskip("optuna")

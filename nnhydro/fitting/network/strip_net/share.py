@@ -80,8 +80,8 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
         return model, rows
     runs, index = runs_of(chosen, model.arm), sample_rows(rows.unit, watched)
     r, _, _, phi, unit, target = out_of_fold(model, rows, watched)
-    groups = sorted({one.group for one in chosen})
-    group = torch.tensor([groups.index(one.group) for one in chosen])[unit.long()]
+    groups = sorted({member.group for member in chosen})
+    group = torch.tensor([groups.index(member.group) for member in chosen])[unit.long()]
     unseen, judged = torch.zeros(len(rows.target), target.shape[1] + 1), torch.zeros(len(chosen), dtype=torch.bool)
     for number, out in enumerate(parts):
         net = fit_strip_net([run for run in runs if not out[run.unit]], seed + 1 + number)

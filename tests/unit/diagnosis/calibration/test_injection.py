@@ -13,7 +13,7 @@ from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.noise.spectrum import white_noise
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 PLAIN, PHASED = law("plain"), law("phased", 2, per_recording=True)
 

@@ -11,8 +11,8 @@ from problems import design, law, search, unknown
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision import decide as deciding
 from nnhydro.diagnosis.decision.decide import Claims, Decision, _form_bars, decide, gain_on_unseen, torque_shares, withdraw_useless
+from nnhydro.diagnosis.decision.heldout_errors import Proof
 from nnhydro.diagnosis.decision.null_draws import null_gains, null_threshold
-from nnhydro.diagnosis.decision.proof import Proof
 
 LAWS = tuple(law(f"law_{k}") for k in range(8))
 
@@ -346,7 +346,7 @@ def test_what_has_values_of_each_recording_s_own_is_no_wave_where_the_recordings
     one = search(of, (law("wave", per_recording=True), *THREE[:2]), X, level=0.1**2)
     told = decide(one, one.score((0,)), 0)
     assert (told.claimed.chosen == (0,)) is claimed
-    assert claimed or "of each recording's own would gain more" in told.decisions[0].reason
+    assert claimed or "fitted to each recording alone would gain more" in told.decisions[0].reason
 
 
 PHASED, IN_PART = {"per_recording": True}, {"predictable_share": 0.8}  # of a gap four fifths of the energy, or no gap is there

@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from campaigns import campaign, planted, recording
 from diagnosed import hanging
-from hypotheses import made
 from rigs import LINKS, arm
 
 from nnhydro.diagnosis.constants import FORM, RELEVANT
-from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.baseline import baseline_of
-from nnhydro.diagnosis.problem.design import columns_on, design_of, hypotheses_for, relevant_share
-from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.design import design_of, hypotheses_for, relevant_share
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
@@ -98,33 +95,6 @@ def test_a_claim_moves_three_thousandths_of_the_torque_or_a_tenth_of_the_energy_
     design = SimpleNamespace(time=20.0, scale=np.array([3.0, 4.0]))
     squares = np.tile(np.square(left) * design.time / 50, (50, 1))
     assert relevant_share(design, squares) == pytest.approx(share)
-
-
-def test_the_columns_of_an_effect_are_its_torque_a_unit_of_its_value_on_the_rows():
-    design = of()
-    rubbing = Hypothesis(made("viscous_friction", ARM, 1))
-    X = design.columns([rubbing], design.baseline.physics)[..., 0]
-    torque = Campaign.of(ARM, [replace(r, tau=r.tau + 0.3 * r.qd) for r in WHOLE.recordings()])
-    np.testing.assert_allclose(of(torque).y - design.y, 0.3 * X, atol=1e-4 * np.abs(design.y).max())
-
-
-def test_an_effect_in_some_recordings_has_columns_there_alone():
-    design = of()
-    somewhere = Hypothesis(made("viscous_friction", ARM, 1), activity=ActivityWindow(("run1",)))
-    X = design.columns([somewhere], design.baseline.physics)
-    at = design.problem.group_of == design.problem.names.index("run1")
-    assert X[at].any()
-    assert not X[~at].any()
-
-
-@pytest.mark.parametrize("predicted", [True, False])
-def test_the_measured_torque_says_when_play_is_crossed_and_no_prediction_looks_at_it(predicted):
-    design = of()
-    play = Hypothesis(made("backlash", ARM, 1))
-    stretch = design.problem.stretches[0]
-    other = replace(stretch, segment=replace(stretch.segment, tau=-stretch.segment.tau))
-    one, two = (columns_on([play], design.baseline.physics, s, predicted) for s in (stretch, other))
-    assert np.array_equal(one, two) == predicted
 
 
 def test_exact_motions_leave_no_noise_and_angles_alone_leave_their_own_in_the_torque():

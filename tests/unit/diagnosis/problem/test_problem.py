@@ -138,7 +138,7 @@ def test_angles_alone_give_rows_close_to_those_of_recorded_derivatives():
     alone = Campaign.of(ARM, [angles_only(r) for r in whole.recordings()])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        made = [problem_of(one, edge=3.0) for one in (whole, alone)]
+        made = [problem_of(recorded, edge=3.0) for recorded in (whole, alone)]
     for one, other in zip(*(p.stretches for p in made), strict=True):
         keep = one.segment.keep
         np.testing.assert_allclose(other.segment.qdd[keep], one.segment.qdd[keep], atol=0.01 * np.abs(one.segment.qdd).max())

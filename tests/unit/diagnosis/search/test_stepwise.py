@@ -1,53 +1,13 @@
-"""The score of a set, what a law gains and is granted, and who is admitted: each against its formula, term by term."""
+"""What a law gains beside others and is granted, and which sets the search reaches: each against its formula."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from problems import dense, design, law, search, unknown
+from problems import design, evidences, law, planted, search, unknown
 
-from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAVES, MOST_EFFECTS
-from nnhydro.diagnosis.model.sizes import none
-from nnhydro.diagnosis.search.library import bound_bonus
-from nnhydro.diagnosis.search.stepwise import IMPOSSIBLE
-
-LAWS = (*(law(f"law_{k}") for k in range(4)), law("phased", per_recording=True), law("half", limits=((0.0, np.inf),)))
-
-
-def planted(values=(0.5,), smooth=0.3, seed=0):
-    """A search in which the first laws act, beside `smooth` of the unknown's first column at joint 1."""
-    of = design(seed, groups=8, rows=30)
-    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, len(LAWS)))
-    of.y = of.y + X[..., : len(values)] @ np.asarray(values)
-    one = search(of, LAWS, X)
-    of.y[:, 0] += smooth * one.whitened.unknown.Phi[:, 0]
-    return search(of, LAWS, X)
-
-
-def evidences(one, chosen):
-    """The dense evidence of a set with the unknown and without it, less constants."""
-    group = one.whitened.design.problem.group_of
-    parts = [one.view.library.columns(k) for k in chosen]
-    parts = [np.concatenate([X * (group == g)[:, None, None] for g in range(8)], axis=2) if LAWS[k].per_recording else X
-             for k, X in zip(chosen, parts, strict=True)]
-    X = np.concatenate(parts, axis=2) if parts else None
-    sizes = one.score(chosen).sizes
-    return [dense(one.whitened, X, s.vector(one.whitened)) for s in (sizes, none(one.whitened))]
-
-
-@pytest.mark.parametrize("chosen", [(), (0,), (0, 2), (1, 4), (0, 5)])
-def test_a_score_is_evidence_plus_prior_plus_bounds_less_what_form_costs(chosen):
-    one = planted()
-    got, (on, off) = one.score(chosen), evidences(one, chosen)
-    assert on > off
-    assert got.unknown_nats == pytest.approx(on - off, abs=1e-4)
-    prior = sum(one.view.library.log_prior(k) for k in chosen)
-    bound = 0.0
-    if 5 in chosen:
-        at = got.places(one.view)[5]
-        sd = np.sqrt(np.diag(got.fit.covariance(np.arange(at.start, at.stop))))
-        bound = bound_bonus(np.array([0.0]), np.array([np.inf]), got.fit.mean[at], sd)
-    assert got.score == pytest.approx(on - FORM**2 * (on - off) + prior + bound, abs=1e-4)
+from nnhydro.diagnosis.constants import FEW_NATS, LEAVES, MOST_EFFECTS
+from nnhydro.diagnosis.search.scored_set import IMPOSSIBLE, imitated_nats
 
 
 def test_the_first_law_gains_what_the_evidence_with_the_unknown_says_and_no_more():
@@ -107,24 +67,11 @@ def test_a_small_standard_term_beside_a_large_unknown_is_asked_for_no_more_than_
     now, then = one.score(()), one.score((0,))
     before, after = (one.unknown_beside(scored, [0]) for scored in (now, then))
     assert after > 0.5 * before
-    theirs = one.imitated_nats(then, 0) if standard else before
+    theirs = imitated_nats(one.view, then, 0) if standard else before
     left = max(theirs - (before - after), 0.0)
     assert theirs < before or not standard
     assert max(one.share_left(now, then), 0.0) == pytest.approx(left / (theirs + max(one.gain(now, then), 0.0)))
     assert (one.share_left(now, then) <= LEAVES) == standard
-
-
-def test_what_the_unknown_can_make_of_a_law_is_all_of_a_smooth_one_and_little_of_noise():
-    of = design(4, groups=8, rows=60, noise=0.05)
-    X = np.random.default_rng(2).standard_normal((*of.y.shape, 2))
-    X[..., 0] = unknown(of).Phi[:, :2]
-    of.y = of.y + X.sum(axis=2)
-    one = search(of, (law("smooth"), law("rough")), X, level=0.05**2)
-    both = one.score((0, 1))
-    energy = [float(b @ one.view.columns(k).gram @ b) / 2 for k in (0, 1) for b in [both.fit.mean[both.places(one.view)[k]]]]
-    smooth, rough = (one.imitated_nats(both, k) for k in (0, 1))
-    assert smooth > 0.9 * energy[0]
-    assert rough < 0.1 * energy[1]
 
 
 def test_those_that_gain_most_are_found_whether_the_unknown_is_on_or_off():

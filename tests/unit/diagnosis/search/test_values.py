@@ -13,7 +13,7 @@ from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, says_nothing, values_of
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
 
@@ -21,7 +21,7 @@ LAWS = tuple(law(f"law_{k}") for k in range(3))
 def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0, joints=2):
     """A search on a design in which the first law acts with `beta`, a number or one a recording, in the units of its effect."""
     of = design(seed, groups=groups, rows=rows, noise=noise, joints=joints)
-    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, sum(one.width for one in laws)))
+    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, sum(law.width for law in laws)))
     each = np.broadcast_to(np.asarray(beta, float), groups)[of.problem.group_of]
     of.y = of.y + each[:, None] / scale * X[..., 0]
     one = search(of, laws, X, level=noise**2)
@@ -230,7 +230,7 @@ def test_of_a_machine_that_nothing_drives_values_and_their_spread_are_those_over
     driven, free = with_values(0.8, seed=3), with_values(0.8, seed=3)
     of = free.whitened.design
     of.undriven, of.weight_shares = True, lambda laws: np.full(len(laws), 0.5)
-    before, after = (found(one) for one in (driven, free))
+    before, after = (found(machine) for machine in (driven, free))
     kept = best_fit(free, free.score((0,))).scale_factor
     assert abs(kept - 1.0) > 0.05
     np.testing.assert_allclose(after.mean, before.mean / kept)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nnhydro.diagnosis.decision.proof import Residual
+from nnhydro.diagnosis.decision.heldout_errors import Residual
 from nnhydro.diagnosis.unexplained.residual_location import _band, _explained_share, _region, locate
 from nnhydro.diagnosis.unexplained.spectral_lines import Line, _ratios, strongest
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.fft import dct, idct
 from scipy.signal import lfilter
 
-from nnhydro.diagnosis.decision.proof import Residual
+from nnhydro.diagnosis.decision.heldout_errors import Residual
 from nnhydro.diagnosis.unexplained.spectral_lines import strongest
 
 

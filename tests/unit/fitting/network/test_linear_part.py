@@ -133,7 +133,7 @@ def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
                 total *= value * (1 + 0.01 * abs(torch.tensor(weights[tier] / 1e-2).log10().item()))
         return total
 
-    weights = chosen_weights(lambda several: [left(one) for one in several], (REMEMBERED, SURROUNDED), SURROUNDED + 1)
+    weights = chosen_weights(lambda several: [left(ratios) for ratios in several], (REMEMBERED, SURROUNDED), SURROUNDED + 1)
     assert weights[REMEMBERED] == pytest.approx(1e-2)
     assert weights[SURROUNDED] == CLOSED, "one per cent is not worth it"
 

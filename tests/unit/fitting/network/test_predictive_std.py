@@ -8,8 +8,9 @@ import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording, with_torque
 from rigs import arm, states
 
-from nnhydro.evaluation.benchmark import benchmark, coverage_of
+from nnhydro.evaluation.benchmark import benchmark
 from nnhydro.evaluation.interval_coverage import Coverage, coverage_document
+from nnhydro.evaluation.model_errors import coverage_of
 from nnhydro.fitting.network.predictive_std import _factor, _variance_terms
 from nnhydro.fitting.network.train import train, train_units
 from nnhydro.models.learned.learned import spread_of, view_of

@@ -12,8 +12,8 @@ from campaigns import GIVEN, TINY, campaign, planted, same_tensors, steady_table
 from rigs import arm, run
 
 from nnhydro.errors import CampaignError, ConfigError, ModelError
-from nnhydro.evaluation.benchmark import misfit_of
 from nnhydro.evaluation.metrics import Misfit
+from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.fitting.config import TrainingConfig, read_config
 from nnhydro.fitting.identify import calibrate
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit

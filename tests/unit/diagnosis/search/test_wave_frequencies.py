@@ -16,9 +16,9 @@ from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.lines import across_held_links, at_lines, at_own_lines, line_frequencies, lines_at_peak, own_lines
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.view import WeightedLibrary
+from nnhydro.diagnosis.search.wave_frequencies import across_held_links, at_lines, at_own_lines, line_frequencies, lines_at_peak, own_lines
+from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 
 def test_the_line_of_a_wave_is_found_in_what_the_baseline_leaves():

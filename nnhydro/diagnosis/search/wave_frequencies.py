@@ -11,7 +11,8 @@ from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.linearisation import extend_library
-from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ import pytest
 from problems import design, law, search, unknown
 
 from nnhydro.diagnosis.constants import FEW_NATS
-from nnhydro.diagnosis.decision.own_parameters import gain_of_own_parameters, nats_of_own_parameters
+from nnhydro.diagnosis.decision.parameters_per_recording import gain_of_own_parameters, nats_of_own_parameters
 from nnhydro.diagnosis.model.sizes import without_unknown
 
 

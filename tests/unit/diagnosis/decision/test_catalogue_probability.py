@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from problems import design, law, search, unknown
 
-import nnhydro.diagnosis.decision.listed as deciding
+import nnhydro.diagnosis.decision.catalogue_probability as deciding
 from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, TRUSTED_RATIO
+from nnhydro.diagnosis.decision.catalogue_probability import listed_probability, share_left_of_form
 from nnhydro.diagnosis.decision.decide import decide
-from nnhydro.diagnosis.decision.listed import listed_probability, share_left_of_form
 
 OTHERS = tuple(law(f"law_{k}") for k in range(30))
 

@@ -1,8 +1,8 @@
-"""A library beside one noise: products of its columns, made when asked for, and what each law gains beside a set, by Schur complement.
+"""The library weighted by one noise: products of its columns, computed on demand, and the gain of each law beside a set (Schur complement).
 
     cross = A'W X,   X_k'W X,   X'W y        W: inverse of the noise, A: baseline and unknown
 
-Columns are held once, by the library, as they are: the few that a set holds are whitened, all others enter products alone.
+The library stores each column once, unweighted. Only the columns of a set are whitened; all others enter products.
 """
 
 from collections.abc import Iterable, Sequence

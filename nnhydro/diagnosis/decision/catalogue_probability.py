@@ -1,25 +1,25 @@
-"""How probable it is that a name which fits is the cause, and not one that is on no card and merely resembles it.
+"""The probability that a claimed effect is the cause, and not a similar cause outside the catalogue.
 
     P = LISTED / (1 + (left / TRUSTED_RATIO)^4)
 
-A law that is the cause leaves the unknown next to nothing, one that resembles it leaves a share. A special cause was improbable before:
-`left` is what the whole unknown keeps of what there was to explain, as in search.stepwise. That a standard term of a joint is there was
-probable, whatever else moves the arm. It is asked for its form alone: how much better than the laws of its variable does any function of
-this variable explain the torque of the joint?
+A law that is the cause leaves almost nothing to the unknown; a similar law leaves a share. Of an effect with a low prior probability,
+`left` is the share of the nats to explain that the whole unknown keeps, as in search.stepwise. A standard term of a joint is probable
+beforehand, whatever else acts. Only its form is tested: how much better does any function of its variable explain the torque of the joint?
 
     left = n(S) / n(S less the laws of this variable),    n: nats that a smooth function of the variable gains beside a set
 
 A constant may be the mean of a function of the angle, as of a cable that pulls to one side. No smooth function holds it: its denominator
 is n(S) + g, with g the nats that it gains in S without the unknown. A viscous friction in place of a dry one leaves half; dry friction of
 a real drive a tenth. Below `FEW_NATS` nothing is left. Where a few
-recordings cannot tell the two, either is told, and the form of the better one counts.
+recordings cannot distinguish the two, both are reported, and the form of the better one counts.
 """
 
 import numpy as np
 
 from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, SMALLEST_SIZE, TRUSTED_RATIO
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
-from nnhydro.diagnosis.search.stepwise import LARGE_START, SMALL_START, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import LARGE_START, SMALL_START, ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 CONSTANT = ("nothing",)
 VARIABLES: dict[tuple[str, ...], str] = {CONSTANT: "q{}_rad", ("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}

@@ -7,9 +7,9 @@ import pytest
 from problems import design, law, search
 
 from nnhydro.diagnosis.constants import RHO
-from nnhydro.diagnosis.decision import proof
+from nnhydro.diagnosis.decision import heldout_errors
 from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows
-from nnhydro.diagnosis.decision.proof import Proof, fitted_error, noise_error, prove
+from nnhydro.diagnosis.decision.heldout_errors import Proof, fitted_error, noise_error, prove
 from nnhydro.diagnosis.search.best_fit import best_fit
 
 LAWS = (law("a"), law("phased", per_recording=True))
@@ -24,8 +24,8 @@ def one(monkeypatch):
     of.undriven, of.heavy, of.part_scale = False, False, np.array([10.0, 30.0])
     of.columns = lambda hypotheses, model, predicted: X[..., [LAWS.index(h) for h in hypotheses]]
     of.problem.blocks = [SimpleNamespace(steady=False) for _ in range(16)]
-    monkeypatch.setattr(proof, "_in_time", lambda design, rows: [rows])
-    monkeypatch.setattr(proof, "_residuals", lambda design, in_time: [])
+    monkeypatch.setattr(heldout_errors, "_in_time", lambda design, rows: [rows])
+    monkeypatch.setattr(heldout_errors, "_residuals", lambda design, in_time: [])
     return search(of, LAWS, X)
 
 
@@ -79,9 +79,9 @@ def test_the_proof_says_what_was_held_out(one):
     of.problem.block_of = of.problem.group_of
     assert prove(one, one.score((1,)), None, 0).held_out == "frequencies of recordings"
     of.problem.groups = FEWEST - 1
-    assert proof._held_out(one, one.score(())) == "stretches of recordings"
+    assert heldout_errors._held_out(one, one.score(())) == "stretches of recordings"
     of.problem.blocks = [SimpleNamespace(steady=True)]
-    assert proof._held_out(one, one.score(())) == "rows of the steady tables"
+    assert heldout_errors._held_out(one, one.score(())) == "rows of the steady tables"
 
 
 def test_the_error_of_a_fit_to_all_is_less_than_that_held_out_by_the_parameters_that_it_has(one):

@@ -7,7 +7,7 @@ from problems import dense, design, law, library, search, whitened, written_out
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
-from nnhydro.diagnosis.search.view import OWN_SCREENED, WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import OWN_SCREENED, WeightedLibrary
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
 

@@ -1,13 +1,12 @@
-"""Recordings whose baseline is another: a tank that fills, a zero that was lost, a payload that grew.
+"""Recordings whose baseline parameters differ: a tank that fills, a zero that was lost, a payload that grew.
 
     r_g ~ N(0, s W^-1) at s_0   against   r_g ~ N(0, s W^-1 + Y_g Y_g') at s_1:    2 gain_g = n log(s_0 / s_1) + n - Q(s_1) - log|M(s_1)|
     M = I + Y_g'W Y_g / s,   Q = (r'W r - b'M^-1 b / s) / s,   b = Y_g'W r_g,   s_0 = r'W r / n,  s_1 the most probable
 
-Noise may have any size in a recording, but what the baseline's own parameters make of it is none: r is what the best fit leaves, W its
-noise up to the size s. The change of parameters is in the spread of what they are known to. What the records of the acceleration
-disagree in is each recording's own, and no parameter; nor is a change smaller than what the noise of the motion makes of the torque, which
-biases parameters by its share in the motion (Fuller, 1987).
-Against a law with values of each recording's own, such as the phase of a wave, the same change is held at the noise of the search.
+r is the residual of the best fit in recording g, W the inverse of its noise up to the size s, which may differ between recordings. A
+change of parameters has the prior spread of these parameters. Two changes are not counted: disagreement between records of acceleration,
+and a change smaller than the noise of the motion makes of the torque. That noise biases parameters by its share in the motion (Fuller,
+1987). A law with values for each recording, such as the phase of a wave, is compared with the same change at the noise of the search.
 Source: MacKay (1992), Neural Computation 4, eq. 2.7.
 """
 
@@ -17,7 +16,8 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 ROUNDS = 10  # of the size of the noise

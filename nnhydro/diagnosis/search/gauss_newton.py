@@ -11,7 +11,8 @@ import torch
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.linearisation import extend_library
-from nnhydro.diagnosis.search.stepwise import GrownSearch, ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
 from nnhydro.diagnosis.search.tangents import NewtonStep, shift_values, step_of, tangents_of
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory

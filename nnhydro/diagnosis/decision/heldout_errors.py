@@ -18,7 +18,8 @@ from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.stepwise import ScoredSet, Search
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
 

@@ -1,0 +1,79 @@
+"""Columns of hypotheses and of doubtful accelerations on the rows of one stretch.
+
+Load columns pass belt and gears like the baseline's own; instrument columns are taken at the reading of the working model.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from nnhydro.diagnosis.problem.baseline import Baseline
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.problem import Stretch
+from nnhydro.effects.effect import LoadEffect, at_joint
+from nnhydro.effects.sensor_view import SensorView
+from nnhydro.fitting.linear.statistics import columns_and_offset
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.flow import Flow
+from nnhydro.physics.motion import Motion, tensor
+from nnhydro.physics.transmission import gear_factor, sensor_torque, to_drives
+from nnhydro.recordings.segment import Segment
+
+Array = NDArray[np.float64]
+
+
+def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: Stretch, predicted: bool = False) -> Array:
+    """Return the columns (n, joints, K) of `hypotheses` on one stretch, instruments at the reading of `model`.
+
+    `predicted`: without a look at the measured torque.
+    """
+    segment, arm = stretch.segment, model.arm
+    flow = stretch.memo.of(("flow", id(arm)), lambda: Flow(arm, Motion.of(segment))).again()  # its memo goes with this call
+    measured = None if predicted else segment.tau
+    factor = gear_factor(tensor(measured if measured is not None else 0 * segment.q), flow.motion.qd, arm)[..., None]
+    place = None if stretch.place is None else tensor(stretch.place)
+
+    def view_of(working: StripTheory) -> SensorView:
+        """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
+        _, view = stretch.memo.of((id(working), predicted), lambda: (working, SensorView(  # kept, so that no other has its id
+            flow.again(), lambda f: sensor_torque(working.loads.torque(f), f.motion.qd, arm), place,
+            None if measured is None else tensor(measured))))
+        return view
+
+    def columns(hypothesis: Hypothesis) -> Tensor:
+        """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
+        effect = hypothesis.effect_in(stretch.group)
+        if isinstance(effect, LoadEffect):
+            made = to_drives(effect.columns(flow), arm) * factor
+        else:
+            view = view_of(hypothesis.working_model or model)
+            made = (effect.columns(view) if hypothesis.working_model is None else
+                    effect.rough_secant(view) if hypothesis.rough else effect.secant(view))
+            if effect.random_intercept:
+                made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
+        return made if hypothesis.activity is None else made * tensor(hypothesis.activity.mask(segment))[:, None, None]
+
+    made, start = np.empty((*segment.q.shape, sum(hypothesis.width for hypothesis in hypotheses))), 0
+    for hypothesis in hypotheses:
+        made[..., start:start + hypothesis.width] = columns(hypothesis).numpy()
+        start += hypothesis.width
+    return np.nan_to_num(made, copy=False)
+
+
+def disagreement(base: Baseline, segment: Segment, torque: Array, count: int) -> Array:
+    """Return how the baseline's `torque` (n, joints) changes where one joint accelerates as some channels say, (n, joints, count) N m.
+
+    Where an acceleration and the slope of a rate differ by more than their noise, either may be right.
+    """
+    made = np.zeros((*torque.shape, count))
+    for i, (other, j) in enumerate(product(() if segment.other_qdd is None else segment.other_qdd, range(torque.shape[1]))):
+        qdd = segment.qdd.copy()
+        qdd[:, j] = other[:, j]
+        Y, c0 = columns_and_offset(base.physics.loads, replace(segment, qdd=qdd), base.physics.arm)
+        made[..., i] = c0 + Y @ base.prior.mean - torque
+    return made

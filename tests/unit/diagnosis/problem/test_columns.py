@@ -1,0 +1,55 @@
+"""Columns of hypotheses on the rows: their torque a unit of their values, where they act, and what a prediction may look at."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import campaign, planted
+from hypotheses import made
+from rigs import arm
+
+from nnhydro.diagnosis.problem.activity import ActivityWindow
+from nnhydro.diagnosis.problem.baseline import baseline_of
+from nnhydro.diagnosis.problem.columns import columns_on
+from nnhydro.diagnosis.problem.design import design_of
+from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation
+
+ARM = arm(1)
+WHOLE = campaign(ARM, planted(ARM), count=4, noise=0.01)
+
+
+def of(whole=WHOLE, edge=3.0):
+    """The rows of a campaign against the baseline with constant coefficients."""
+    problem = problem_of(whole, edge=edge)
+    return design_of(problem, baseline_of("constant", whole.arm, problem.units(), Preparation(LowPass(edge))))
+
+
+def test_the_columns_of_an_effect_are_its_torque_a_unit_of_its_value_on_the_rows():
+    design = of()
+    rubbing = Hypothesis(made("viscous_friction", ARM, 1))
+    X = design.columns([rubbing], design.baseline.physics)[..., 0]
+    torque = Campaign.of(ARM, [replace(r, tau=r.tau + 0.3 * r.qd) for r in WHOLE.recordings()])
+    np.testing.assert_allclose(of(torque).y - design.y, 0.3 * X, atol=1e-4 * np.abs(design.y).max())
+
+
+def test_an_effect_in_some_recordings_has_columns_there_alone():
+    design = of()
+    somewhere = Hypothesis(made("viscous_friction", ARM, 1), activity=ActivityWindow(("run1",)))
+    X = design.columns([somewhere], design.baseline.physics)
+    at = design.problem.group_of == design.problem.names.index("run1")
+    assert X[at].any()
+    assert not X[~at].any()
+
+
+@pytest.mark.parametrize("predicted", [True, False])
+def test_the_measured_torque_says_when_play_is_crossed_and_no_prediction_looks_at_it(predicted):
+    design = of()
+    play = Hypothesis(made("backlash", ARM, 1))
+    stretch = design.problem.stretches[0]
+    other = replace(stretch, segment=replace(stretch.segment, tau=-stretch.segment.tau))
+    one, two = (columns_on([play], design.baseline.physics, s, predicted) for s in (stretch, other))
+    assert np.array_equal(one, two) == predicted
