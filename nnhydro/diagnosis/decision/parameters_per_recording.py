@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
-from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.search.best_fit import best_fit
+from nnhydro.diagnosis.search.part_screening import remainder_without_unknown
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 
@@ -63,12 +63,8 @@ def _gain_at_noise(Y: Array, r: Array) -> float:
 
 def nats_of_own_parameters(search: Search, found: ScoredSet) -> float:
     """Return the nats that mass, drag and added mass gain beside a set where each recording has its own, in place of the unknown."""
-    whitened, columns = search.whitened, search.view.join(found.chosen)
+    whitened, left, total = search.whitened, remainder_without_unknown(search, found), -found.unknown_nats
     problem, own = search.view.library.design.problem, whitened.p - search.view.library.design.problem.further_columns
-    fit, total = without_unknown(whitened, columns), -found.unknown_nats
-    left = whitened.y - whitened.Y @ fit.mean[: whitened.p]
-    if columns is not None:
-        left = left - columns.Xw @ fit.mean[len(whitened.b):]
     for g in range(problem.groups):
         if _enough(search, g):
             rows = problem.group_of == g
