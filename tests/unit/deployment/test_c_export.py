@@ -11,7 +11,7 @@ from strip_nets import remembering
 
 from nnhydro.deployment import c_header, c_program
 from nnhydro.deployment.c_header import export_c
-from nnhydro.deployment.files import export_step, only_wake
+from nnhydro.deployment.files import export_step
 from nnhydro.deployment.native import Native, NativeArm, compiler
 from nnhydro.deployment.onnx.expressions import Program, combine
 from nnhydro.deployment.step import record_step
@@ -50,7 +50,6 @@ def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand
         torques = compiled(tmp_path, precision, told["std"], flags)
         far = np.abs(torques(motion) - want).max() / np.sqrt((want**2).mean())
         assert far < SAME[precision], f"{precision}: {far:.1e}"
-    assert only_wake(model)
     want = model.torque(slow).numpy()
     assert np.abs(torques(slow) - want).max() < SAME["single"] * np.sqrt((want**2).mean())
 
