@@ -8,11 +8,11 @@ import numpy as np
 import onnxruntime
 import pytest
 import torch
-from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording
+from campaigns import GIVEN, planted, recording
 from rigs import arm, run, states
-from strip_nets import remembering
 
 from nnhydro.api.model import Model
+from nnhydro.deployment.onnx import onnx_file
 from nnhydro.deployment.onnx.expressions import Program
 from nnhydro.deployment.onnx.onnx_file import export_onnx
 from nnhydro.deployment.onnx.onnx_graph import onnx_model
@@ -20,7 +20,6 @@ from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.deployment.step import record_step
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.features.wake import STATES, STRIPS
-from nnhydro.fitting.network.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -29,7 +28,6 @@ from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.travel.state_model import state_loads
 
 ROUND_OFF = 1e-12  # of the torque: sums in another order
 SAME = 1e-6  # of the rms torque, what a controller is promised
@@ -64,13 +62,6 @@ def fed(exported, motion, dtype=np.float64):
         for k, x in out.items():
             found[k].append(x)
     return {k: np.stack(rows) for k, rows in found.items()}
-
-
-@pytest.fixture(scope="module")
-def hybrid():
-    a = arm(2)
-    config = DEFAULT_LAWS.model_copy(update={"baseline": "constant"})  # a truth that the baseline cannot hold
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), config)
 
 
 @pytest.fixture(scope="module")
@@ -206,7 +197,7 @@ def test_values_that_nobody_asks_for_any_more_are_left_behind(hybrid, exported):
     graph = onnx.shape_inference.infer_shapes(onnx.load(exported[1])).graph
     sizes = {x.name: x.type.tensor_type.shape.dim[0].dim_value for x in graph.value_info}
     joined = [sizes[node.output[0]] for node in graph.node if node.op_type == "Concat"]
-    assert max(joined) < 0.7 * len(record_step(hybrid).program.atoms)  # the neurons of a strip are needed together
+    assert max(joined) < 0.7 * len(onnx_file.record_step(hybrid).program.atoms)  # the neurons of a strip are needed together
 
 
 def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
@@ -232,8 +223,8 @@ def test_a_model_that_computes_outside_torch_is_refused():
 
 
 @pytest.mark.slow
-def test_a_hybrid_with_a_trained_memory_is_exported_with_all_that_it_remembers(hybrid, tmp_path):
-    model, path = remembering(hybrid), tmp_path / "h.onnx"
+def test_a_hybrid_with_a_trained_memory_is_exported_with_all_that_it_remembers(hybrid, with_memory, tmp_path):
+    path, model = tmp_path / "h.onnx", with_memory
     assert Model(model).export(path) == ()
     assert relative(fed(session(path), run(2))["tau"], model.torque(run(2))) < SAME
     assert relative(hybrid.torque(run(2)), model.torque(run(2))) > 0.1
