@@ -47,6 +47,22 @@ def quick_python():
         yield folder
 
 
+@pytest.fixture(scope="session")
+def hybrid():
+    """A hybrid trained for an instant on constant coefficients, of an arm whose coefficients grow with the travel."""
+    from stepped import hybrid
+
+    return hybrid("constant")
+
+
+@pytest.fixture(scope="session")
+def with_memory(hybrid):
+    """The hybrid with a net that remembers."""
+    from strip_nets import remembering
+
+    return remembering(hybrid)
+
+
 @pytest.fixture
 def catalogue_as_it_was():
     """Effects that a test adds leave the catalogue with it."""

@@ -17,15 +17,14 @@ import torch
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
 from nnhydro.deployment.comment import comment_text
-from nnhydro.deployment.onnx.onnx_file import RecordedGraph
-from nnhydro.deployment.step import BEGIN, MemoryStep, record_step, record_torques, whole_sums
+from nnhydro.deployment.step import BEGIN, MemoryStep, RecordedStep, record_step, record_torques, whole_sums
 from nnhydro.errors import require
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.runtime.files import write_own
 from nnhydro.runtime.stamp import refuse_foreign
 
 
-def _inputs(step: Any, array: str) -> list[str]:
+def _inputs(step: MemoryStep, array: str) -> list[str]:
     """The statements that fill `array` with what a step is given and what it remembers."""
     n = step.model.arm.n_links
     fill = [f"{array}[{k * n + i}] = {name}[{i}];" for k, name in enumerate(("q", "qd", "qdd")) for i in range(n)]
@@ -33,9 +32,9 @@ def _inputs(step: Any, array: str) -> list[str]:
     return [*fill, *([f"for (int i = 0; i < {step.size}; ++i) {array}[{3 * n + 3} + i] = s->memory[i];"] if step.size else [])]
 
 
-def _functions(made: RecordedGraph, name: str, precision: str) -> tuple[str, list[str]]:
+def _functions(made: RecordedStep, name: str, precision: str) -> tuple[str, list[str]]:
     """The functions of a step in C, and the statements that call them: torques into `out`, the next memory into the state."""
-    step: Any = made.step
+    step = made.step
     parts = [[x for key, values in made.outputs.items() if (key == "memory_next") == memory for x in values.ravel()] for memory in (0, 1)]
     torques, following, inputs, real = *parts, made.program.n_inputs, PRECISIONS[precision]
     keep = f"for (int i = 0; i < {step.size}; ++i) s->memory[i] = "
@@ -53,9 +52,9 @@ def _functions(made: RecordedGraph, name: str, precision: str) -> tuple[str, lis
                   f"for (int i = 0; i < {step.size}; ++i) given[{motion} + i] = (float)next[i];", f"{name}_outputs(given, out);"]
 
 
-def header(made: RecordedGraph, name: str, precision: str, digest: str, remarks: Sequence[str] = ()) -> str:
+def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: Sequence[str] = ()) -> str:
     """Return the text of the header; `name` begins every name in it."""
-    step: Any = made.step
+    step = made.step
     joints, with_std, real = step.model.arm.n_links, "std" in made.outputs, PRECISIONS[precision]
     functions, lines = _functions(made, name, precision)
     lines += [f"{target}[{i}] = out[{k * joints + i}];" for k, target in enumerate(("tau", "std")[:1 + with_std]) for i in range(joints)]
@@ -112,7 +111,7 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
     for path in (out, tests):
         refuse_foreign(path)
     made = record_step(model, whole_sums(model))
-    step: Any = made.step
+    step = made.step
     texts = {out: header(made, name, precision, digest, remarks), tests: test_vector(step)}
     for path, text in texts.items():
         write_own(path, text)

@@ -6,14 +6,8 @@ from typing import Any
 from nnhydro.deployment.c_header import export_c
 from nnhydro.deployment.casadi_step import export_casadi
 from nnhydro.deployment.onnx.onnx_file import export_onnx
-from nnhydro.deployment.step import MemoryStep, record_step, without_instruments
-from nnhydro.dynamics.joint_model import steppable
+from nnhydro.deployment.step import without_instruments
 from nnhydro.models.torque_model import TorqueModel
-
-
-def only_wake(model: TorqueModel) -> bool:
-    """Return whether all that `model` remembers is the wake of features/wake.py, or nothing: then ONNX keeps its older, named inputs."""
-    return all(name.startswith("wake/") for name in MemoryStep(steppable(model), False).layout)
 
 
 def export_step(model: TorqueModel, out: Path, kind: str, precision: str = "double", digest: str = "",
@@ -29,5 +23,5 @@ def export_step(model: TorqueModel, out: Path, kind: str, precision: str = "doub
     elif kind == "casadi":
         written = export_casadi(made, out)
     else:
-        written = export_onnx(made, out, precision, digest, None if only_wake(made) else lambda: record_step(made))
+        written = export_onnx(made, out, precision, digest)
     return written | {"left_out": list(left_out)} if bare else written

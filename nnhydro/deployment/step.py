@@ -7,7 +7,7 @@ an elastic drive) is refused, or left out with `mechanics` (dynamics/joint_model
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import prod
 from typing import Final, final
@@ -17,10 +17,11 @@ import torch
 from torch import Tensor
 
 from nnhydro.deployment.onnx.expressions import Program, Value
-from nnhydro.deployment.onnx.onnx_file import RecordedGraph
-from nnhydro.deployment.onnx.tracing import trace
+from nnhydro.deployment.onnx.tracing import Objects, trace
 from nnhydro.dynamics.joint_model import FOLLOWS, MECHANICAL, mechanics, steppable
 from nnhydro.errors import ModelError, require
+from nnhydro.models.corrected_simulation import CorrectedSimulation
+from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import StepMemory
@@ -88,6 +89,17 @@ class MemoryStep:
         return (*answer, torch.cat(following) if following else torch.zeros(0, dtype=torch.float64))
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class RecordedStep:
+    """A model as scalars: the program of one step, its outputs by name, and how far it is from the model."""
+
+    step: MemoryStep
+    program: Program
+    outputs: dict[str, Objects]
+    deviation: dict[str, float]
+
+
 def inputs_along(step: MemoryStep, run: Motion) -> Iterator[tuple[list[Tensor], tuple[Tensor, ...]]]:
     """Yield the inputs and outputs of each step of a run in time order."""
     memory = torch.zeros(step.size, dtype=torch.float64)
@@ -109,18 +121,38 @@ def whole_sums(model: TorqueModel) -> int:
     return 0 if isinstance(getattr(model, "model", model), StripTheory) else WHOLE
 
 
-def record_step(model: TorqueModel, whole: int = 0) -> RecordedGraph:
+def _strays(step: MemoryStep) -> float:
+    """How far the steps of the trial runs are from the runs as a whole."""
+    runs = trial_runs(step.model.arm.n_links)
+    return _far(torch.stack([answer[0] for run in step.tried for _, answer in run]), torch.cat([step.model.torque(run) for run in runs]))
+
+
+def not_steppable(model: TorqueModel) -> list[str]:
+    """Return the ids of the instruments in `model` that remember what one step cannot carry, each tried alone."""
+    if isinstance(model, LearnedTorque):
+        return [] if model.baseline is None else not_steppable(model.baseline)
+    if isinstance(model, CorrectedSimulation):
+        parts = [model.before, model.after, *([] if model.simulation is None else [model.simulation])]
+        return list(dict.fromkeys(name for part in parts for name in not_steppable(part)))
+    if not isinstance(model, StripTheory):
+        return []
+    alone = {instrument.id: steppable(replace(model, instruments=(instrument,))) for instrument in model.instruments}
+    return [name for name, tried in alone.items() if not _strays(MemoryStep(tried, False)) < FOLLOWS]
+
+
+def record_step(model: TorqueModel, whole: int = 0) -> RecordedStep:
     """Return `model` as scalars with its memory, sums of `whole` terms or more kept as such (expressions.py).
 
-    Raises ModelError where steps cannot give what the model gives for a whole run.
+    Raises ModelError where steps cannot give what the model gives for a whole run, naming what stands in the way.
     """
     made = steppable(model)
-    runs = trial_runs(model.arm.n_links)
-    step = MemoryStep(made, made.std(runs[0]) is not None)
+    step = MemoryStep(made, made.std(trial_runs(model.arm.n_links)[0]) is not None)
+    along = _strays(step)
+    if not along < FOLLOWS:
+        causes = not_steppable(model)
+        raise ModelError(f"one step in time cannot hold what {' and '.join(causes) or 'this model'} remembers of the motion before: "
+                         "add --without-instruments, or export a model without that effect")
     pairs = [pair for run in step.tried for pair in run]
-    along = _far(torch.stack([answer[0] for _, answer in pairs]), torch.cat([made.torque(run) for run in runs]))
-    require(along < FOLLOWS, "this model has a memory that one step in time cannot hold (an instrument with a delay, a "
-            "drive that gives way): export it --without-instruments, or a model without that effect", ModelError)
     program, arrays = trace(step, pairs[7][0], whole)
     names = ["tau", *(["std"] if step.with_std else []), *(["memory_next"] if step.size else [])]
     outputs = dict(zip(names, arrays, strict=False))
@@ -128,7 +160,7 @@ def record_step(model: TorqueModel, whole: int = 0) -> RecordedGraph:
     want = torch.stack([torch.cat([x.reshape(-1) for x in answer]) for _, answer in pairs])
     at_states = _far(torch.from_numpy(got), want)
     require(at_states < CLOSE, "this model decides or computes outside torch, so that no fixed program can stand for it", ModelError)
-    return RecordedGraph(step, program, outputs, {"at_states": at_states, "along_runs": along})
+    return RecordedStep(step, program, outputs, {"at_states": at_states, "along_runs": along})
 
 
 def record_torques(step: MemoryStep) -> tuple[Program, list[Value]]:

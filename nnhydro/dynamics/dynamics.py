@@ -14,6 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, final
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -67,6 +68,13 @@ def _base(given: BaseMotion, form: Form) -> Base | None:
     return Base(*values[1:])
 
 
+def _seconds(dt: Any) -> float:
+    """`dt` as a number; raises ModelError where it is no positive one."""
+    require(isinstance(dt, int | float | np.number) and bool(0 < dt < float("inf")), f"dt = {dt!r:.80}: give one positive step in s",
+            ModelError)
+    return float(dt)
+
+
 def _of(model: Any) -> TorqueModel:
     if isinstance(model, str | Path):
         return load_model(Path(model))
@@ -114,21 +122,32 @@ class Dynamics:
         """Whether a torque depends on the motion before."""
         return bool(self.reset([0.0] * self.nq).memory)
 
+    def __repr__(self) -> str:
+        """Name the model, its joints, and whether it remembers."""
+        inner = self.model.model
+        memory = "with" if self.remembers else "without"
+        return f"Dynamics({getattr(inner, 'name', inner.kind)}, {self.nq} joint(s), {memory} memory)"
+
+    @cached_property
+    def _layout(self) -> dict[str, tuple[int, ...]]:
+        """Name and shape of each memory of one arm."""
+        return {name: tuple(x.shape[1:]) for name, x in self.reset([0.0] * self.nq).memory.items()}
+
     def _require_steps(self) -> None:
         """Raise ModelError where the model remembers what cannot be carried from instant to instant."""
-        for run in trial_runs(self.nq):
-            memory, worst = None, 0.0
-            want = self.model.torque(run)
-            for k in range(len(run)):
-                dt = run.t[k:k + 1] - run.t[max(k - 1, 0)]
+        runs, memory, found = trial_runs(self.nq), None, []
+        with torch.no_grad():
+            want = torch.stack([self.model.torque(run) for run in runs])
+            for k in range(len(runs[0])):  # the runs side by side
+                dt = torch.stack([run.t[k] - run.t[max(k - 1, 0)] for run in runs])
                 carried = StepMemory(dt, memory)
-                row = Motion(run.t[k:k + 1], run.q[k:k + 1], run.qd[k:k + 1], run.qdd[k:k + 1], run.u0[k:k + 1], run.du0[k:k + 1],
-                             steady=True, carried=carried)
-                worst = max(worst, float((self.model.torque(row)[0] - want[k]).abs().max()))
+                q, qd, qdd, u0, du0 = (torch.stack([getattr(run, name)[k] for run in runs]) for name in ("q", "qd", "qdd", "u0", "du0"))
+                found.append(self.model.torque(self._motion(q, qd, qdd, u0, du0, carried)))
                 memory = carried.after
-            far = worst / (float(want.square().mean().sqrt()) + 1e-12)
-            require(far < FOLLOWS, f"this model holds a memory that cannot be stepped through time: steps differ by {far:.1e} from the "
-                    "whole run: use a model without that term", ModelError)
+        off = (torch.stack(found, dim=1) - want).abs().amax(dim=(1, 2))
+        far = float((off / (want.square().mean(dim=(1, 2)).sqrt() + 1e-12)).max())
+        require(far < FOLLOWS, f"this model holds a memory that cannot be stepped through time: steps differ by {far:.1e} from the "
+                "whole run: use a model without that term", ModelError)
 
     def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None,
                 base: Base | None = None) -> Motion:
@@ -136,12 +155,21 @@ class Dynamics:
 
     def _memory_of(self, state: ArmState | None, count: int, dt: float | None = None) -> StepMemory | None:
         """The memory of `state` for `count` rows, `dt` s later, or as it is."""
-        if state is None or not state.memory:
+        if state is None:
+            return None
+        require(isinstance(state, ArmState), f"state = {state!r:.80}: give what reset, step or follow returned", ModelError)
+        require({name: tuple(x.shape[1:]) for name, x in state.memory.items()} == self._layout,
+                "the state is of another model: begin with this one's reset", ModelError)
+        if not state.memory:
             return None
         have = len(next(iter(state.memory.values())))
         require(have in (1, count), f"the state holds the memory of {have} arm(s), the question is about {count}", ModelError)
         memory = {name: x.expand(count, *x.shape[1:]) for name, x in state.memory.items()}
         return StepMemory(torch.full((count,), dt or 0.0, dtype=torch.float64), memory, held=dt is None)
+
+    def _torques(self, motion: Motion) -> Tensor:
+        """The torques (n, joints) N m of a motion, of none at all none."""
+        return self.model.torque(motion) if len(motion) else torch.zeros_like(motion.q)
 
     def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None, base: Base | None = None) -> Any:
         """The torques (m, k, joints) at k accelerations of each state, as a function of them (m, k, joints)."""
@@ -158,7 +186,7 @@ class Dynamics:
                 own = StepMemory(each(carried.dt), memory, carried.held)
             turned = None if base is None else base.rows(torch.arange(m).repeat_interleave(k))
             motion = self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own, turned)
-            return self.model.torque(motion).reshape(m, k, n)
+            return self._torques(motion).reshape(m, k, n)
 
         return torque
 
@@ -166,7 +194,7 @@ class Dynamics:
             base: BaseMotion = None) -> Answer:
         """Return the torques (..., joints) N m at the joints of a motion; q, qd, qdd (..., joints), u0, du0 (...,) of the carriage."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        return form.out(self.model.torque(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form))))
+        return form.out(self._torques(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form))))
 
     def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None,
                base: Base | None = None) -> Tensor:
@@ -177,7 +205,12 @@ class Dynamics:
         with torch.no_grad():
             none = torch.zeros_like(q)
             start = solve_inertia(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
-            return acceleration(torque, tau, start)
+            found = acceleration(torque, tau, start) if len(q) else none
+        if not any(x.requires_grad for x in (q, qd, tau, u0, du0)):
+            return found
+        with torch.no_grad():
+            mass = tangent(torque, found)
+        return found + solve_inertia(mass, tau - torque(found[:, None, :])[:, 0])  # the implicit function's derivative
 
     def forward_dynamics(self, q: Number, qd: Number, tau: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
             base: BaseMotion = None) -> Answer:
@@ -189,7 +222,7 @@ class Dynamics:
         return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form)))
 
     def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0,
-                    state: ArmState | None = None) -> Answer:
+                    state: ArmState | None = None, base: BaseMotion = None) -> Answer:
         """Return M (..., joints, joints) kg m^2, added mass included; of a learned model d tau / d qdd at `qdd` (default 1e-3 rad/s^2).
 
         It need not be symmetric: the document's reading of the added mass and learned models have no kinetic energy behind them.
@@ -197,7 +230,7 @@ class Dynamics:
         zero = [0.0] * self.nq
         vectors = {"q": q, "qd": zero if qd is None else qd, "qdd": [1e-3] * self.nq if qdd is None else qdd}
         form, (q_, qd_, qdd_, u0_) = rows(self.nq, vectors, {"u0": u0})
-        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._memory_of(state, len(q_)))
+        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._memory_of(state, len(q_)), _base(base, form))
         return form.out(mass_and_bias(torque, q_)[0] if self.affine else tangent(torque, qdd_))
 
     def bias(self, q: Number, qd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
@@ -222,12 +255,12 @@ class Dynamics:
     def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:
         """Return the state at the beginning of a run: what is at rest starts in water at rest, what moves has moved for ever."""
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": [0.0] * self.nq if qd is None else qd}, {"u0": u0})
-        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._step_memory(q_, qd_, u0_, None, 0.0))
+        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._remembered(q_, qd_, u0_, StepMemory(torch.zeros_like(u0_))))
 
-    def _step_memory(self, q: Tensor, qd: Tensor, u0: Tensor, before: Memory | None, dt: float) -> Memory:
-        carried = StepMemory(torch.full((len(q),), dt, dtype=torch.float64), before)
+    def _remembered(self, q: Tensor, qd: Tensor, u0: Tensor, carried: StepMemory) -> Memory:
+        """What is remembered at an instant, by what is `carried` to it."""
         with torch.no_grad():
-            self.model.torque(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried))
+            self._torques(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried))
         return carried.after
 
     def follow(self, state: ArmState, q: Number, qd: Number, dt: float, u0: Number | None = None) -> ArmState:
@@ -235,10 +268,9 @@ class Dynamics:
 
         Raises ModelError where `dt` is not positive.
         """
+        require(isinstance(state, ArmState), f"state = {state!r:.80}: give what reset, step or follow returned", ModelError)
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": qd}, {"u0": state.u0 if u0 is None else u0})
-        require(dt > 0, f"dt = {dt!r}: give the seconds since the state", ModelError)
-        memory = self._step_memory(q_, qd_, u0_, state.memory, dt) if state.memory else {}
-        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), state.t + dt, memory)
+        return self._after(state, form, q_, qd_, u0_, _seconds(dt))
 
     def step(self, state: ArmState, tau: Number, dt: float, du0: Number = 0.0) -> ArmState:
         """Return the state `dt` s later under the joint torques `tau` (..., joints) N m and the carriage's acceleration, both held.
@@ -247,7 +279,8 @@ class Dynamics:
 
         Raises ModelError where `dt` is not positive, the arm has no inertia, or a learned model gives that torque at no acceleration.
         """
-        require(dt > 0, f"dt = {dt!r}: give a positive step in s", ModelError)
+        require(isinstance(state, ArmState), f"state = {state!r:.80}: give what reset, step or follow returned", ModelError)
+        dt = _seconds(dt)
         form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})
 
         def slope(half: int, q: Tensor, qd: Tensor, _near: Tensor | None) -> Tensor:
@@ -259,5 +292,6 @@ class Dynamics:
         return self._after(state, form, after, speed, u0 + dt * du0_, dt)
 
     def _after(self, state: ArmState, form: Form, q: Tensor, qd: Tensor, u0: Tensor, dt: float) -> ArmState:
-        memory = self._step_memory(q, qd, u0, state.memory, dt) if state.memory else {}
+        carried = self._memory_of(state, len(q), dt)
+        memory = {} if carried is None else self._remembered(q, qd, u0, carried)
         return ArmState(form.out(q), form.out(qd), form.out(u0), state.t + dt, memory)

@@ -67,9 +67,9 @@ class Motion:
     """n rows of motion of an arm with `links` joints; angles joint-relative, conventions.py for frames and signs.
 
     In a `steady` motion every row is a run of its own that has lasted long (no order in time, fully developed flow). `wake` is what the
-    water behind each strip remembers at each row, where it is known from elsewhere (a controller that steps through time, a question
-    of the kind "what if the wake were empty"); without it, it follows from the rows. With `carried` every row is an arm of its own that
-    is stepped through time, and all memories are what it carries from the instant before.
+    water behind each strip remembers at each row, where it is known already (a stretch of a run); without it, it follows from the rows.
+    With `carried` every row is an arm of its own that is stepped through time, and all memories are what it carries from the instant
+    before.
     """
 
     t: Tensor  # (n,) s

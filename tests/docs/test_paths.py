@@ -28,3 +28,10 @@ def test_a_file_that_a_text_names_is_there(path):
 def test_a_file_that_was_moved_is_noticed():
     assert not is_there("physics/no_such_file.py", ROOT / "nnhydro" / "physics" / "flow.py")
     assert is_there("physics/flow.py", ROOT / "nnhydro" / "cli" / "main.py")
+
+
+def test_the_control_study_shows_the_table_of_its_results():
+    """A row that is measured again changes on the page too."""
+    study = ROOT / "training" / "control"
+    rows = (study / "table.md").read_text(encoding="utf-8")
+    assert rows in (study / "README.md").read_text(encoding="utf-8")

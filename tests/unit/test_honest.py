@@ -13,14 +13,13 @@ from rigs import run as motion
 
 from nnhydro.cli.diagnose import next_steps, warn_of_seen
 from nnhydro.cli.main import run
-from nnhydro.deployment.onnx.onnx_file import memories_of, record
+from nnhydro.deployment.step import record_step
 from nnhydro.effects.hypotheses.encoder_offset import EncoderOffset
 from nnhydro.effects.hypotheses.sensor_timing import SensorTiming
 from nnhydro.effects.hypotheses.torque_bias import TorqueBias
 from nnhydro.errors import ModelError
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
-from nnhydro.models.baselines import BASELINES
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -186,15 +185,10 @@ def test_the_exported_numbers_are_those_without_the_faults(tmp_path):
 
 
 def test_the_message_names_the_one_cause_that_stands_in_the_way():
-    with pytest.raises(ModelError, match=r"what sensor_timing remembers .* add --without-instruments"):
-        record(faulty(TIMING))
-    travelling = StripTheory(A, GIVEN, {}, "state", BASELINES["state"].start(A))
-    named = memories_of(travelling)
-    assert {"state_drag", "state_added_mass"} <= set(named)
-    assert "rigid_body" not in named
-    with pytest.raises(ModelError, match=r"state_drag and .* export a network") as refused:
-        record(travelling)
-    assert "Basset" not in str(refused.value)
+    for model in (faulty(BIAS, TIMING), CorrectedSimulation(A, GIVEN, {}, faulty(BIAS), faulty(), faulty(TIMING))):
+        with pytest.raises(ModelError, match=r"what sensor_timing remembers .* add --without-instruments"):
+            record_step(model)
+    assert record_step(faulty(BIAS)).step.size == 0
 
 
 def test_the_report_says_that_the_choice_of_effects_has_seen_what_the_fit_has_not():

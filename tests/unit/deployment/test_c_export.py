@@ -1,17 +1,14 @@
 """The header, compiled by the C compiler, gives the model's torques over 100,000 steps."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from campaigns import planted
 from rigs import arm
 from stepped import MODELS, SAME, compiled, driven, hundred_thousand, hybrid, long_run, model_of, theory, towed
-from strip_nets import remembering
 
-from nnhydro.deployment import c_header, c_program
+from nnhydro.deployment import c_program
 from nnhydro.deployment.c_header import export_c
-from nnhydro.deployment.files import export_step, only_wake
+from nnhydro.deployment.files import export_step
 from nnhydro.deployment.native import Native, NativeArm, compiler
 from nnhydro.deployment.onnx.expressions import Program, combine
 from nnhydro.deployment.step import record_step
@@ -21,14 +18,6 @@ from nnhydro.errors import ConfigError, ModelError
 from nnhydro.physics.travel.state_model import state_loads
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
-
-
-@pytest.fixture(autouse=True, scope="module")
-def recorded_once():
-    """A model is recorded once for both precisions and all tests."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(c_header, "record_step", cache(c_header.record_step))
-        yield
 
 
 @pytest.mark.slow
@@ -44,13 +33,12 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
 @pytest.mark.slow(seconds=35)
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(tmp_path):
     (model, motion, want), slow = hundred_thousand("hybrid"), towed(20_000)
-    for precision, flags in (("double", ()), ("single", ("-DNO_DISPATCH",))):
+    for precision in ("double", "single"):  # compiled once; the next test compiles for each kind of processor
         told = export_c(model, tmp_path / "arm.h", precision)
         assert "static NOINLINE void plain_loop" in (tmp_path / "arm.h").read_text()
-        torques = compiled(tmp_path, precision, told["std"], flags)
+        torques = compiled(tmp_path, precision, told["std"], ("-DNO_DISPATCH",))
         far = np.abs(torques(motion) - want).max() / np.sqrt((want**2).mean())
         assert far < SAME[precision], f"{precision}: {far:.1e}"
-    assert only_wake(model)
     want = model.torque(slow).numpy()
     assert np.abs(torques(slow) - want).max() < SAME["single"] * np.sqrt((want**2).mean())
 
@@ -69,8 +57,8 @@ def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processo
 
 
 @pytest.mark.slow(seconds=30)
-def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(tmp_path):
-    model, wanted = remembering(hybrid("constant")), []
+def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(with_memory, tmp_path):
+    model, wanted = with_memory, []
     for motion in (long_run(8000), towed(4500)):
         want = model.torque(motion).numpy()
         assert np.abs(want - hybrid("constant").torque(motion).numpy()).max() > 0.1 * np.sqrt((want**2).mean())

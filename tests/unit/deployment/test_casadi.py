@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
+from campaigns import GIVEN, planted
 from rigs import arm, run
-from strip_nets import remembering
 
 from nnhydro.deployment.casadi_step import casadi_function
 from nnhydro.deployment.files import export_step
@@ -12,7 +11,6 @@ from nnhydro.deployment.step import MemoryStep, inputs_along
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
 from nnhydro.errors import ConfigError
-from nnhydro.fitting.network.train import train
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.travel.state_model import state_loads
 
@@ -27,16 +25,9 @@ def theory(a, loads):
 
 
 @pytest.fixture(scope="module")
-def hybrid():
-    a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
-
-
-@pytest.fixture(scope="module")
-def with_memory(hybrid):
+def remembers(with_memory):
     """The hybrid with a net that remembers, and its function."""
-    model = remembering(hybrid)
-    return model, casadi_function(model)
+    return with_memory, casadi_function(with_memory)
 
 
 def gives_every_step(step, model, std=False):
@@ -55,8 +46,8 @@ def test_the_function_gives_every_step_of_a_run(name):
 
 
 @pytest.mark.slow(seconds=30)
-def test_a_hybrid_is_a_function_too(hybrid, with_memory):
-    model, step = with_memory
+def test_a_hybrid_is_a_function_too(hybrid, remembers):
+    model, step = remembers
     gives_every_step(casadi_function(hybrid), hybrid, std=True)
     gives_every_step(step, model, std=True)
 
@@ -75,8 +66,8 @@ def test_its_derivatives_are_those_of_the_dynamics():
 
 
 @pytest.mark.slow
-def test_the_derivatives_of_a_hybrid_at_rest_are_finite(with_memory):
-    _, step = with_memory
+def test_the_derivatives_of_a_hybrid_at_rest_are_finite(remembers):
+    _, step = remembers
     x = [casadi.SX.sym(name, 2) for name in ("q", "qd", "qdd")]
     for dt in (-1.0, 0.01):
         given = [0.0, 0.0, dt, casadi.DM.zeros(step.size1_in(6))]

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from campaigns import DEFAULT_LAWS, GIVEN, TINY, campaign, planted
+from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm, run, states
 from scipy.integrate import solve_ivp
-from strip_nets import remembering
 
 import nnhydro
 from nnhydro.deployment.step import MemoryStep, inputs_along
@@ -69,14 +68,8 @@ def along(model, motion):
 
 
 @pytest.fixture(scope="module")
-def hybrid():
-    a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": "constant"}))
-
-
-@pytest.fixture(scope="module")
-def with_memory(hybrid):
-    return remembering(hybrid)
+def learned(hybrid):
+    return nnhydro.Dynamics(hybrid)
 
 
 @pytest.mark.slow
@@ -109,24 +102,22 @@ def test_forward_dynamics_undoes_inverse_dynamics(links, make):
 
 
 @pytest.mark.slow
-def test_forward_dynamics_of_a_learned_model_undoes_its_inverse(hybrid):
-    dynamics = nnhydro.Dynamics(hybrid)
-    assert not dynamics.affine
+def test_forward_dynamics_of_a_learned_model_undoes_its_inverse(learned):
+    assert not learned.affine
     rng = np.random.default_rng(3)
     q, qd, qdd = rng.uniform(-1, 1, (3, 8, 2))
-    tau = dynamics.inverse_dynamics(q, qd, qdd)
-    found = dynamics.forward_dynamics(q, qd, tau)
-    np.testing.assert_allclose(dynamics.inverse_dynamics(q, qd, found), tau, atol=ROUNDING)
+    tau = learned.inverse_dynamics(q, qd, qdd)
+    found = learned.forward_dynamics(q, qd, tau)
+    np.testing.assert_allclose(learned.inverse_dynamics(q, qd, found), tau, atol=ROUNDING)
     np.testing.assert_allclose(found, qdd, atol=1e-8)
 
 
 @pytest.mark.slow
-def test_the_mass_matrix_of_a_learned_model_is_the_slope_of_each_torque_over_each_acceleration(hybrid):
-    dynamics = nnhydro.Dynamics(hybrid)
+def test_the_mass_matrix_of_a_learned_model_is_the_slope_of_each_torque_over_each_acceleration(learned):
     q, qd, qdd = np.random.default_rng(8).uniform(-1, 1, (3, 4, 2))
-    M, h = dynamics.mass_matrix(q, qd, qdd), 1e-4
+    M, h = learned.mass_matrix(q, qd, qdd), 1e-4
     for k in range(2):
-        ahead, behind = (dynamics.inverse_dynamics(q, qd, qdd + sign * h * np.eye(2)[k]) for sign in (1, -1))
+        ahead, behind = (learned.inverse_dynamics(q, qd, qdd + sign * h * np.eye(2)[k]) for sign in (1, -1))
         np.testing.assert_allclose(M[..., k], (ahead - behind) / (2 * h), atol=1e-6)
     assert np.abs(M - np.swapaxes(M, 1, 2)).max() > 1e-3, "else its transpose would do"
 
@@ -299,12 +290,11 @@ def test_the_moment_on_the_base_is_the_torque_of_joint_1_but_for_friction_and_wh
                                rtol=0.0, atol=1e-10)
 
 
-def test_a_tensor_s_gradient_through_a_learned_model_is_its_jacobian(hybrid):
-    dynamics = nnhydro.Dynamics(hybrid)
+def test_a_tensor_s_gradient_through_a_learned_model_is_its_jacobian(learned):
     q, qd, qdd = np.random.default_rng(5).uniform(-1, 1, (3, 6, 2))
     moved = torch.tensor(q, requires_grad=True)
-    dynamics.inverse_dynamics(moved, qd, qdd)[:, 1].sum().backward()
-    np.testing.assert_allclose(moved.grad, dynamics.jacobians(q, qd, qdd).q[:, 1], rtol=1e-12, atol=1e-12)
+    learned.inverse_dynamics(moved, qd, qdd)[:, 1].sum().backward()
+    np.testing.assert_allclose(moved.grad, learned.jacobians(q, qd, qdd).q[:, 1], rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["hybrid", "with_memory"])
@@ -365,11 +355,51 @@ def test_what_is_no_dynamics_is_said():
         dynamics.bias([0.1, np.nan], [0.0, 0.0])
     with pytest.raises(ModelError, match="leading axes"):
         dynamics.bias(np.zeros((3, 2)), np.zeros((4, 2)))
-    with pytest.raises(ModelError, match="positive step"):
+    with pytest.raises(ModelError, match="one positive step"):
         dynamics.step(dynamics.reset([0.0, 0.0]), [0.0, 0.0], 0.0)
     massless = nnhydro.Dynamics(theory(a, Loads({"normal_drag": NormalDrag((1.0, 1.0))})))
     with pytest.raises(ModelError, match="no inertia"):
         massless.forward_dynamics([0.1, 0.2], [0.0, 0.0], [1.0, 1.0])
+
+
+def test_a_step_or_a_state_that_cannot_be_is_refused_in_words():
+    a = arm(2)
+    dynamics, other = nnhydro.Dynamics(theory(a, state_loads(a))), nnhydro.Dynamics(theory(a))
+    state = dynamics.reset([0.0, 0.0])
+    for dt in ("a", np.array([0.1, 0.2]), np.nan, np.inf, -1.0):
+        for move in (lambda dt=dt: dynamics.step(state, [0.0, 0.0], dt), lambda dt=dt: dynamics.follow(state, [0.1, 0.1], [1.0, 1.0], dt)):
+            with pytest.raises(ModelError, match="one positive step"):
+                move()
+    refusals = [(other.reset([0.0, 0.0]), "of another model"), ({"q": 1}, "reset, step or follow"), (None, "reset, step or follow")]
+    for wrong, message in refusals:
+        with pytest.raises(ModelError, match=message):
+            dynamics.step(wrong, [0.0, 0.0], 0.1)
+    with pytest.raises(ModelError, match="of another model"):
+        other.bias([0.0, 0.0], [0.0, 0.0], state=state)
+    assert repr(dynamics) == "Dynamics(physics, 2 joint(s), with memory)"
+
+
+def test_one_state_goes_on_under_many_torques_and_no_arm_gives_no_torque(learned):
+    a = arm(2)
+    dynamics, tau = nnhydro.Dynamics(theory(a, state_loads(a))), np.array([[0.5, 0.1], [-1.0, 0.2], [2.0, 0.0]])
+    state = dynamics.follow(dynamics.reset([0.2, 0.3]), [0.21, 0.32], [0.5, 0.4], 0.02)
+    many = dynamics.step(dynamics.step(state, tau, 0.01), tau, 0.01)
+    for k in range(3):
+        one = dynamics.step(dynamics.step(state, tau[k], 0.01), tau[k], 0.01)
+        np.testing.assert_allclose(many.q[k], one.q, rtol=1e-14)
+        np.testing.assert_allclose(dynamics.bias(many.q, many.qd, state=many)[k], dynamics.bias(one.q, one.qd, state=one), rtol=1e-12)
+    none = np.zeros((0, 2))
+    assert learned.forward_dynamics(none, none, none).shape == (0, 2)
+
+
+@pytest.mark.slow
+def test_the_gradient_of_a_learned_acceleration_is_its_slope(learned):
+    h, given = 1e-4, [torch.tensor(x, requires_grad=True) for x in np.random.default_rng(6).uniform(-1, 1, (3, 2))]
+    learned.forward_dynamics(*given)[1].backward()
+    shifts = h * torch.eye(6, dtype=torch.float64)
+    ahead, behind = (learned.forward_dynamics(*(torch.cat([x.detach() for x in given]) + sign * shifts).split(2, dim=1))[:, 1]
+                     for sign in (1, -1))
+    torch.testing.assert_close(torch.cat([x.grad for x in given]), (ahead - behind) / (2 * h), rtol=1e-4, atol=1e-4)
 
 
 def test_a_model_that_cannot_be_stepped_is_refused():

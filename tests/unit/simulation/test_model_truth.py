@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from campaigns import DEFAULT_LAWS, GIVEN, campaign
+from campaigns import GIVEN
 from rigs import arm
 
 from nnhydro.deployment.native import compiler
 from nnhydro.errors import ConfigError
-from nnhydro.fitting.network.train import train
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion, tensor
@@ -16,7 +15,7 @@ from nnhydro.recordings.campaign import open_campaign
 from nnhydro.simulation.campaign_writer import runs, write_campaign
 from nnhydro.simulation.recipe.recipe import parse_recipe, read_recipe
 
-SLEW = {"kind": "slew", "name": "reach", "q_rad": [[0.0, 0.2], [0.6, -0.4]], "duration_s": 0.6}
+SLEW = {"kind": "slew", "name": "reach", "q_rad": [[0.0, 0.2], [0.6, -0.4]], "duration_s": 0.6, "rest_s": 0.1}
 PD = {"kind": "pd", "kp": [40.0, 10.0], "kd": [8.0, 2.0]}
 
 
@@ -29,12 +28,11 @@ def torque_along(model, run):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(hybrid, tmp_path_factory):
     made = tmp_path_factory.mktemp("models")
     a = arm(2)
     save_model(StripTheory(a, GIVEN, {}, "state", state_loads(a)), made / "state")
-    recorded = campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0)
-    save_model(train(recorded, DEFAULT_LAWS.model_copy(update={"baseline": "constant"})), made / "hybrid")
+    save_model(hybrid, made / "hybrid")
     return made
 
 

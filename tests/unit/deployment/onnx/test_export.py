@@ -8,30 +8,26 @@ import numpy as np
 import onnxruntime
 import pytest
 import torch
-from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording
+from campaigns import GIVEN, planted, recording
 from rigs import arm, run, states
-from strip_nets import remembering
 
 from nnhydro.api.model import Model
+from nnhydro.deployment.onnx import onnx_file
 from nnhydro.deployment.onnx.expressions import Program
-from nnhydro.deployment.onnx.onnx_file import export_onnx, record, run_steps
+from nnhydro.deployment.onnx.onnx_file import export_onnx
 from nnhydro.deployment.onnx.onnx_graph import onnx_model
-from nnhydro.deployment.onnx.step import Step
 from nnhydro.deployment.onnx.tracing import trace
-from nnhydro.deployment.step import MemoryStep, inputs_along
+from nnhydro.deployment.step import record_step
 from nnhydro.errors import ConfigError, MissingExtraError, ModelError
 from nnhydro.features.wake import STATES, STRIPS
-from nnhydro.fitting.network.train import train
 from nnhydro.models.prediction import predict
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
-from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.travel.state_model import state_loads
 
 ROUND_OFF = 1e-12  # of the torque: sums in another order
 SAME = 1e-6  # of the rms torque, what a controller is promised
@@ -55,23 +51,17 @@ def relative(got, want):
 def fed(exported, motion, dtype=np.float64):
     """Outputs of an exported model for the rows of a motion, a call each, memory handed on as the sidecar says."""
     shapes, outputs = {x.name: x.shape for x in exported.get_inputs()}, [x.name for x in exported.get_outputs()]
-    t, begin = motion.t.numpy(), 1e9 if motion.u0[0] != 0 else 0.0
-    columns = {k: getattr(motion, k).numpy() for k in ("q", "qd", "qdd", "u0", "du0")} | {"dt": np.diff(t, prepend=t[0] - begin)}
+    t = motion.t.numpy()
+    columns = {k: getattr(motion, k).numpy() for k in ("q", "qd", "qdd", "u0", "du0")} | {"dt": np.diff(t, prepend=t[0] + 1.0)}
     columns = {k: x.astype(dtype).reshape(len(t), *shapes[k]) for k, x in columns.items() if k in shapes}
-    memory, found = {"wake": np.zeros(shapes["wake"], dtype)} if "wake" in shapes else {}, {k: [] for k in outputs if k != "wake_next"}
+    memory, found = {"memory": np.zeros(shapes["memory"], dtype)} if "memory" in shapes else {}, {k: [] for k in outputs}
+    found.pop("memory_next", None)
     for row in range(len(t)):
         out = dict(zip(outputs, exported.run(outputs, {k: x[row] for k, x in columns.items()} | memory), strict=True))
-        memory = {"wake": out.pop("wake_next")} if memory else {}
+        memory = {"memory": out.pop("memory_next")} if memory else {}
         for k, x in out.items():
             found[k].append(x)
     return {k: np.stack(rows) for k, rows in found.items()}
-
-
-@pytest.fixture(scope="module")
-def hybrid():
-    a = arm(2)
-    config = DEFAULT_LAWS.model_copy(update={"baseline": "constant"})  # a truth that the baseline cannot hold
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), config)
 
 
 @pytest.fixture(scope="module")
@@ -180,9 +170,8 @@ def test_the_sidecar_says_how_to_feed_it(exported):
     assert json.loads((path.parent / "hybrid.onnx.json").read_text()) == told
     assert told["schema"] == "nnhydro/onnx/1"
     assert told["model_digest"] == "abc"
-    wake = {x["name"]: x for x in told["inputs"]}["wake"]
-    assert (wake["shape"], wake["unit"]) == ([STATES, 2, STRIPS], "m/s")
-    assert "dt = 1e9" in told["memory"]
+    assert {x["name"]: x for x in told["inputs"]}["memory"]["shape"] == [STATES * 2 * STRIPS]
+    assert "dt = -1" in told["memory"]
     assert told["checked"]["relative_deviation_in_double"]["along_runs"] < 1e-9
     assert json.loads(session(path).get_modelmeta().custom_metadata_map["nnhydro"]) == told
 
@@ -208,7 +197,7 @@ def test_values_that_nobody_asks_for_any_more_are_left_behind(hybrid, exported):
     graph = onnx.shape_inference.infer_shapes(onnx.load(exported[1])).graph
     sizes = {x.name: x.type.tensor_type.shape.dim[0].dim_value for x in graph.value_info}
     joined = [sizes[node.output[0]] for node in graph.node if node.op_type == "Concat"]
-    assert max(joined) < 0.7 * len(record(hybrid).program.atoms)  # the neurons of a strip are needed together
+    assert max(joined) < 0.7 * len(onnx_file.record_step(hybrid).program.atoms)  # the neurons of a strip are needed together
 
 
 def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
@@ -216,13 +205,6 @@ def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
 
     graph = onnx.load(exported[1]).graph
     assert sum(int(np.prod(x.dims)) for x in graph.initializer) < 250_000
-
-
-@pytest.mark.parametrize("loads", [lambda a: state_loads(a), lambda a: planted(a).plus("history", HistoryForce((1.0, 1.0)))],
-                         ids=["travel", "history"])
-def test_a_model_that_remembers_more_than_the_wake_is_refused(loads):
-    with pytest.raises(ModelError, match="of the motion before"):
-        record(theory(arm(2), loads(arm(2))))
 
 
 class InNumpy(TorqueModel):
@@ -237,29 +219,15 @@ class InNumpy(TorqueModel):
 
 def test_a_model_that_computes_outside_torch_is_refused():
     with pytest.raises(ModelError, match="outside torch"):
-        record(InNumpy(arm(2), GIVEN, {}))
-
-
-def test_stepping_is_the_run_row_by_row(hybrid):
-    assert relative(run_steps(Step(hybrid, True), run(2)), hybrid.torque(run(2))) < ROUND_OFF
+        record_step(InNumpy(arm(2), GIVEN, {}))
 
 
 @pytest.mark.slow
-def test_a_hybrid_with_a_trained_memory_is_exported_with_all_that_it_remembers(hybrid, tmp_path):
-    model, path = remembering(hybrid), tmp_path / "h.onnx"
-    told = Model(model).export(path)
-    assert told == ()
-    inputs = {x["name"]: x["shape"] for x in json.loads((tmp_path / "h.onnx.json").read_text())["inputs"]}
-    assert "wake" not in inputs
-    exported, memory, found = session(path), np.zeros(inputs["memory"]), []
-    for (q, qd, qdd, u0, du0, dt, _), _ in inputs_along(MemoryStep(model, False), run(2)):
-        given = {"q": q, "qd": qd, "qdd": qdd, "u0": u0, "du0": du0, "dt": dt}
-        tau, memory = exported.run(["tau", "memory_next"], {name: x.numpy() for name, x in given.items()} | {"memory": memory})
-        found.append(tau)
-    assert relative(np.stack(found), model.torque(run(2))) < SAME
+def test_a_hybrid_with_a_trained_memory_is_exported_with_all_that_it_remembers(hybrid, with_memory, tmp_path):
+    path, model = tmp_path / "h.onnx", with_memory
+    assert Model(model).export(path) == ()
+    assert relative(fed(session(path), run(2))["tau"], model.torque(run(2))) < SAME
     assert relative(hybrid.torque(run(2)), model.torque(run(2))) > 0.1
-    with pytest.raises(ModelError, match="cannot carry"):
-        record(model)
 
 
 def test_without_the_library_the_pip_command_is_named(monkeypatch, tmp_path):

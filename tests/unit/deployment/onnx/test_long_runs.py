@@ -20,11 +20,11 @@ def through_onnx(path, motion):
     alone.intra_op_num_threads = alone.inter_op_num_threads = 1  # threads that wait for so small a step cost more than it
     session = onnxruntime.InferenceSession(str(path), alone, providers=["CPUExecutionProvider"])
     shapes, found = {x.name: x.shape for x in session.get_inputs()}, []
-    outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next", "wake_next")]
-    kept = [name for name in shapes if name in ("memory", "wake")]
+    outputs = [x.name for x in session.get_outputs() if x.name in ("tau", "memory_next")]
+    kept = [name for name in shapes if name == "memory"]
     memory = [np.zeros(shapes[name]) for name in kept]
     dt = np.full((len(motion), 1), 2e-3)
-    dt[0] = 0.0 if "wake" in kept else -1.0
+    dt[0] = -1.0
     columns = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "u0": motion.u0, "du0": motion.du0, "dt": dt}
     columns = {name: np.asarray(columns[name]).reshape(-1, *shapes[name]) for name in shapes if name not in kept}
     for k in range(len(motion)):
