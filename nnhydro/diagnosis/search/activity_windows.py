@@ -166,17 +166,17 @@ def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
 def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
 
-    Members are asked. Where the unknown holds more than chance, so are the laws that gain most beside them and beside nothing; where a
-    member has values for each recording, those that gain most in its place with such values (part_screening). These are asked for whole
-    recordings only: a law of the angles passes for many others in a sector.
+    Members are asked. Where the unknown holds more than chance, so are the laws that gain most beside them and beside nothing. There, and
+    where a member has values for each recording, so are the laws that gain most with such values (part_screening). All but members are
+    asked for whole recordings only: a law of the angles passes for many others in a sector.
     Laws of which a part cannot be predicted (gaps, clippings) are not asked: where they are silent they may only be late.
     """
     asked = {(k, found) for k in found.chosen}
+    shared = search.score([k for k in found.chosen if not search.view.library.hypotheses[k].per_recording])
     if found.unknown_nats > DETECTED:
         for base in {(), found.chosen}:
             asked |= {(k, search.score((*base, k))) for k in search.screen(base)}
-    shared = search.score([k for k in found.chosen if not search.view.library.hypotheses[k].per_recording])
-    if shared.chosen != found.chosen:
+    if found.unknown_nats > DETECTED or shared.chosen != found.chosen:
         asked |= {(k, search.score((*shared.chosen, k))) for k in laws_of_some_recordings(search, shared)}
     laws = sorted({k for k, _ in asked if _may_be_confined(search.view.library.hypotheses[k])})
     windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda pair: (pair[1].chosen, pair[0])) if k in laws
