@@ -39,6 +39,10 @@ class Law:
         return self.effect.id, self.effect.joint
 
     @property
+    def differs_between_recordings(self):
+        return self.per_recording or self.activity is not None
+
+    @property
     def bounds(self):
         return self.limits or (FREE,) * self.width
 

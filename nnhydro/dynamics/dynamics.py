@@ -255,9 +255,9 @@ class Dynamics:
     def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:
         """Return the state at the beginning of a run: what is at rest starts in water at rest, what moves has moved for ever."""
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": [0.0] * self.nq if qd is None else qd}, {"u0": u0})
-        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._remembered(q_, qd_, u0_, StepMemory(torch.zeros_like(u0_))))
+        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._memory_at(q_, qd_, u0_, StepMemory(torch.zeros_like(u0_))))
 
-    def _remembered(self, q: Tensor, qd: Tensor, u0: Tensor, carried: StepMemory) -> Memory:
+    def _memory_at(self, q: Tensor, qd: Tensor, u0: Tensor, carried: StepMemory) -> Memory:
         """What is remembered at an instant, by what is `carried` to it."""
         with torch.no_grad():
             self._torques(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried))
@@ -293,5 +293,5 @@ class Dynamics:
 
     def _after(self, state: ArmState, form: Form, q: Tensor, qd: Tensor, u0: Tensor, dt: float) -> ArmState:
         carried = self._memory_of(state, len(q), dt)
-        memory = {} if carried is None else self._remembered(q, qd, u0, carried)
+        memory = {} if carried is None else self._memory_at(q, qd, u0, carried)
         return ArmState(form.out(q), form.out(qd), form.out(u0), state.t + dt, memory)

@@ -10,7 +10,7 @@ A member k of the best set S is claimed if it passes six tests.
 3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
    FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
 4. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
-   physical bound. A law with values for each recording must gain more than mass, drag and added mass fitted to each recording alone.
+   physical bound. A law that differs between recordings must gain more than mass, drag and added mass fitted to each recording alone.
 5. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
    it also moves FORM of the largest claim, whose error of form may show there.
 6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
@@ -164,7 +164,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     least = max(relevant, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
     on_unseen = gain_on_unseen(held)
-    own = nats_of_own_parameters(search, rest) if search.view.library.hypotheses[k].per_recording else 0.0
+    own = nats_of_own_parameters(search, rest) if search.view.library.hypotheses[k].differs_between_recordings else 0.0
     tests = (
         (gain, threshold, f"gains {gain:.1f} nats in addition to the other effects ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL
-from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.part_screening import remainder_without_unknown
+from nnhydro.diagnosis.search.best_fit import best_fit, remainder_without_unknown
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 

@@ -64,6 +64,11 @@ class Hypothesis:
         """Whether the linear parameters have values of their own in every recording (a phase)."""
         return self.effect.per_recording
 
+    @property
+    def differs_between_recordings(self) -> bool:
+        """Whether it tells recordings apart: by values of each recording's own, or by acting in some of them only."""
+        return self.per_recording or (self.activity is not None and self.activity.sector is None)
+
     @cached_property
     def bounds(self) -> tuple[Span, ...]:
         """The physical bounds of each column's value; a constant has none."""

@@ -5,26 +5,33 @@
 Where the amplitudes a_m fall into some near 1 and some near 0, the law with the mask of the former competes with the whole law by the same
 score, its prior shared between the parts that are tried; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
 part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from clocks alone.
+A pump that runs in five recordings of fourteen moves the mean of all by little, and a wave with an amplitude for each recording follows it.
+Laws are therefore also screened by what they gain with values of each recording's own, over those in which they gain:
+
+    gain_k = sum_g max(0, (b'(G + RHO^-2)^-1 b - log|RHO^2 G + I|) / 2),     G = X_kg'W X_kg,  b = X_kg'W r_g,  r what a set leaves
+
+The baseline is shared by the recordings, and takes little of the columns of one.
 Sectors are those of the joint at which an effect sits (a worn tooth, a tight spot): what acts on the whole arm, as weight, knows of none,
 and neither does a sensor.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import DETECTED
+from nnhydro.diagnosis.constants import DETECTED, RHO
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.columns import columns_on
-from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Stretch
+from nnhydro.diagnosis.search.best_fit import remainder_without_unknown
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.part_screening import laws_of_some_recordings
 from nnhydro.diagnosis.search.scored_set import ScoredSet
-from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
+from nnhydro.diagnosis.search.stepwise import FITTED_EXACTLY, GrownSearch, Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -126,6 +133,48 @@ def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: St
     return [ActivityWindow(sector=Sector(joint + 1, low, high))]
 
 
+def _own_gains(X: Array, r: Array) -> Array:
+    """Return the gain (laws,) of laws with the columns X (rows, laws, width) beside what is left, r (rows,), none below 0."""
+    G, b = np.einsum("nla,nlb->lab", X, X, optimize=True), np.einsum("nla,n->la", X, r)
+    M = RHO**2 * G + np.eye(X.shape[2])
+    gain = 0.5 * (RHO**2 * (b * np.linalg.solve(M, b[..., None])[..., 0]).sum(axis=1) - np.linalg.slogdet(M)[1])
+    made: Array = np.maximum(gain, 0.0)
+    return made
+
+
+def _alike(widths: Array) -> Iterator[tuple[int, int, int]]:
+    """Neighbouring laws of one width: the first, one past the last, and the width."""
+    start = 0
+    for width, same in groupby(widths.tolist()):
+        stop = start + len(list(same))
+        yield start, stop, width
+        start = stop
+
+
+def gains_by_recording(search: Search, base: ScoredSet) -> Array:
+    """Return what each shared law gains beside `base` where its values are each recording's own, (shared laws,)."""
+    view, left, gained = search.view, remainder_without_unknown(search, base), []
+    groups = [np.flatnonzero(view.whitened.group == g) for g in range(view.library.design.problem.groups)]
+    for numbers, X in view.library.runs(view.shared):
+        Xw, widths = view.whitened.weigh(X), np.array([view.library.hypotheses[k].width for k in numbers])
+        ends = np.concatenate([[0], np.cumsum(widths)])
+        for first, stop, width in _alike(widths):
+            part = Xw[..., ends[first]:ends[stop]]
+            gained.append(sum(_own_gains(part[rows].reshape(-1, stop - first, width), left[rows].ravel()) for rows in groups))
+    return np.concatenate(gained) if gained else np.zeros(0)
+
+
+def laws_of_some_recordings(search: Search, base: ScoredSet, most: int = FITTED_EXACTLY) -> list[int]:
+    """Return the laws that gain most beside `base` with values of each recording's own, the best of a key."""
+    gains, taken = gains_by_recording(search, base), search.occupied_places(base.chosen)
+    best: dict[Key, int] = {}
+    for i in np.argsort(-gains).tolist():
+        k = int(search.view.shared[i])
+        if gains[i] > 0 and search.place(k) not in taken and len(best) < most:
+            best.setdefault(search.key(k), k)
+    return list(best.values())
+
+
 def _windows(search: Search, found: ScoredSet, k: int, model: StripTheory, sectors: bool) -> list[ActivityWindow]:
     """The parts of the campaign that the amplitudes of member `k` of `found` suggest; `sectors` of angles, too."""
     library = search.view.library
@@ -167,8 +216,8 @@ def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearc
     """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
 
     Members are asked. Where the unknown holds more than chance, so are the laws that gain most beside them and beside nothing. There, and
-    where a member has values for each recording, so are the laws that gain most with such values (part_screening). All but members are
-    asked for whole recordings only: a law of the angles passes for many others in a sector.
+    where a member has values for each recording, so are `laws_of_some_recordings`. All but members are asked for whole recordings only:
+    a law of the angles passes for many others in a sector.
     Laws of which a part cannot be predicted (gaps, clippings) are not asked: where they are silent they may only be late.
     """
     asked = {(k, found) for k in found.chosen}

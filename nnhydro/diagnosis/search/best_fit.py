@@ -100,3 +100,11 @@ def best_fit(search: Search, found: ScoredSet) -> BestFit:
         search.best_fits[found.chosen] = fit_at(search, found, noise.v)
     made: BestFit = search.best_fits[found.chosen]
     return made
+
+
+def remainder_without_unknown(search: Search, found: ScoredSet) -> Array:
+    """Return what the fit of a set without the unknown leaves of the torque, divided by the noise, (n, joints)."""
+    whitened, columns = search.whitened, search.view.join(found.chosen)
+    fit = without_unknown(whitened, columns)
+    left: Array = whitened.y - whitened.Y @ fit.mean[: whitened.p]
+    return left if columns is None else left - columns.Xw @ fit.mean[len(whitened.b):]

@@ -7,8 +7,21 @@ import pytest
 from problems import design, law, search
 from rigs import arm
 
+from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
-from nnhydro.diagnosis.search.activity_windows import CLEAR, _amplitudes, _best_run, _confine, _knows_angles, _of_sectors, _silent, in_parts
+from nnhydro.diagnosis.search.activity_windows import (
+    CLEAR,
+    _amplitudes,
+    _best_run,
+    _confine,
+    _knows_angles,
+    _of_sectors,
+    _silent,
+    gains_by_recording,
+    in_parts,
+    laws_of_some_recordings,
+)
+from nnhydro.diagnosis.search.best_fit import remainder_without_unknown
 from nnhydro.effects.catalogue import catalogue
 
 
@@ -125,3 +138,35 @@ def test_what_acts_on_the_whole_arm_and_what_a_sensor_does_know_of_no_sector_of_
                                                ("coulomb_friction", True)])
 def test_no_sensor_knows_in_which_sector_its_joint_stands(kind, sectors):
     assert _knows_angles(catalogue()[kind].at_start(arm(2), joint=2)) is sectors
+
+
+@pytest.fixture(scope="module")
+def to_and_fro():
+    """A search among three laws; the second (two columns) acts in two recordings of six, with opposite signs."""
+    of = design(41, groups=6, rows=60, noise=0.3)
+    X = np.random.default_rng(42).standard_normal((*of.y.shape, 4))
+    sign = np.select([of.problem.group_of == 1, of.problem.group_of == 4], [1.0, -1.0])
+    of.y = of.y + 0.4 * X[..., 1] * sign[:, None]
+    return search(of, (law("a"), law("b", width=2), law("c")), X, level=0.3**2)
+
+
+def test_the_gain_is_the_evidence_of_each_recording_by_itself(to_and_fro):
+    base = to_and_fro.score(())
+    gains, left = gains_by_recording(to_and_fro, base), remainder_without_unknown(to_and_fro, base)
+    view, want = to_and_fro.view, 0.0
+    X = view.whitened.weigh(view.library.columns(1))
+    for g in range(6):
+        rows = view.whitened.group == g
+        r, A = left[rows].ravel(), X[rows].reshape(-1, 2)
+        V = np.eye(len(r)) + RHO**2 * A @ A.T
+        want += max(0.0, float(r @ r - r @ np.linalg.solve(V, r)) / 2 - np.linalg.slogdet(V)[1] / 2)
+    assert gains[1] == pytest.approx(want, rel=1e-9)
+    assert gains[1] > 20 > max(gains[0], gains[2])
+
+
+def test_it_is_found_where_the_whole_campaign_says_nothing(to_and_fro):
+    base = to_and_fro.score(())
+    assert to_and_fro.score((1,)).score < base.score
+    assert laws_of_some_recordings(to_and_fro, base)[0] == 1
+    assert laws_of_some_recordings(to_and_fro, base, most=1) == [1]
+    assert 1 not in laws_of_some_recordings(to_and_fro, to_and_fro.score((1,)))
