@@ -11,6 +11,7 @@ from rigs import arm
 
 from nnhydro.cli.main import run
 from nnhydro.effects.catalogue import catalogue
+from nnhydro.report.effects.effect_figure import illustrate
 from nnhydro.runtime.stamp import STAMP
 
 
@@ -33,6 +34,15 @@ def test_a_card_explains_the_effect(id_, capsys):
 
 
 @pytest.mark.parametrize("id_", catalogue())
+def test_a_picture_has_something_to_show(id_):
+    motion, without, with_it, joint = illustrate(catalogue()[id_])
+    change = (with_it - without)[:, joint].abs().max()
+    assert len(without) == len(with_it) == len(motion)
+    assert bool(with_it.isfinite().all())
+    assert float(change / without[:, joint].abs().max()) == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("id_", ["payload_mass", "stribeck_friction", "wave_orbital", "torque_saturation"])  # the manual draws all
 def test_a_picture_is_drawn(id_, tmp_path: Path, capsys):
     out = tmp_path / "new" / f"{id_}.png"
     assert run(["effects", id_, "--out", str(out)]) == 0

@@ -71,20 +71,28 @@ def illustrate(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     made = candidates(effect, arm, peak)
     if not made:
         raise ConfigError(f"effect {effect.id!r} cannot act on the picture's two-link arm in water: there is no picture of it")
-    hypothesis = made[len(made) // 2]
+    middle = len(made) // 2
+    for hypothesis in (*made[middle:], *made[:middle]):  # a level that one joint's torque reaches may lie beyond the other's
+        change = _change(hypothesis, seen)
+        if bool(change.any()):
+            break
+    relative = change.abs().amax(0) / tensor(peak)
+    joint = int(relative.argmax())
+    return motion, seen.tau, seen.tau + change * (SHARE / max(float(relative[joint]), 1e-300)), joint
+
+
+def _change(hypothesis: Effect, seen: SensorView) -> Tensor:
+    """What an effect of its own size, or of size 1 where it has none, adds to the torque, (n, joints) N m."""
     if isinstance(hypothesis, InstrumentEffect):
         columns = hypothesis.columns(seen)
     elif isinstance(hypothesis, LoadEffect):
         columns = hypothesis.columns(seen.flow)
     else:
-        raise ConfigError(f"effect {effect.id!r} is neither a load nor an instrument effect")
+        raise ConfigError(f"effect {hypothesis.id!r} is neither a load nor an instrument effect")
     values = hypothesis.linear_values()
     if not bool(values.any()):
         values[int(columns.flatten(0, 1).any(0).to(torch.int8).argmax())] = 1.0  # the first that does something
-    change = columns @ values
-    relative = change.abs().amax(0) / tensor(peak)
-    joint = int(relative.argmax())
-    return motion, seen.tau, seen.tau + change * (SHARE / max(float(relative[joint]), 1e-300)), joint
+    return columns @ values
 
 
 def _driver(effect: type[Effect], motion: Motion, tau: Tensor, joint: int) -> tuple[str, Array]:
