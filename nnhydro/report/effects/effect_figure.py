@@ -72,17 +72,17 @@ def illustrate(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     if not made:
         raise ConfigError(f"effect {effect.id!r} cannot act on the picture's two-link arm in water: there is no picture of it")
     middle = len(made) // 2
-    for hypothesis in (*made[middle:], *made[:middle]):  # a level that one joint's torque reaches may lie beyond the other's
-        change = _change(hypothesis, seen)
-        if bool(change.any()):
+    best = 0.0, torch.zeros_like(seen.tau)
+    for hypothesis in (*made[middle:], *made[:middle]):
+        best = max(best, _change(hypothesis, seen, tensor(peak)), key=lambda found: found[0])
+        if best[0] > 0.99 * SHARE:  # a clipping takes less: the best that is shows
             break
-    relative = change.abs().amax(0) / tensor(peak)
-    joint = int(relative.argmax())
-    return motion, seen.tau, seen.tau + change * (SHARE / max(float(relative[joint]), 1e-300)), joint
+    change = best[1]
+    return motion, seen.tau, seen.tau + change, int((change.abs().amax(0) / tensor(peak)).argmax())
 
 
-def _change(hypothesis: Effect, seen: SensorView) -> Tensor:
-    """What an effect of its own size, or of size 1 where it has none, adds to the torque, (n, joints) N m."""
+def _change(hypothesis: Effect, seen: SensorView, peak: Tensor) -> tuple[float, Tensor]:
+    """What an effect adds to the torque, (n, joints) N m, and its share of the largest torque `peak` (joints,): SHARE where it can."""
     if isinstance(hypothesis, InstrumentEffect):
         columns = hypothesis.columns(seen)
     elif isinstance(hypothesis, LoadEffect):
@@ -92,7 +92,15 @@ def _change(hypothesis: Effect, seen: SensorView) -> Tensor:
     values = hypothesis.linear_values()
     if not bool(values.any()):
         values[int(columns.flatten(0, 1).any(0).to(torch.int8).argmax())] = 1.0  # the first that does something
-    return columns @ values
+
+    def share(change: Tensor) -> float:
+        """Return the largest of a change over the largest torque of the joint."""
+        return float((change.abs().amax(0) / peak).max())
+
+    sized = hypothesis.with_linear(values * SHARE / max(share(columns @ values), 1e-300))
+    predicted = sized.for_prediction(0.0) if isinstance(sized, InstrumentEffect) else sized
+    change = columns @ (predicted if isinstance(predicted, type(hypothesis)) else sized).linear_values()
+    return share(change), change
 
 
 def _driver(effect: type[Effect], motion: Motion, tau: Tensor, joint: int) -> tuple[str, Array]:
