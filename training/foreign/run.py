@@ -1,8 +1,8 @@
 """Diagnose campaigns of another author and score the answers: `python training/foreign/run.py FOLDER OUT [FIRST:LAST:STEP] [HOW]`.
 
 FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A hidden effect
-may also `accept` names that its author finds as right. A campaign is exact if every hidden effect is named, or lies in a class of at most
-three, at its joint, and nothing else is said. What is diagnosed already in OUT is not diagnosed again. OUT/results.json holds a row a
+may also `accept` names that its author finds as right, and act in a `part` of the campaign. A campaign is exact if every hidden effect is
+named, or lies in a class of at most three, at its joint, a part is claimed where there is one, and nothing else is said. What is diagnosed already in OUT is not diagnosed again. OUT/results.json holds a row a
 campaign and the summary. HOW is
 
     family-out           the family of what is hidden is taken out of the catalogue: whatever is named is wrong then, and only campaigns
@@ -37,10 +37,11 @@ def scored(answer: dict[str, Any], document: dict[str, Any]) -> dict[str, Any]:
     for h in hidden:
         hit = next((i for i, f in enumerate(findings) if i not in used and hits(f, h)), None)
         used |= set() if hit is None else {hit}
+    part = any(h.get("part", False) for h in hidden)
     remarks = REMARKS if answer["style"] == "offsets" else set()
     wrong = [f["effect"] for i, f in enumerate(findings) if i not in used and f["effect"] not in remarks and f not in accepted]
     return {"style": answer["style"], "hidden": [h["effect"] for h in answer["hidden"]], "said": [f["effect"] for f in findings],
-            "exact": len(used) == len(hidden) and not wrong and not any("acts" in f for f in findings), "wrong": wrong,
+            "exact": len(used) == len(hidden) and not wrong and part == any("acts" in f for f in findings), "wrong": wrong,
             "confidence": [f["confidence"] for f in findings], "detected": document["mismatch"]["detected"], "seconds": document["seconds"]}
 
 

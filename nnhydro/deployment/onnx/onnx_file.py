@@ -17,7 +17,7 @@ from nnhydro.physics.motion import trial_runs
 from nnhydro.runtime.files import json_text, write_own
 from nnhydro.runtime.stamp import refuse_foreign
 
-SCHEMA: Final = "nnhydro/onnx/1"
+SCHEMA: Final = "nnhydro/onnx/2"
 OPSET: Final = 18
 PRECISIONS: Final = {"double": np.float64, "single": np.float32}
 UNITS: Final = {"q": ("rad", "joint angles, joint-relative"), "qd": ("rad/s", "joint rates"), "qdd": ("rad/s^2", "joint accelerations"),

@@ -168,7 +168,7 @@ def test_single_precision_is_close(hybrid, tmp_path):
 def test_the_sidecar_says_how_to_feed_it(exported):
     told, path = exported
     assert json.loads((path.parent / "hybrid.onnx.json").read_text()) == told
-    assert told["schema"] == "nnhydro/onnx/1"
+    assert told["schema"] == "nnhydro/onnx/2"
     assert told["model_digest"] == "abc"
     assert {x["name"]: x for x in told["inputs"]}["memory"]["shape"] == [STATES * 2 * STRIPS]
     assert "dt = -1" in told["memory"]
