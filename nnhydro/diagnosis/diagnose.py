@@ -127,7 +127,7 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
     progress("repetition in other frequency bands")
-    bands, unjudged = _other_bands(campaign, names, baseline, found) if findings else ((), {})
+    bands, unjudged = _other_bands(campaign, baseline, found) if findings else ((), {})
     progress("next experiment")
     following, why = _plan_next(found, campaign, seed, limits)
     steady = (found.design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
@@ -164,15 +164,14 @@ class DiagnosisOptions:
         return diagnose(campaign, **vars(self), progress=progress)
 
 
-def _other_bands(campaign: Campaign, names: tuple[str, ...], baseline: str | None,
-                 found: SearchedCampaign) -> tuple[tuple[OtherBand, ...], dict[str, str]]:
+def _other_bands(campaign: Campaign, baseline: str | None, found: SearchedCampaign) -> tuple[tuple[OtherBand, ...], dict[str, str]]:
     """The claims at other edges of the band, and why one could not be judged: it never costs the verdict."""
     claimed = [found.search.view.library.hypotheses[k] for k in found.decided.claimed.chosen]
     made, failed = [], []
     for factor in FACTORS:
         band = found.design.problem.band.times(factor)
         try:
-            made.append(claims_at(campaign, names, band, baseline, claimed))
+            made.append(claims_at(campaign, found.design.problem, band, baseline, claimed))
         except (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError) as error:
             failed.append(f"not judged below {band.torque:.3g} Hz: {error}")
     return tuple(made), {"other_bands": "; ".join(failed)} if failed else {}

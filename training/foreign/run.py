@@ -2,8 +2,8 @@
 
 FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A hidden effect
 may also `accept` names that its author finds as right, and act in a `part` of the campaign. A campaign is exact if every hidden effect is
-named, or lies in a class of at most three, at its joint, a part is claimed where there is one, and nothing else is said. What is diagnosed already in OUT is not diagnosed again. OUT/results.json holds a row a
-campaign and the summary. HOW is
+named, or lies in a class of at most three, at its joint, a part is claimed where there is one, and nothing else is said. What is diagnosed
+already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary. HOW is
 
     family-out           the family of what is hidden is taken out of the catalogue: whatever is named is wrong then, and only campaigns
                          that hide something are diagnosed

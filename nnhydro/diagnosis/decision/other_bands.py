@@ -17,7 +17,7 @@ from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import calibrated_noise, reestimate
 from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
-from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.problem import Problem, problem_of
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
@@ -46,13 +46,13 @@ class OtherBand:
         return f"If only frequencies below {self.edge:.2g} Hz were compared, this would not be claimed: {said}." if self.lost else ""
 
 
-def claims_at(campaign: Campaign, names: tuple[str, ...], band: Band, baseline: str | None, claimed: Sequence[Hypothesis]) -> OtherBand:
-    """Return which of the `claimed` laws lose their evidence in another `band`.
+def claims_at(campaign: Campaign, judged: Problem, band: Band, baseline: str | None, claimed: Sequence[Hypothesis]) -> OtherBand:
+    """Return which of the laws `claimed` in the problem `judged` lose their evidence in another `band`.
 
     Raises ConfigError for edges that are no frequencies, CampaignError or RecordingError where too little is left in that band.
     """
     require(band.torque > 0 and band.motion > 0, f"a band up to {min(band.torque, band.motion):g} Hz holds nothing: give edges above 0 Hz")
-    design = design_on(problem_of(campaign, names, band), baseline)
+    design = design_on(problem_of(campaign, judged.names, band, judged.left_out), baseline)
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     library, whole = Library.of(design, claimed, model), tuple(range(len(claimed)))

@@ -156,20 +156,21 @@ def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posteri
     k = 0 if columns is None else len(columns.Xy)
     scale = np.concatenate([t, np.full(k, RHO)])
     *outer, base = whitened.parts(np.flatnonzero(t))
-    live = np.concatenate([*outer, base, np.arange(len(t), len(scale))])
-    G, s = whitened.G, scale[np.concatenate([base, np.arange(len(t), len(scale))])]
-
-    def border(at: Index) -> Array:
-        """Return the rows `at` of M in the columns of the baseline and of the set."""
-        beside = G[np.ix_(at, base)] if columns is None else np.concatenate([G[np.ix_(at, base)], columns.cross[at]], axis=1)
-        made: Array = beside * t[at, None] * s
-        return made
-
-    inner = G[np.ix_(base, base)]
+    live, p = np.concatenate([*outer, base, np.arange(len(t), len(scale))]), len(base)
+    G, s = whitened.G, scale[live[len(live) - p - k:]]
+    inner, borders = np.empty((p + k, p + k)), [np.empty((len(at), p + k)) for at in outer]
+    inner[:p, :p] = G[base[:, None], base]
+    for border, at in zip(borders, outer, strict=True):
+        border[:, :p] = G[at[:, None], base]
     if columns is not None:
-        inner = np.block([[inner, columns.cross[base]], [columns.cross[base].T, columns.gram]])
-    blocks = [_with_prior(G[np.ix_(at, at)], t[at]) for at in outer]
-    factor = Arrowhead.of(blocks, [border(at) for at in outer], _with_prior(inner, s))
+        inner[:p, p:], inner[p:, p:] = columns.cross[base], columns.gram
+        inner[p:, :p] = inner[:p, p:].T
+        for border, at in zip(borders, outer, strict=True):
+            border[:, p:] = columns.cross[at]
+    for border, at in zip(borders, outer, strict=True):
+        border *= t[at, None]
+        border *= s
+    factor = Arrowhead.of([_with_prior(G[at[:, None], at], t[at]) for at in outer], borders, _with_prior(inner, s))
     half = factor.forward((whitened.b if columns is None else np.concatenate([whitened.b, columns.Xy]))[live] * scale[live])
     mean = np.zeros(len(scale))
     mean[live] = factor.backward(half) * scale[live]

@@ -203,13 +203,16 @@ def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
     return tuple(names[int(rng.choice(stretch))] for stretch in stretches if len(stretch))
 
 
-def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: Band | float | None = None) -> Problem:
+def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: Band | float | None = None,
+               left_out: LeftOut | None = None) -> Problem:
     """Return the recordings `names` of `campaign` (all by default) ready for diagnosis; the band's edge in Hz from the data by default.
 
-    Raises CampaignError or RecordingError where the data cannot be used.
+    `left_out` is what of them was found to be computed; by default it is found here. Raises CampaignError or RecordingError where the data
+    cannot be used.
     """
     names = campaign.names if names is None else names
-    recordings, left_out = without_computed_slopes([campaign.load(name) for name in names])
+    loaded = [campaign.load(name) for name in names]
+    recordings, left_out = without_computed_slopes(loaded) if left_out is None else (left_out.taken_from(loaded), left_out)
     if edge is None:
         edge = band_of(recordings)
     elif not isinstance(edge, Band):

@@ -84,6 +84,11 @@ class LeftOut:
             return f"{said[0].upper()}{said[1:]}, as differences do: they were left out."
         return "The recorded rates or accelerations were smoothed: they were left out." if self.smoothed else ""
 
+    def taken_from(self, recordings: Sequence[Recording]) -> list[Recording]:
+        """Return `recordings` without what was left out."""
+        return [replace(r, qd=None if self.rates_lag or self.smoothed else r.qd,
+                        qdd=None if self.accelerations_lag or self.smoothed else r.qdd) for r in recordings]
+
 
 def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], LeftOut]:
     """Return the recordings without rates and accelerations that lag the angles or were smoothed, and why.
@@ -95,6 +100,4 @@ def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recor
     rates_lag, later = float(rates.max(initial=0.0)), float((rates[:len(more)] + more).max(initial=0.0))
     smooth = _is_smooth(recordings, "q", "qd") or _is_smooth(recordings, "qd", "qdd")  # who smooths one smooths both
     why = LeftOut(rates_lag, later if later > LEAST * step else 0.0, smooth)
-    kept = [replace(r, qd=None if why.rates_lag or smooth else r.qd, qdd=None if why.accelerations_lag or smooth else r.qdd)
-            for r in recordings]
-    return kept, why
+    return why.taken_from(recordings), why

@@ -6,6 +6,7 @@ from diagnosed import ARM, FRICTION, campaign, diagnosed, dry, made
 from nnhydro.diagnosis import diagnose as whole
 from nnhydro.diagnosis.decision.other_bands import FACTORS, claims_at
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
+from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band
@@ -25,14 +26,14 @@ def test_friction_shows_at_every_edge_and_nothing_is_said_of_the_band():
 
 def test_a_law_that_is_not_there_is_lost_at_any_edge_and_the_sentence_says_where():
     of = campaign("healthy")
-    band = claims_at(of, of.names, Band(2.0, 2.0), None, coulomb())
+    band = claims_at(of, problem_of(of), Band(2.0, 2.0), None, coulomb())
     assert band.lost == (("coulomb_friction", 1),)
     assert band.sentence() == "If only frequencies below 2 Hz were compared, this would not be claimed: coulomb_friction at joint 1."
 
 
 def test_what_shows_only_above_an_edge_is_lost_below_it():
     hum = Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.005 * FRICTION)))
-    low = claims_at(hum, hum.names, Band(0.4, 0.4), None, coulomb())
+    low = claims_at(hum, problem_of(hum), Band(0.4, 0.4), None, coulomb())
     assert low.lost == (("coulomb_friction", 1),)
 
 
@@ -51,4 +52,4 @@ def test_a_band_that_cannot_be_judged_costs_nothing_but_itself_and_is_told(monke
 def test_an_edge_that_is_none_is_refused():
     of = campaign("rubbing")
     with pytest.raises(ConfigError, match="holds nothing"):
-        claims_at(of, of.names, Band(-1.0, -1.0), None, coulomb())
+        claims_at(of, problem_of(of), Band(-1.0, -1.0), None, coulomb())
