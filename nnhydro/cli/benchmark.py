@@ -10,7 +10,8 @@ from nnhydro.cli.terminal.output import BACKEND, CUTOFF, JOBS, JSON, MAP, QUIET,
 def benchmark(
     campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, each with its own arm.yaml."),
     out: Path = typer.Option(..., "--out", help="Folder for benchmark.json and the plots."),
-    models: str = typer.Option("", "--models", help="Comma-separated: baselines, network, hybrid, comparators, model folders; or all."),
+    models: str = typer.Option("", "--models", help="Comma-separated: baselines, network, hybrid, gp, boosted-trees, "
+                               "mlp-raw, model folders; or all."),
     protocol: str = typer.Option("leave-recordings-out", "--protocol", help="leave-recordings-out, leave-speed-range-out, "
                                  "leave-angle-sector-out, leave-kind-out, leave-arm-out or learning-curve."),
     folds: int = typer.Option(5, "--folds", min=2, help="Number of folds; each recording is held out once."),

@@ -7,10 +7,12 @@ import typer
 
 from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, note, say, shell_words, table
 
-Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; one made here before is replaced whole.")]
+Out = Annotated[Path, typer.Option("--out", help="Folder for the suite; an earlier suite there is replaced.")]
 Effect = Annotated[str, typer.Option("--effect", help="What to hide: an effect of the catalogue, none, random, mixed (all kinds), "
-                                     "base_form (the baseline's form is slightly off), unlisted (without a card); or several with commas.")]
-Strength = Annotated[str, typer.Option("--strength", help="strong: several times what the campaign can reveal; weak: just above it.")]
+                                     "base_form (the baseline's form is slightly off), unlisted (outside the catalogue); "
+                                     "or several, comma-separated.")]
+Strength = Annotated[str, typer.Option("--strength", help="strong: several times the smallest size that the campaign can reveal; "
+                                       "weak: just above it.")]
 Links = Annotated[int | None, typer.Option("--links", help="1 or 2; drawn where not given.")]
 Count = Annotated[int, typer.Option("--count", help="Number of campaigns, for each effect where --effect is a list.")]
 Effects = Annotated[int, typer.Option("--effects", help="Effects at once in a campaign, 1 to 3.")]
@@ -26,8 +28,8 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
             quiet: bool = QUIET, json: bool = JSON) -> None:
     """Make campaigns with a hidden effect and a sealed answer.
 
-    In each tow-tank campaign one effect (or none) is hidden; `nnhydro reveal` scores a diagnosis against the answer. The truth is
-    computed by code that shares nothing with the models and the catalogue.
+    Each tow-tank campaign hides one effect, several (--effects) or none; `nnhydro reveal` scores a diagnosis against the answer.
+    The truth is computed by code that shares nothing with the models and the catalogue.
     """
     import secrets
 

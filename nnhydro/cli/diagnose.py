@@ -118,7 +118,8 @@ def diagnose(
                                  "tau*_sim_Nm); constant, or rigid where dry, by default."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = CUTOFF,
-    seed: int = typer.Option(0, "--seed", help="Random seed of subsets of recordings and of null draws."),
+    seed: int = typer.Option(0, "--seed", help="Random seed of the subset of recordings and of the simulated "
+                             "campaigns that set the threshold."),
     rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate the confidence by simulation: inject each finding and "
                                  "its alternatives N times into these motions, and repeat the diagnosis."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "

@@ -23,8 +23,8 @@ def _load(model: Path, kind: str, bare: bool) -> "TorqueModel":
     loaded = load_model(model)
     faults = sensor_faults(loaded) if kind in STEPS and not bare else ()
     if faults:
-        raise ModelError(f"{model}: holds faults of the rig's torque sensors ({', '.join(faults)}): a controller would answer "
-                         "sensors, not the arm: add --without-instruments, which leaves them off")
+        raise ModelError(f"{model}: holds faults of the rig's torque sensors ({', '.join(faults)}): a controller would compensate "
+                         "the sensors, not the arm: add --without-instruments, which omits them")
     return loaded
 
 
@@ -35,11 +35,12 @@ def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: s
 
     digest = (model / DIGEST).read_text(encoding="utf-8").strip()
     written = export_step(loaded, out, kind, precision, digest, bare)
+    said = f"{written['model']} was exported as a function of one time step to {out}"
     if kind == "c":
-        return written, f"{written['model']} is one step in time in {out}, checked against the model; try it with {written['test_vector']}."
+        return written, f"{said}, and checked against the model; test it with {written['test_vector']}."
     if kind == "casadi":
-        return written, f"{written['model']} is one step in time in {out}; read it with casadi.Function.deserialize."
-    return written, f"{written['model']} is one step in time in {out}, checked against the model; {out}.json describes its inputs."
+        return written, f"{said}; read it with casadi.Function.deserialize."
+    return written, f"{said}, and checked against the model; {out}.json describes its inputs."
 
 
 def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
@@ -75,7 +76,7 @@ def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 def export(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it describes its inputs."),
-    kind: str = typer.Option("onnx", "--format", help="onnx, c or casadi (any model, one step in time), mujoco (physics, as MJCF) or "
+    kind: str = typer.Option("onnx", "--format", help="onnx, c or casadi (any model, one time step), mujoco (physics, as MJCF) or "
                              "curves (coefficients, as CSV)."),
     precision: str = typer.Option("double", "--precision", help="For onnx and c: double, or single (errors of about 1e-6 of the torque)."),
     without_instruments: bool = typer.Option(False, "--without-instruments", help="For onnx, c and casadi: omit identified faults of "
@@ -85,7 +86,7 @@ def export(
 ) -> None:
     """Write a model for a controller or a simulator.
 
-    One step in time as ONNX, C or CasADi; a MuJoCo file; or the coefficients as a table.
+    Writes a function of one time step (ONNX, C, CasADi), a MuJoCo file, or the coefficients as a table.
     """
     from nnhydro.errors import require
     from nnhydro.runtime.registry import choices

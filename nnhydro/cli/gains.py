@@ -18,7 +18,8 @@ def gains(
 ) -> None:
     """Print how the torques change with speed and acceleration.
 
-    Prints derivatives of the torques of the model, of its baseline and of the textbook model with respect to the inputs.
+    Prints effective damping and inertia: derivatives of the torques with respect to joint rates and accelerations. Shows them for the
+    model, its baseline and the textbook model.
     """
     from nnhydro.errors import require
     from nnhydro.models.gains.sweeps import Around, document, sweeps

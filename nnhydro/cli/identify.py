@@ -34,7 +34,7 @@ def identify(
 ) -> None:
     """Fit C_D and C_M of each link to a campaign.
 
-    Masses are fitted within their stated uncertainty. The 95 % intervals are computed over recordings.
+    Masses are fitted within their stated uncertainty. The 95 % intervals come from a bootstrap over recordings.
     """
     from nnhydro.fitting.dry_model import dry_model
     from nnhydro.fitting.dry_model import identify_in_water as fit_in_water

@@ -20,7 +20,7 @@ APART = 1e-3  # of the rms of tau1: hub_Mz_Nm differs by more than the rounding 
 def predict(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     files: list[Path] = typer.Argument(help="Motions: CSV or Parquet with t_s, q1_rad, ...; torque columns are ignored."),
-    out: Path = typer.Option(..., "--out", help="Folder for the torques, one CSV a motion."),
+    out: Path = typer.Option(..., "--out", help="Folder for the torques, one CSV per motion."),
     strict: bool = typer.Option(False, "--strict", help="Refuse motions that look wrong or lie outside what the model was trained on."),
     hub: bool = typer.Option(False, "--hub", help="Also write force and moment on the base: hub_Fx_N, hub_Fy_N, hub_Mz_Nm."),
     column_map: Path | None = MAP,

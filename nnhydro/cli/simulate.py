@@ -7,16 +7,16 @@ import typer
 
 from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, shell_words, table
 
-RecipeArgument = Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Arm, terms of the truth, motions, controller, sensors, seed.")]
-OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign; one made by a recipe before is replaced whole.")]
+RecipeArgument = Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Arm, load terms, motions, controller, sensors, seed.")]
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the campaign; an earlier simulated campaign there is replaced.")]
 
 
 def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: bool = JSON) -> None:
     """Simulate a tow-tank campaign.
 
-    A recipe holds arm, motions, terms of the truth, controller, sensors and seed. Terms of the truth are the load terms of the models
-    (rigid_body, normal_drag, added_mass, coulomb_friction, ...). In place of arm and terms, truth names the folder of a
-    model. Motions are tow, slew, rotation, fourier, file and steady (a grid of steady runs).
+    A recipe holds arm, true loads, motions, controller, sensors and seed. The key terms lists the true loads (rigid_body, normal_drag,
+    added_mass, coulomb_friction, ...). In place of arm and terms, the key truth may name the folder of a model.
+    Motions are tow, slew, rotation, fourier, file and steady (a grid of steady runs).
     """
     from nnhydro.errors import count_text
     from nnhydro.simulation.campaign_writer import write_campaign

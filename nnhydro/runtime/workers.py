@@ -37,7 +37,7 @@ class Workers:
 
     def __post_init__(self) -> None:
         require(self.backend in BACKENDS, f"--backend {self.backend!r}: one of {', '.join(BACKENDS)}")
-        require(self.jobs >= 1 or self.jobs == -1, f"--jobs {self.jobs}: give a number of processes, or -1 for one a core")
+        require(self.jobs >= 1 or self.jobs == -1, f"--jobs {self.jobs}: give a number of processes, or -1 for one per core")
         require(self.backend == "dask" or not self.scheduler, f"--scheduler {self.scheduler}: goes with --backend dask")
         require(self.backend != "dask" or bool(self.scheduler),
                 "--backend dask: needs --scheduler ADDRESS, which `dask scheduler` prints when it starts (tcp://HOST:8786)")

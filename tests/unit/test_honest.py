@@ -195,5 +195,5 @@ def test_the_report_says_that_the_choice_of_effects_has_seen_what_the_fit_has_no
     from importlib.resources import files
 
     page = (files("nnhydro.report.widgets") / "diagnosis.html").read_text(encoding="utf-8")
-    assert "The choice of effects has used all recordings" in page
+    assert "All recordings were used to choose the effects" in page
     assert "took no part" not in page

@@ -21,8 +21,9 @@ HEAD = ["# Learned models on independent tanks", "",
         "`python training/independent_tanks/run.py` prints this table; `config.toml` holds all choices, `results.json` all numbers.",
         "No feature uses an equation of the data, except as said below.", "",
         "- `error`: sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit.",
-        "- `bar`: the error aimed at. On recordings it is half of that of `state`, or a third of that of `constant`, whichever is less.",
-        "  On kinds of motion it is 0.8 of that of the better baseline. For cfd_cylinder and rivera_tank, config.toml states it.",
+        "- `bar`: the target. With recordings left out, it is half the error of `state`, or a third of that of `constant`, whichever is",
+        "  less. With kinds of motion left out, it is 0.8 times the error of the better baseline. For cfd_cylinder and rivera_tank,",
+        "  config.toml states it.",
         "- `worst`: largest error on a recording, relative to that of `constant`; the aim is at most 1.1.",
         "- `> 1.1`: number of recordings on which the error is more than 1.1 times that of `constant`.",
         "- `95 %`: share of held-out rows within the model's 95 % intervals.", "",
@@ -67,7 +68,7 @@ def table(results: dict, now: str, sets: dict) -> str:
             asked = bar(models, key.endswith("leave-kind-out"), sets[key.split(":")[0]].get("bar"))
             lines += [row(key, name, entry, models, asked) for name, entry in sorted(models.items(), key=lambda item: item[1]["error"])]
     shared = [f"{name} shares with a feature: {text}." for name, text in SHARES_AN_EQUATION.items() if f"| {name} |" in "".join(lines)]
-    return "\n".join([*lines, "", *shared, "One version of nnhydro made this table; results.json holds its hash.", ""])
+    return "\n".join([*lines, "", *shared, "One version of nnhydro made this table; results.json states which.", ""])
 
 
 def main() -> None:

@@ -39,7 +39,8 @@ def table(rows: list[dict]) -> str:
               ("of these the class holds the truth, and nothing else is named", sum(r["honest"] for r in asked), len(asked)),
               ("settled by the proposed motion", sum(r["settled"] for r in asked), len(asked)),
               ("settled by a motion at random", sum(at_random), len(at_random)),
-              ("settled where the proposal gives itself a chance of 0.5 or more", sum(r["settled"] for r in likely), len(likely)),
+              ("settled where the predicted probability is 0.5 or more", sum(r["settled"] for r in likely), len(likely)),
               ("settled by a motion at random there", sum(usual), len(usual)),
-              ("after the proposed motion still honest", sum(r["honest_after"] for r in asked), len(asked))]
+              ("after the proposed motion, the true effect is still named or among the alternatives",
+               sum(r["honest_after"] for r in asked), len(asked))]
     return "\n".join([*lines, "", *(f"- {name}: {hits} of {tries}" for name, hits, tries in counts)])

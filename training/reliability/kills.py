@@ -170,7 +170,7 @@ def main() -> None:
                          count.resumed])
             (place / "work").rename(place / f"done_{command}")
     columns = ["command", "one run, s", "killed at random", "killed before an operation on files", "half written", "lost",
-               "finished otherwise than undisturbed", "resumed"]
+               "result differs from an undisturbed run", "resumed"]
     show("kill -9", columns, rows)
     record("kills", {"seconds": round(time.monotonic() - started), "rows": [dict(zip(columns, row, strict=True)) for row in rows]})
 

@@ -29,14 +29,15 @@ HERE = Path(__file__).parent
 CONFIG = tomllib.loads((HERE / "config.toml").read_text())
 HEAD = """# A trained memory of the strips
 
-`python training/strip_memory/run.py`; every choice stands in `config.toml`, the net in `net.py`, every number in `results.json`.
-A small recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. Or on `forces`, the true force of
-every strip, which no rig measures: how much of it the strips' history holds. `/8`: on 8 recordings of each fold. `*3`: three nets' mean.
-`hybrid`: a net that has learned what the calibrated constants leave, all of it is used. `stacked`: a net as of `torques`, as far as it is
-used in place of the constants. `+gain`: the share of each joint that gains most N m in the mean of recordings that other nets have not
-seen. There are three of these, each without a third of the recordings. `+sure`: the share whose mean gain less one standard error is
-largest. Size, inputs and passes were chosen on two folds of vortex_tank, and the rule of the share on this table. Its figures are therefore
-somewhat optimistic. Nets of `torques` start from other numbers than those of `hybrid` and `stacked`.
+`python training/strip_memory/run.py`; every choice stands in `config.toml`, the net in `net.py`, every number in `results.json`. A small
+recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. With `forces`, it is trained on the true
+force of every strip, which no rig measures. This shows how much of the force the history of a strip determines. `/8` means training on 8
+recordings of each fold, and `*3` the mean of three nets. `hybrid` is a net that has learned the residual of the calibrated constants, and
+is used in full. `stacked` is a net like that of `torques`, of which a share replaces the constants. `+gain` chooses for each joint the
+share with the largest mean gain in N m, on recordings that other nets have not seen. There are three such nets, each trained without a
+third of the recordings. `+sure` chooses the share with the largest mean gain minus one standard error. Size, inputs and passes were chosen
+on two folds of vortex_tank, and the rule of the share on this table. Its figures are therefore somewhat optimistic. Nets of `torques` start
+from other numbers than those of `hybrid` and `stacked`.
 
 error = sum |tau - model| / sum |tau| in % on what is held out, every third row. today, constant: as in `training/independent_tanks`.
 `worst`, `> 1.1`: error on a recording over that of `constant` there. s: processor time of a fold.

@@ -61,4 +61,4 @@ def print_card(effect: type[Effect]) -> None:
     for f in effect.parameters():
         one_a = effect.acts if f.metadata["per"] == "arm" else f.metadata["per"]
         rows.append((f.name, f.metadata["meaning"], f.metadata["unit"], one_a, "{:g} to {:g}".format(*f.metadata["bounds"])))
-    _words("Parameters", ("name", "meaning", "unit", "one a", "bounds"), rows)
+    _words("Parameters", ("name", "meaning", "unit", "one per", "bounds"), rows)

@@ -197,7 +197,7 @@ class Search:
             while now.chosen not in visited:
                 visited[now.chosen] = now
                 now = self._move(now)
-                self.report(f"effects in the set: {len(now.chosen)}, score {now.score - empty.score:.1f}")
+                self.report(f"effects in the set: {len(now.chosen)}, score {now.score - empty.score:.1f} nats")
             now = max(map(self._standing, visited.values()), key=lambda s: s.score)
             if now.chosen in visited:
                 return now
