@@ -13,6 +13,7 @@ from nnhydro.diagnosis.decision import decide as deciding
 from nnhydro.diagnosis.decision.decide import Claims, Decision, _form_bars, decide, gain_on_unseen, torque_shares, withdraw_useless
 from nnhydro.diagnosis.decision.heldout_errors import Proof
 from nnhydro.diagnosis.decision.null_draws import null_gains, null_threshold
+from nnhydro.diagnosis.problem.activity import ActivityWindow
 
 LAWS = tuple(law(f"law_{k}") for k in range(8))
 
@@ -344,6 +345,22 @@ def test_what_has_values_of_each_recording_s_own_is_no_wave_where_the_recordings
     of.y = of.y + size * (own * of.Y[..., 0] + (1 - own) * resembles)
     X = np.concatenate([resembles[..., None], rng.standard_normal((*of.y.shape, 2))], axis=2)
     one = search(of, (law("wave", per_recording=True), *THREE[:2]), X, level=0.1**2)
+    told = decide(one, one.score((0,)), 0)
+    assert (told.claimed.chosen == (0,)) is claimed
+    assert claimed or "fitted to each recording alone would gain more" in told.decisions[0].reason
+
+
+@pytest.mark.parametrize(("own", "claimed"), [(1.0, False), (0.0, True)])
+def test_what_acts_in_some_recordings_is_no_law_where_the_recordings_own_masses_gain_more(own, claimed):
+    """A law that acts in recordings 0 and 3, or masses of the recordings' own that it resembles there."""
+    rng, groups = np.random.default_rng(6), 8
+    of = design(4, groups=groups, rows=40, noise=0.1)
+    acts = np.isin(of.problem.group_of, (0, 3))[:, None]
+    resembles = of.Y[..., 0] + rng.standard_normal(of.y.shape)
+    size = np.repeat(np.concatenate([[1.0, -0.6, 0.5, 1.0], rng.standard_normal(4)]), 40)[:, None]
+    of.y = of.y + own * size * of.Y[..., 0] + (1 - own) * acts * resembles
+    X = np.concatenate([(acts * resembles)[..., None], rng.standard_normal((*of.y.shape, 2))], axis=2)
+    one = search(of, (law("pump", activity=ActivityWindow(("run0", "run3"))), *THREE[:2]), X, level=0.1**2)
     told = decide(one, one.score((0,)), 0)
     assert (told.claimed.chosen == (0,)) is claimed
     assert claimed or "fitted to each recording alone would gain more" in told.decisions[0].reason

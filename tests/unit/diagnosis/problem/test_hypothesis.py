@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import arm
 
+from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, _half_way, enumerate_hypotheses, grid_neighbours, refine_grid
 from nnhydro.effects.catalogue import catalogue, effect_of_id
 from nnhydro.effects.effect import InstrumentEffect
@@ -26,6 +27,14 @@ PEAKS = (5.0, 2.0)
 ])
 def test_the_search_reaches_to_the_neighbours_and_as_far_beyond_an_end(values, value, span):
     assert grid_neighbours(values, value) == pytest.approx(span)
+
+
+@pytest.mark.parametrize(("effect", "activity", "differs"), [
+    ("coulomb_friction", None, False), ("wave_orbital", None, True), ("coulomb_friction", ActivityWindow(("run0",)), True),
+    ("coulomb_friction", ActivityWindow(sector=Sector(1, 0.0, 1.0)), False)])
+def test_recordings_are_told_apart_by_values_of_their_own_or_by_acting_in_some_only(effect, activity, differs):
+    found = next(h for h in enumerate_hypotheses(arm(2), PEAKS) if h.key[0] == effect)
+    assert replace(found, activity=activity).differs_between_recordings is differs
 
 
 NUMBERS = st.lists(st.floats(-100, 100, allow_subnormal=False).map(lambda x: round(x, 3)), min_size=1, max_size=8, unique=True)
