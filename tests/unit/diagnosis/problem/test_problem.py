@@ -155,3 +155,15 @@ def test_rates_that_a_logger_computed_from_the_angles_are_as_good_as_none():
     assert late.band == without.band
     for stretch, bare_one in zip(late.stretches, without.stretches, strict=True):
         np.testing.assert_array_equal(stretch.segment.qdd, bare_one.segment.qdd)
+
+
+def test_what_was_found_to_be_computed_is_left_out_in_another_band_without_a_second_look():
+    given_ones = [recording(arm(2), planted(arm(2)), f"run{k}", seed=k + 1) for k in range(2)]
+    whole = Campaign.of(arm(2), given_ones)
+    bare = Campaign.of(arm(2), [replace(r, qd=None, qdd=None) for r in given_ones])
+    left_out = LeftOut(smoothed=True)
+    told, want, plain = problem_of(whole, edge=4.0, left_out=left_out), problem_of(bare, edge=4.0), problem_of(whole, edge=4.0)
+    assert told.left_out == left_out
+    for a, b, c in zip(told.stretches, want.stretches, plain.stretches, strict=True):
+        np.testing.assert_array_equal(a.segment.qd, b.segment.qd)
+        assert not np.array_equal(a.segment.qd, c.segment.qd)

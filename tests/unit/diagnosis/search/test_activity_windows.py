@@ -140,6 +140,23 @@ def test_no_sensor_knows_in_which_sector_its_joint_stands(kind, sectors):
     assert _knows_angles(catalogue()[kind].at_start(arm(2), joint=2)) is sectors
 
 
+def test_beside_a_wave_of_each_recording_s_own_a_law_that_acts_in_some_recordings_is_sought():
+    wave, pump = law("wave", per_recording=True), law("pump")
+    for one in (wave, pump):
+        vars(one.effect).update(random_intercept=False, predictable_share=1.0)
+    of = design(31, groups=6, rows=60, noise=0.3)
+    of.problem.names = tuple(f"run{g}" for g in range(6))
+    of.problem.arm = SimpleNamespace(n_links=0)
+    of.problem.stretches = [SimpleNamespace(group=g, place=None) for g in range(6)]
+    X = np.random.default_rng(33).standard_normal((*of.y.shape, 2))
+    X[..., 0] = X[..., 1] + 0.7 * X[..., 0]
+    of.y = of.y + 0.8 * X[..., 1] * np.isin(of.problem.group_of, [0, 5])[:, None]
+    among = search(of, (wave, pump), X, level=0.3**2)
+    parts = in_parts(among, among.score((0,)), None)
+    assert [parts.search.key(k) for k in parts.best.chosen] == [("pump", 0)]
+    assert window_of(parts).recordings == ("run0", "run5")
+
+
 @pytest.fixture(scope="module")
 def to_and_fro():
     """A search among three laws; the second (two columns) acts in two recordings of six, with opposite signs."""
