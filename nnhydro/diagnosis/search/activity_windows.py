@@ -164,13 +164,15 @@ def gains_by_recording(search: Search, base: ScoredSet) -> Array:
     return np.concatenate(gained) if gained else np.zeros(0)
 
 
-def laws_of_some_recordings(search: Search, base: ScoredSet, most: int = FITTED_EXACTLY) -> list[int]:
-    """Return the laws that gain most beside `base` with values of each recording's own, the best of a key."""
+def laws_of_some_recordings(search: Search, base: ScoredSet, found: ScoredSet, most: int = FITTED_EXACTLY) -> list[int]:
+    """Return the laws that gain most beside `base` with values of each recording's own, the best of a key, and more than `found` gains."""
+    view = search.view
+    with_them, alone = (without_unknown(view.whitened, view.join(s.chosen)).log_evidence for s in (found, base))
     gains, taken = gains_by_recording(search, base), search.occupied_places(base.chosen)
     best: dict[Key, int] = {}
     for i in np.argsort(-gains).tolist():
         k = int(search.view.shared[i])
-        if gains[i] > 0 and search.place(k) not in taken and len(best) < most:
+        if gains[i] > with_them - alone and search.place(k) not in taken and len(best) < most:
             best.setdefault(search.key(k), k)
     return list(best.values())
 
@@ -226,7 +228,7 @@ def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearc
         for base in {(), found.chosen}:
             asked |= {(k, search.score((*base, k))) for k in search.screen(base)}
     if found.unknown_nats > DETECTED or shared.chosen != found.chosen:
-        asked |= {(k, search.score((*shared.chosen, k))) for k in laws_of_some_recordings(search, shared)}
+        asked |= {(k, search.score((*shared.chosen, k))) for k in laws_of_some_recordings(search, shared, found)}
     laws = sorted({k for k, _ in asked if _may_be_confined(search.view.library.hypotheses[k])})
     windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda pair: (pair[1].chosen, pair[0])) if k in laws
                             for w in _windows(search, fitted, k, model, fitted is found))

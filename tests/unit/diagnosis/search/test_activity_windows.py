@@ -140,7 +140,8 @@ def test_no_sensor_knows_in_which_sector_its_joint_stands(kind, sectors):
     assert _knows_angles(catalogue()[kind].at_start(arm(2), joint=2)) is sectors
 
 
-def test_beside_a_wave_of_each_recording_s_own_a_law_that_acts_in_some_recordings_is_sought():
+def wave_and_pump(own):
+    """A search among a wave with values of each recording's own and a pump that resembles it; `own` (6,): sizes of the true one."""
     wave, pump = law("wave", per_recording=True), law("pump")
     for one in (wave, pump):
         vars(one.effect).update(random_intercept=False, predictable_share=1.0)
@@ -150,11 +151,23 @@ def test_beside_a_wave_of_each_recording_s_own_a_law_that_acts_in_some_recording
     of.problem.stretches = [SimpleNamespace(group=g, place=None) for g in range(6)]
     X = np.random.default_rng(33).standard_normal((*of.y.shape, 2))
     X[..., 0] = X[..., 1] + 0.7 * X[..., 0]
-    of.y = of.y + 0.8 * X[..., 1] * np.isin(of.problem.group_of, [0, 5])[:, None]
-    among = search(of, (wave, pump), X, level=0.3**2)
+    of.y = of.y + (X * np.asarray(own)[of.problem.group_of][:, None]).sum(axis=2)
+    return search(of, (wave, pump), X, level=0.3**2)
+
+
+def test_beside_a_wave_of_each_recording_s_own_a_law_that_acts_in_some_recordings_is_sought():
+    among = wave_and_pump([(0, 0.8 * acts) for acts in (1, 0, 0, 0, 0, 1)])
     parts = in_parts(among, among.score((0,)), None)
     assert [parts.search.key(k) for k in parts.best.chosen] == [("pump", 0)]
     assert window_of(parts).recordings == ("run0", "run5")
+
+
+def test_a_law_that_gains_less_than_a_wave_is_not_sought_in_parts():
+    among = wave_and_pump([(size, 0) for size in (0.8, -0.6, 0.3, -0.9, 0.5, 0.7)])
+    assert gains_by_recording(among, among.score(()))[0] > 20
+    assert laws_of_some_recordings(among, among.score(()), among.score((0,))) == []
+    assert laws_of_some_recordings(among, among.score(()), among.score(())) == [1]
+    assert in_parts(among, among.score((0,)), None).best.chosen == (0,)
 
 
 @pytest.fixture(scope="module")
@@ -184,6 +197,6 @@ def test_the_gain_is_the_evidence_of_each_recording_by_itself(to_and_fro):
 def test_it_is_found_where_the_whole_campaign_says_nothing(to_and_fro):
     base = to_and_fro.score(())
     assert to_and_fro.score((1,)).score < base.score
-    assert laws_of_some_recordings(to_and_fro, base)[0] == 1
-    assert laws_of_some_recordings(to_and_fro, base, most=1) == [1]
-    assert 1 not in laws_of_some_recordings(to_and_fro, to_and_fro.score((1,)))
+    assert laws_of_some_recordings(to_and_fro, base, base)[0] == 1
+    assert laws_of_some_recordings(to_and_fro, base, base, most=1) == [1]
+    assert 1 not in laws_of_some_recordings(to_and_fro, to_and_fro.score((1,)), to_and_fro.score((1,)))
