@@ -58,7 +58,7 @@ def test_gains_keeps_somebody_elses_folder(place, said, tmp_path):
 def test_export_writes_the_file_and_what_it_needs_to_be_told(place, said, tmp_path):
     code, out, _ = said("export", place / "hybrid", "--out", tmp_path / "arm.onnx")
     assert code == 0
-    assert "wake_next" in out
+    assert "memory_next" in out
     assert sorted(p.name for p in tmp_path.iterdir()) == [STAMP, "arm.onnx", "arm.onnx.json"]
     told = json.loads((tmp_path / "arm.onnx.json").read_text())
     assert told["model_digest"] == (place / "hybrid" / "digest.txt").read_text().strip()
