@@ -2,8 +2,9 @@
 
     minimise  sum over rows and joints of hypot((model - left)_j / s_j, SOFT),      s_j = mean |left_j|
 
-every recording weighed by the root of what it has to explain. Adam with decoupled weight decay over one cycle of rates; some recordings at
-a time, all strips side by side. Source: Loshchilov & Hutter (2019); one cycle: Smith & Topin (2019), arXiv 1708.07120.
+every recording weighed by the root of what it has to explain. Some recordings at a time, all strips side by side. Matrices take orthogonal
+steps (muon.py), all else Adam's with decoupled weight decay, over one cycle of rates. Source: Loshchilov & Hutter (2019); one cycle:
+Smith & Topin (2019), arXiv 1708.07120; dropped neurons: Srivastava et al. (2014), JMLR 15, 1929.
 """
 
 from collections.abc import Sequence
@@ -14,13 +15,16 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from nnhydro.fitting.network.strip_net.muon import Muon
 from nnhydro.fitting.network.strip_net.rows import StripRun, join_runs
 from nnhydro.models.learned.strip_inputs import PLAIN
 from nnhydro.models.learned.strip_net import FASTEST, StripNet, real_and_imaginary, recurrence
 
-SIZE, BATCH, RATE = 16, 3, 2e-2
-EPOCHS, STEPS = 60, 1200  # passes over the stretches; of many so few that steps are no more
-NOISE = 0.01  # of the inputs' spread, added in training
+SIZE, BATCH = 16, 8
+RATE, MATRIX_RATE, DECAY = 3e-2, 0.1, 0.05  # at the cycle's top; the share of a weight that a step takes off is DECAY times its rate
+EPOCHS, STEPS = 160, 800  # passes over the stretches; of many so few that steps are no more
+NOISE = 0.03  # of the inputs' spread, added in training
+DROPPED = 0.1  # of the neurons, other ones at every step
 SOFT = 0.03  # of the mean torque: below it misfits count by their squares
 STATED = 1e-3  # of the loss, for a coefficient of the arm or of plain loads of 1
 TINY = 1e-6
@@ -47,9 +51,11 @@ class _Scan(torch.autograd.Function):
 
 
 def loads(net: StripNet, runs: Sequence[StripRun], noise: Tensor | None = None) -> list[Tensor]:
-    """Return the loads (t, strips) of every run."""
+    """Return the loads (t, strips) of every run; in training, `noise` (odd,) is the spread of the inputs, and neurons are dropped."""
     z, way, moves, steady = join_runs(runs)
-    z = z if noise is None else replace(z, x=z.x + NOISE * noise * torch.randn_like(z.x))
+    if noise is not None:
+        z = replace(z, x=z.x + NOISE * noise * torch.randn_like(z.x))
+        net = replace(net, out=nn.functional.dropout(net.out, DROPPED))
     e, both, r = net.encode(z)
     middle, speeds = ((x + x.roll(1, 0)) / 2 for x in (both, z.speeds))  # no step leads to the first row: way is 0
     keep, turned, re, im = net.increments(middle, speeds * way)
@@ -100,6 +106,12 @@ def _loss(net: StripNet, runs: Sequence[StripRun], s: Tensor, noise: Tensor | No
 
 FIXED = ("spread", "middle", "wide", "lowest", "highest", "drift")
 STATED_PARTS = ("plain", "body")
+MATRICES = ("inner", "drive", "gate", "odd", "even")
+
+
+def _joined(net: StripNet, names: Sequence[str]) -> Tensor:
+    """The tensors `names` as one vector to be learned."""
+    return torch.cat([getattr(net, name).flatten() for name in names]).requires_grad_(True)
 
 
 def _parts(net: StripNet, names: Sequence[str], flat: Tensor) -> dict[str, Tensor]:
@@ -108,28 +120,46 @@ def _parts(net: StripNet, names: Sequence[str], flat: Tensor) -> dict[str, Tenso
     return {name: x.view(old.shape) for name, x, old in zip(names, torch.split(flat, [x.numel() for x in like]), like, strict=True)}
 
 
+class _Learning:
+    """What is learned of a net, and how: matrices along orthogonal steps, all else by Adam, over one cycle of rates."""
+
+    def __init__(self, net: StripNet, steps: int) -> None:
+        self._net, self._steps = net, steps
+        self._names = tuple(f.name for f in fields(net) if f.name not in FIXED + STATED_PARTS + MATRICES)
+        self._flat = [_joined(net, self._names), _joined(net, STATED_PARTS)]
+        self._matrices = [getattr(net, name).clone().requires_grad_(True) for name in MATRICES]
+        self._muon = Muon(self._matrices)
+        groups: list[dict[str, Any]] = [{"params": self._flat[:1], "weight_decay": DECAY}, {"params": self._flat[1:], "weight_decay": 0.0}]
+        self._adam = torch.optim.AdamW(groups, RATE, fused=True)
+        self._rates = torch.optim.lr_scheduler.OneCycleLR(self._adam, [RATE, 3 * RATE], total_steps=steps, pct_start=0.1)
+
+    @property
+    def net(self) -> StripNet:
+        """The net as it is so far."""
+        learned = _parts(self._net, self._names, self._flat[0]) | _parts(self._net, STATED_PARTS, self._flat[1])
+        return replace(self._net, **learned, **dict(zip(MATRICES, self._matrices, strict=True)))
+
+    def step(self, loss: Tensor) -> None:
+        """Go a step down the loss of `net`."""
+        self._adam.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        nn.utils.clip_grad_norm_(self._flat[:1], 1.0)
+        self._adam.step()
+        cycle = self._rates.get_last_lr()[0] / RATE
+        self._muon.step(self._matrices, float(cycle) * MATRIX_RATE, DECAY)
+        self._rates.step()
+
+
 def fit_strip_net(runs: Sequence[StripRun], seed: int, epochs: int = EPOCHS) -> StripNet:
     """Return a net trained on `runs`."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         generator, rng = torch.Generator().manual_seed(seed), np.random.default_rng(seed)
-        net = _fresh(runs, generator)
-        names = [f.name for f in fields(net) if f.name not in FIXED + STATED_PARTS], STATED_PARTS
-        flat = [torch.cat([getattr(net, name).flatten() for name in group]).requires_grad_(True) for group in names]
+        net, batches = _fresh(runs, generator), -(-len(runs) // BATCH)
         s = torch.cat([run.left[run.keep] for run in runs]).abs().mean(dim=0) + TINY
-        batches = -(-len(runs) // BATCH)
         epochs = min(epochs, -(-STEPS // batches))
-        groups: list[dict[str, Any]] = [{"params": flat[:1]}, {"params": flat[1:], "weight_decay": 0.0}]
-        optimiser = torch.optim.AdamW(groups, RATE, fused=True)
-        rates = torch.optim.lr_scheduler.OneCycleLR(optimiser, [RATE, 3 * RATE], total_steps=epochs * batches, pct_start=0.1)
+        learning = _Learning(net, epochs * batches)
         for _ in range(epochs):
             for part in np.array_split(rng.permutation(len(runs)), batches):
-                now = replace(net, **_parts(net, names[0], flat[0]), **_parts(net, names[1], flat[1]))
-                loss = _loss(now, [runs[int(i)] for i in part], s, net.spread)
-                optimiser.zero_grad()
-                loss.backward()  # type: ignore[no-untyped-call]
-                nn.utils.clip_grad_norm_(flat[:1], 1.0)
-                optimiser.step()
-                rates.step()
-        net = replace(net, **_parts(net, names[0], flat[0]), **_parts(net, names[1], flat[1]))
-    return StripNet(*(getattr(net, f.name).detach().double() for f in fields(net)))
+                learning.step(_loss(learning.net, [runs[int(i)] for i in part], s, net.spread))
+    return StripNet(*(getattr(learning.net, f.name).detach().double() for f in fields(net)))
