@@ -68,7 +68,7 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
    Made by nnhydro {__version__} from the model {digest or "(not stored)"}.
    q1 from +X, the others relative to the link inboard, counter-clockwise, rad; u0, du0 carriage along +Y, m/s, m/s^2; dt s since the step
    before; tau N m, what the torque sensors read. NAME_reset begins a run: what stands still in its first step starts in water at rest, what
-   moves has moved for ever.{remark} */
+   moves has long moved at that speed.{remark} */
 #ifndef {guard}
 #define {guard}
 #ifdef __FAST_MATH__

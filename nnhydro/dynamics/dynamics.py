@@ -253,7 +253,7 @@ class Dynamics:
         return HubWrench(form.out(found.rigid), form.out(found.fluid))
 
     def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:
-        """Return the state at the beginning of a run: what is at rest starts in water at rest, what moves has moved for ever."""
+        """Return the state at the beginning of a run: what is at rest starts in water at rest, what moves has long moved at that speed."""
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": [0.0] * self.nq if qd is None else qd}, {"u0": u0})
         return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._memory_at(q_, qd_, u0_, StepMemory(torch.zeros_like(u0_))))
 

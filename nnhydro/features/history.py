@@ -4,7 +4,7 @@
     low-pass  m/sqrt(m^2 + V^2 + STILL^2), dm/dt = (w - m)/T, T = 0.1 and 0.5 s, at both ends
 
 An end has turned back once it has come back by BACK diameters from the farthest point of its way; s and t count from there. Runs that
-begin under tow, and steady ones, have moved for ever: s and t are infinite, m = w.
+begin under tow, and steady ones, have long moved at that speed: s and t are infinite, m = w.
 
 Source: McLain & Rock (1998), eq. (1) (s/D); the rest is ours.
 """
@@ -61,7 +61,7 @@ def _carried_since(flow: Flow, carried: StepMemory, w: Tensor) -> tuple[Tensor, 
     dt, back = carried.steps(3), BACK * flow.D[:, None]
 
     def start() -> Tensor:
-        """Return the memory (n, links, 2, 6) of a run's first instant: what moves has moved for ever."""
+        """Return the memory (n, links, 2, 6) of a run's first instant: what moves has long moved at that speed."""
         none = torch.zeros_like(w)
         moved = torch.where(each_under_way(flow)[:, None, None], torch.full_like(w, FOREVER), none)
         return torch.stack([moved, moved, none, none, none, none], dim=-1)

@@ -25,8 +25,8 @@ UNITS: Final = {"q": ("rad", "joint angles, joint-relative"), "qd": ("rad/s", "j
                 "memory": ("SI", "what the step before gave as memory_next; not read where dt is negative")}
 OUTPUTS: Final = {"tau": ("N m", "torques that the sensors read, before any filter"), "std": ("N m", "their standard deviation"),
                   "memory_next": ("SI", "memory for the step that follows")}
-BEGIN: Final = ("dt = -1 in the first step: what stands still then starts in water at rest, what moves has moved for ever. Memory is not "
-                "read in it (give zeros). Then dt is the time since the step before and memory its memory_next.")
+BEGIN: Final = ("dt = -1 in the first step: what stands still then starts in water at rest, what moves has long moved at that speed. "
+                "Memory is not read in it (give zeros). Then dt is the time since the step before and memory its memory_next.")
 
 
 def sidecar(recorded: RecordedStep, declared: list[str], precision: str, digest: str) -> dict[str, Any]:

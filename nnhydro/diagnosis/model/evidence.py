@@ -158,15 +158,12 @@ def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posteri
     *outer, base = whitened.parts(np.flatnonzero(t))
     live, p = np.concatenate([*outer, base, np.arange(len(t), len(scale))]), len(base)
     G, s = whitened.G, scale[live[len(live) - p - k:]]
-    inner, borders = np.empty((p + k, p + k)), [np.empty((len(at), p + k)) for at in outer]
-    inner[:p, :p] = G[base[:, None], base]
-    for border, at in zip(borders, outer, strict=True):
-        border[:, :p] = G[at[:, None], base]
-    if columns is not None:
-        inner[:p, p:], inner[p:, p:] = columns.cross[base], columns.gram
-        inner[p:, :p] = inner[:p, p:].T
-        for border, at in zip(borders, outer, strict=True):
-            border[:, p:] = columns.cross[at]
+
+    def beside(at: NDArray[np.intp]) -> Array:
+        return np.hstack([G[at[:, None], base], np.empty((len(at), 0)) if columns is None else columns.cross[at]])
+
+    inner = beside(base) if columns is None else np.vstack([beside(base), np.hstack([columns.cross[base].T, columns.gram])])
+    borders = [beside(at) for at in outer]
     for border, at in zip(borders, outer, strict=True):
         border *= t[at, None]
         border *= s

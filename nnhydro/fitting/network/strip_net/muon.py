@@ -23,7 +23,8 @@ def orthogonal(g: Tensor) -> Tensor:
     for _ in range(ROUNDS):
         a = x @ x.T
         x = LINEAR * x + (CUBIC * a + QUINTIC * a @ a) @ x
-    return x if g.shape[0] <= g.shape[1] else x.T
+    found: Tensor = x if g.shape[0] <= g.shape[1] else x.T
+    return found
 
 
 class Muon:
