@@ -228,7 +228,7 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
 
     A claim with which held-out recordings are predicted hardly better is withdrawn: nobody could act on it. One by one the claim goes
     without which the error is lowest, as long as it hardly falls with it. Then all go where it hardly falls with all (`_falls`).
-    What no error judges stays (`_stays`).
+    What no error judges stays (`_stays`). Beside what is left the others are judged again.
     """
     while True:
         proof = _prove_what_is_predicted(search, decided.claimed, model, seed)
@@ -255,13 +255,11 @@ def _falls(before: float, after: float) -> bool:
 
 
 def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int) -> Claims:
-    """Return the claims without `gone`; what was left out as their form is judged again."""
+    """Return the claims without `gone`; the others, and what was left out as the form of a claim, are judged again."""
     keys = set(map(search.key, gone))
     decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
                       for d in decided.decisions)
-    rest = _without(search, decided.claimed, gone)
-    if not decided.as_form:
-        return Claims(rest, decisions, {k: share for k, share in decided.shares.items() if k not in gone})
-    again = decide(search, search.score(sorted({*rest.chosen, *decided.as_form})), seed)
+    rest = {*decided.claimed.chosen, *decided.as_form} - gone
+    again = decide(search, search.score(sorted(rest)), seed)
     judged = {(d.effect, d.joint) for d in again.decisions}
     return replace(again, decisions=(*(d for d in decisions if (d.effect, d.joint) not in judged), *again.decisions))

@@ -95,6 +95,21 @@ def test_what_was_left_out_as_the_form_of_another_comes_back_when_that_fails_its
     assert sorted((d.effect, d.claimed) for d in claims.decisions) == [("law_0", False), ("law_1", True)]
 
 
+def test_a_claim_that_is_improbable_beside_what_is_left_leaves_with_the_one_that_predicts_nothing(monkeypatch):
+    one = with_planted([0.5, -0.4])
+    monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.006 if found.chosen == (1,) else 1.0)
+    errors = {(): 1.0, (0,): 0.9, (1,): 0.5, (0, 1): 0.5}
+    monkeypatch.setattr(deciding, "prove", lambda search, found, model, seed: Proof(
+        1.0, errors[found.chosen], {search.key(k): errors[tuple(x for x in found.chosen if x != k)] for k in found.chosen}, [], [], 1.0, 6))
+    decided = decide(one, one.run(), 0)
+    assert decided.claimed.chosen == (0, 1)
+    claims, proof = withdraw_useless(one, decided, None, 0)
+    assert (claims.claimed.chosen, proof.after) == ((), 1.0)
+    reasons = {d.effect: d.reason for d in claims.decisions if not d.claimed}
+    assert "hardly falls" in reasons["law_0"]
+    assert "a cause outside the catalogue is more probable" in reasons["law_1"]
+
+
 def test_the_least_probable_of_what_is_no_listed_cause_leaves_before_what_gains_less(monkeypatch):
     """Beside the wrong law 0, law 1 has the wrong form, too: it would leave with it, if it left first."""
     one = with_planted([0.5, -0.3])
@@ -280,6 +295,12 @@ def test_a_search_never_ends_below_the_empty_set_and_is_the_same_each_time(seed)
 THREE = tuple(law(f"law_{k}") for k in range(3))
 
 
+def claim_all(monkeypatch):
+    """Whatever is judged again is claimed."""
+    monkeypatch.setattr(deciding, "decide", lambda search, found, seed: Claims(found, tuple(
+        Decision(*search.key(k), 9.0, 3.0, True, "gains 9 nats") for k in found.chosen), dict.fromkeys(found.chosen, 0.1)))
+
+
 def left_of(errors, monkeypatch):
     """Which of three claims stay where `errors` gives the error on held-out recordings with a set of them."""
     of = design(0, groups=6, rows=20)
@@ -290,6 +311,7 @@ def left_of(errors, monkeypatch):
         return SimpleNamespace(before=errors[()], after=errors[found.chosen], without=rest, held_out="recordings")
 
     monkeypatch.setattr(deciding, "prove", prove)
+    claim_all(monkeypatch)
     made = tuple(Decision(f"law_{k}", 0, 9.0, 3.0, True, "gains 9 nats") for k in range(3))
     claims, proof = withdraw_useless(one, Claims(one.score((0, 1, 2)), made, dict.fromkeys(range(3), 0.1)), None, 0)
     assert {d.effect for d in claims.decisions if d.claimed} == {f"law_{k}" for k in claims.claimed.chosen}
@@ -382,6 +404,7 @@ def test_what_wanders_stays_if_it_fits_and_is_predicted_by_nobody(card, fitted, 
         return Proof(errors[()], errors[found.chosen], rest, [], [], 1.0, 6)
 
     monkeypatch.setattr(deciding, "prove", prove)
+    claim_all(monkeypatch)
     monkeypatch.setattr(deciding, "fitted_error", lambda search, found, proof: fitted if found.chosen == (0, 1) else 0.2)
     made = Claims(one.score((0, 1)), tuple(Decision(*one.key(k), 9.0, 3.0, True, "gains 9 nats") for k in range(2)), {0: 0.1, 1: 0.1})
     claims, proof = withdraw_useless(one, made, None, 0)
