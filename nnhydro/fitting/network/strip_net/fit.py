@@ -4,7 +4,7 @@
 
 every recording weighed by the root of what it has to explain. Some recordings at a time, all strips side by side. Matrices take orthogonal
 steps (muon.py), all else Adam's with decoupled weight decay, over one cycle of rates. Source: Loshchilov & Hutter (2019); one cycle:
-Smith & Topin (2019), arXiv 1708.07120; dropped neurons: Srivastava et al. (2014), JMLR 15, 1929.
+Smith & Topin (2019), arXiv 1708.07120.
 """
 
 from collections.abc import Sequence
@@ -22,9 +22,8 @@ from nnhydro.models.learned.strip_net import FASTEST, StripNet, real_and_imagina
 
 SIZE, BATCH = 16, 8
 RATE, MATRIX_RATE, DECAY = 3e-2, 0.1, 0.05  # at the cycle's top; the share of a weight that a step takes off is DECAY times its rate
-EPOCHS, STEPS = 160, 800  # passes over the stretches; of many so few that steps are no more
+EPOCHS, STEPS = 160, 500  # passes over the stretches; of many so few that steps are no more
 NOISE = 0.03  # of the inputs' spread, added in training
-DROPPED = 0.1  # of the neurons, other ones at every step
 SOFT = 0.03  # of the mean torque: below it misfits count by their squares
 STATED = 1e-3  # of the loss, for a coefficient of the arm or of plain loads of 1
 TINY = 1e-6
@@ -51,11 +50,9 @@ class _Scan(torch.autograd.Function):
 
 
 def loads(net: StripNet, runs: Sequence[StripRun], noise: Tensor | None = None) -> list[Tensor]:
-    """Return the loads (t, strips) of every run; in training, `noise` (odd,) is the spread of the inputs, and neurons are dropped."""
+    """Return the loads (t, strips) of every run."""
     z, way, moves, steady = join_runs(runs)
-    if noise is not None:
-        z = replace(z, x=z.x + NOISE * noise * torch.randn_like(z.x))
-        net = replace(net, out=nn.functional.dropout(net.out, DROPPED))
+    z = z if noise is None else replace(z, x=z.x + NOISE * noise * torch.randn_like(z.x))
     e, both, r = net.encode(z)
     middle, speeds = ((x + x.roll(1, 0)) / 2 for x in (both, z.speeds))  # no step leads to the first row: way is 0
     keep, turned, re, im = net.increments(middle, speeds * way)
@@ -143,7 +140,7 @@ class _Learning:
         """Go a step down the loss of `net`."""
         self._adam.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
-        nn.utils.clip_grad_norm_(self._flat[:1], 1.0)
+        nn.utils.clip_grad_norm_([self._flat[0], *self._matrices], 1.0)
         self._adam.step()
         cycle = self._rates.get_last_lr()[0] / RATE
         self._muon.step(self._matrices, float(cycle) * MATRIX_RATE, DECAY)

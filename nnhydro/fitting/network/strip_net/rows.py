@@ -1,7 +1,7 @@
 """Stretches of recordings on which a strip net is trained: what the strips do, how their loads reach the torques, what was measured.
 
-Rows are a few a period of the cut-off, for a low-passed signal holds no more. Long recordings are cut; before each piece stand rows that
-are not compared, within which the strips' memory of what lies before fades.
+Rows are five a period of the cut-off: of half as many, nets learn what the steps do to their memory. Long recordings are cut; before each
+piece stand rows that are not compared, within which the strips' memory of what lies before fades.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,8 +21,8 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
 
-ROWS, WARM = 200, 40  # of a stretch that are compared, and that stand before them
-ROWS_PER_CUTOFF = 2.5  # a period of the cut-off
+ROWS, WARM = 400, 80  # of a stretch that are compared, and that stand before them
+ROWS_PER_CUTOFF = 5.0  # a period of the cut-off
 SHORTEST = 8  # rows that a filter can be run over
 
 
