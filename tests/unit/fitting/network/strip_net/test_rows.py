@@ -8,7 +8,7 @@ from rigs import arm
 from strip_nets import net, single
 
 from nnhydro.fitting.network.strip_net.fit import loads
-from nnhydro.fitting.network.strip_net.rows import ROWS, WARM, runs_of
+from nnhydro.fitting.network.strip_net.rows import ROWS, ROWS_PER_CUTOFF, WARM, runs_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
@@ -57,7 +57,7 @@ def test_of_a_long_recording_each_stretch_gives_nearly_what_the_whole_gives_in_i
     assert all(not bool(run.keep[:WARM].any()) for run in runs[1:])
     kept = sum(int(run.keep.sum()) for run in runs)
     segment, = filtered[0].segments()
-    stride = int(1 / (2.5 * 4.0 * segment.dt))
+    stride = int(1 / (ROWS_PER_CUTOFF * 4.0 * segment.dt))
     assert kept == int(segment.keep[::stride].sum()), "every row is compared once"
     tau = segment.filter((model.torque(Flow(a, Motion.of(segment)))).numpy())[::stride]
     for number, (run, load) in enumerate(zip(runs, loads(single(model), runs), strict=True)):

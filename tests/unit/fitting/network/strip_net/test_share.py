@@ -57,7 +57,7 @@ def test_every_group_is_left_out_once_and_whole():
 
 def test_where_the_baseline_is_right_no_net_is_kept_and_the_hybrid_is_the_one_without():
     a = arm(2)
-    whole = campaign(a, planted(a), 6, seconds=2.0, rate=25.0, noise=0.1)
+    whole = campaign(a, planted(a), 9, seconds=2.0, rate=25.0, noise=0.1)
     with_it, without = (train(whole, FAST.model_copy(update={"strip_net": on})) for on in (True, False))
     assert with_it.water is None
     assert torch.equal(with_it.torque(run(2)), without.torque(run(2)))
