@@ -60,7 +60,8 @@ def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_
     assert run(["identify", str(place), "--out", str(tmp_path / "model")]) == 0
     model = load_model(tmp_path / "model")
     names = campaign.names[::2]
-    shutil.copytree(place, tmp_path / "campaign", ignore=lambda folder, files: [f for f in files if Path(f).stem in {*campaign.names} - {*names}])
+    left_out = shutil.ignore_patterns(*(f"{name}.csv" for name in campaign.names[1::2]))  # four recordings show it as well as eight
+    shutil.copytree(place, tmp_path / "campaign", ignore=left_out)
     for name in names:
         file = tmp_path / "campaign" / "recordings" / f"{name}.csv"
         table, tau = pd.read_csv(file), predict(model, campaign.load(name)).tau
