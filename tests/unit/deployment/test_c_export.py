@@ -56,7 +56,7 @@ def test_a_hybrid_on_coefficients_over_the_travel_gives_the_same_on_any_processo
             assert far < SAME[precision], f"{precision} {widest}: {far:.1e}"
 
 
-@pytest.mark.slow(seconds=30)
+@pytest.mark.slow(seconds=15)
 def test_a_hybrid_with_a_trained_memory_is_written_with_its_state(with_memory, tmp_path):
     model, wanted = with_memory, []
     for motion in (long_run(8000), towed(4500)):
