@@ -5,6 +5,7 @@ them: a process of its own, which imports nnhydro from where PYTHONPATH says and
 """
 
 import contextlib
+import gc
 import json
 import os
 import runpy
@@ -20,7 +21,7 @@ from tempfile import TemporaryDirectory
 
 LIBRARIES = ("numpy", "scipy.interpolate", "scipy.linalg", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats", "torch",
              "pandas", "matplotlib.figure", "matplotlib.backends.backend_agg", "pydantic", "typer.testing", "yaml", "rich.table",
-             "jinja2", "pydantic.main", "pytest")
+             "jinja2", "pydantic.main", "pytest", "scipy.fft", "scipy.integrate")
 CLIENT = """#!{python} -IS
 import json, os, socket, sys
 def is_open(number):
@@ -109,6 +110,7 @@ def _take_over(folder: str, environment: dict[str, str], files: dict[int, int]) 
 if __name__ == "__main__":
     for library in LIBRARIES:
         import_module(library)
+    gc.freeze()
     kind, what, *others = _serve(sys.argv[1])
     sys.path[:0] = [os.getcwd() if kind == "-m" else "", *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
     sys.argv = [kind, *others]

@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from heapq import heapify, heappop, heappush
 from itertools import groupby, product
-from operator import add
+from operator import add, sub
 from typing import Any, Final
 
 RUN: Final = 4  # places that follow each other, a vector of the processor: shorter runs go one by one
@@ -20,23 +20,31 @@ Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how mu
 def runs(at: list[list[int]]) -> Iterator[tuple[int, tuple[int, ...]]]:
     """Lengths of the runs in which each list of places stands still or goes on by one, and which it does."""
     n, start = len(at[0]), 0
+    onward = list(zip(*(list(map(sub, places[1:], places)) for places in at), strict=True))
+    alike = {steps: set(steps) <= {0, 1} for steps in set(onward)}
     while start < n:
-        stop, first = start + 1, tuple(places[start + 1] - places[start] for places in at) if start + 1 < n else ()
-        while first and set(first) <= {0, 1} and stop < n and all(p[stop] - p[stop - 1] == d for p, d in zip(at, first, strict=True)):
+        first = onward[start] if start + 1 < n else ()
+        stop = start + 1
+        while first and alike[first] and stop < n and onward[stop - 1] == first:
             stop += 1
         yield (stop - start, first) if stop - start >= RUN else (1, ())
         start = stop if stop - start >= RUN else start + 1
 
 
-def stretches(at: list[list[int]]) -> list[Stretch]:
-    """Cut lists of places into stretches of equal runs."""
+def _stretches(lengths: Iterable[tuple[int, tuple[int, ...]]]) -> list[Stretch]:
+    """The stretches that runs make."""
     found: list[Stretch] = []
     start = 0
-    for (width, steps), group in groupby(runs(at)):
+    for (width, steps), group in groupby(lengths):
         stop = start + width * len(list(group))
         found.append((start, stop, width, steps))
         start = stop
     return found
+
+
+def stretches(at: list[list[int]]) -> list[Stretch]:
+    """Cut lists of places into stretches of equal runs."""
+    return _stretches(runs(at))
 
 
 def by_operand(places: Iterable[Sequence[Any]]) -> list[list[Any]]:
@@ -111,7 +119,8 @@ def fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[li
 
 
 def _cost(order: tuple[list[Any], list[list[int]]]) -> int:
-    return 4 * len(stretches(order[1])) + sum(1 for _ in runs(order[1]))
+    lengths = list(runs(order[1]))
+    return 4 * len(_stretches(lengths)) + len(lengths)
 
 
 def output_statements(places: list[int]) -> Iterator[str]:

@@ -128,9 +128,9 @@ def test_a_recording_that_changes_between_two_readings_is_refused(tmp_path):
 
 
 @pytest.mark.slow
-def test_json_on_a_pipe_is_whole(tmp_path):
+def test_json_on_a_pipe_is_whole(tmp_path, quick_python):
     root = write_campaign(tmp_path / "c")
-    line = f"{shlex.quote(sys.executable)} -m nnhydro check {root} --json | cat"
+    line = f"{shlex.quote(str(quick_python / 'python'))} -m nnhydro check {root} --json | cat"
     done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=True)
     assert json.loads(done.stdout)
 

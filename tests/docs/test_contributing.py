@@ -32,7 +32,7 @@ def tree(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow(seconds=18)
+@pytest.mark.slow(seconds=12)
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_newcomer_gets_there_with_the_page_alone(page, tree, quick_python):
     if page.stem != "index":

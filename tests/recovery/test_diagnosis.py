@@ -59,8 +59,10 @@ def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_
     campaign = open_campaign(place)
     assert run(["identify", str(place), "--out", str(tmp_path / "model")]) == 0
     model = load_model(tmp_path / "model")
-    shutil.copytree(place, tmp_path / "campaign")
-    for name in campaign.names:
+    names = campaign.names[::2]
+    left_out = shutil.ignore_patterns(*(f"{name}.csv" for name in campaign.names[1::2]))  # four recordings show it as well as eight
+    shutil.copytree(place, tmp_path / "campaign", ignore=left_out)
+    for name in names:
         file = tmp_path / "campaign" / "recordings" / f"{name}.csv"
         table, tau = pd.read_csv(file), predict(model, campaign.load(name)).tau
         for joint in range(tau.shape[1]):

@@ -15,13 +15,13 @@ from nnhydro.recordings.splitting import folds, units
 CAMPAIGN = Path(__file__).parents[2] / "datasets" / "rivera_tank"
 
 
-@pytest.mark.slow(seconds=25)
+@pytest.mark.slow(seconds=12)
 def test_the_hybrid_is_twice_as_good_as_constants_and_the_network_four_times():
     campaign = open_campaign(CAMPAIGN)
     how = campaign.plan()
     every = units(campaign, how, 0, group_names(campaign))
     held_out = folds(every, 5, 0)[0]
-    fitted = [unit for i, unit in enumerate(every) if i not in held_out]
+    fitted = [unit for i, unit in enumerate(every) if i not in held_out][::2]  # half of what there is to learn from is enough
     config = TrainingConfig(members=1, epochs=25)
     error = {}
     for entry in entries(("constant", "network", "hybrid"), campaign, config):

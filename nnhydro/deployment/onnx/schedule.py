@@ -3,7 +3,7 @@
 A round computes all its atoms at once, one operation a kind. A kind whose atoms can all wait does wait, so that later they go together.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from nnhydro.deployment.onnx.expressions import Program, Scalar, Value
 
@@ -12,12 +12,12 @@ def _sources(program: Program, k: int) -> set[int]:
     return {j for x in program.atoms[k].operands if isinstance(x, Scalar) for j in x.terms}
 
 
-def _deadlines(program: Program, chosen: Sequence[int]) -> dict[int, int]:
-    """Last round in which each atom may be computed without making the whole longer."""
-    last = max((program.atoms[k].level for k in chosen), default=0)
-    found = dict.fromkeys(chosen, last)
-    for k in sorted(chosen, reverse=True):
-        for j in _sources(program, k) & found.keys():
+def _deadlines(program: Program, sources: Mapping[int, set[int]]) -> dict[int, int]:
+    """Last round in which each atom may be computed without making the whole longer; `sources` of each, {atom: atoms}."""
+    last = max((program.atoms[k].level for k in sources), default=0)
+    found = dict.fromkeys(sources, last)
+    for k in sorted(sources, reverse=True):
+        for j in sources[k] & found.keys():
             found[j] = min(found[j], found[k] - 1)
     return found
 
@@ -25,13 +25,14 @@ def _deadlines(program: Program, chosen: Sequence[int]) -> dict[int, int]:
 def rounds(program: Program, outputs: Sequence[Value]) -> list[dict[str, list[int]]]:
     """Return the atoms of each round by kind; inputs stand in none."""
     waiting = sorted(k for k in program.dependencies(list(outputs)) if program.atoms[k].kind != "input")
-    deadline = _deadlines(program, waiting)
+    sources = {k: _sources(program, k) for k in waiting}
+    deadline = _deadlines(program, sources)
     done = set(range(program.n_inputs))
     made: list[dict[str, list[int]]] = []
     while waiting:
         ready: dict[str, list[int]] = {}
         for k in waiting:
-            if _sources(program, k) <= done:
+            if sources[k] <= done:
                 ready.setdefault(program.atoms[k].kind, []).append(k)
         urgent = {kind: atoms for kind, atoms in ready.items() if any(deadline[k] <= len(made) + 1 for k in atoms)} or ready
         made.append(urgent)
