@@ -1,129 +1,125 @@
-"""Trained memories of the strips, many side by side, each with recordings and first numbers of its own.
+"""A trained memory of a strip: a layer of states that fade and turn over the way, as fast as the strip's own motion says.
 
-The net is that of nnhydro/models/learned/strip_net.py, its training that of nnhydro/fitting/network/strip_net (fit.py, muon.py), where the
-equations and their sources stand. A leading axis e counts the nets.
+    e = tanh(A x),   rate = FASTEST sigmoid(G (e^2, r) + g),   d = D e
+    h <- exp(-rate dsigma + i a) h + (1 - exp(-rate dsigma)) exp(i a/2) d,   a = theta dsigma + kappa ds,   rate and d in mid step
+    y = sum_k c_k [tanh(B o + C v + b) - tanh(-B o + C v + b)]_k / 2 + S (x, X)
+
+x are odd in the mirror, r even; dsigma is the way on the clock of the wake, ds the signed way, in diameters. States with kappa = 0 swing
+over the way and are odd. Those with theta = 0 keep what was left at a place of the water: their real part is odd, the imaginary one even.
+o are e, X and all odd parts, v the even ones: y is exactly odd. X, the acceleration, is not remembered. Stable by construction:
+|h| <= max |d|. Source: Gu & Dao (2023), arXiv 2312.00752 (rates that follow the input); Orvieto et al. (2023), arXiv 2303.06349 (diagonal
+complex states); the places are ours.
 """
 
-import math
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import torch
+from rows import LINEAR, Run
 from torch import Tensor, nn
 
 FASTEST = 6.0  # a diameter
-LINEAR, CUBIC, QUINTIC = 3.4445, -4.7750, 2.0315
-BETA, ROUNDS = 0.9, 5
-
-
-def scan(a: Tensor, b: Tensor) -> Tensor:
-    """h_t = a_t h_{t-1} + b_t along axis 1, from h = 0; on a GPU in log2 of its length rounds."""
-    if not a.is_cuda:
-        keep, h = a.numpy(), b.clone()
-        now = h.numpy()
-        for t in range(1, a.shape[1]):
-            now[:, t] += keep[:, t] * now[:, t - 1]
-        return h
-    step = 1
-    while step < a.shape[1]:
-        b = b + a * torch.cat([torch.zeros_like(b[:, :step]), b[:, :-step]], dim=1)
-        a = a * torch.cat([torch.ones_like(a[:, :step]), a[:, :-step]], dim=1)
-        step *= 2
-    return b
+SOFT = 0.03  # of the mean torque: below it misfits count by their squares
 
 
 class Scan(torch.autograd.Function):
-    """`scan` with its gradient, a scan backward in time."""
+    """h_t = a_t h_{t-1} + b_t along the first axis, complex, from h = 0."""
 
     @staticmethod
     def forward(ctx: Any, a: Tensor, b: Tensor) -> Tensor:
-        h = scan(a.detach(), b.detach())
+        A, H = a.detach().numpy(), b.detach().numpy().copy()
+        for t in range(1, len(H)):
+            H[t] += A[t] * H[t - 1]
+        h = torch.from_numpy(H)
         ctx.save_for_backward(a, h)
         return h
 
     @staticmethod
     def backward(ctx: Any, grad: Tensor) -> tuple[Tensor, Tensor]:
         a, h = ctx.saved_tensors
-        after = torch.cat([a[:, 1:].conj(), torch.zeros_like(a[:, :1])], dim=1).resolve_conj()
-        g = scan(after.flip(1), grad.flip(1)).flip(1)
-        return g * torch.cat([torch.zeros_like(h[:, :1]), h[:, :-1]], dim=1).conj(), g
+        A, G = a.detach().numpy().conj(), grad.detach().numpy().copy()
+        for t in range(len(G) - 2, -1, -1):
+            G[t] += A[t + 1] * G[t + 1]
+        along = np.zeros_like(G)
+        along[1:] = G[1:] * h.numpy()[:-1].conj()
+        return torch.from_numpy(along), torch.from_numpy(G)
 
 
-def weights(nets: int, rows: int, columns: int) -> nn.Parameter:
-    return nn.Parameter((2 * torch.rand(nets, rows, columns) - 1) / rows**0.5)
+class StripMemory(nn.Module):
+    """Loads y (strips, t) over rho D V^2, of x (strips, t, odd), the last X, r (strips, t, even), dsigma and ds (strips, t, 1)."""
 
-
-class StripMemories(nn.Module):
-    """Loads (e, t, strips) (D/s)^2 of x (e, t, strips, odd), r, dsigma, ds, V^2 and plain loads."""
-
-    def __init__(self, nets: int, odd: int, size: int, columns: int, plain: int) -> None:
+    def __init__(self, odd: int, even: int, size: int) -> None:
         super().__init__()
-        k = self.k = size // 2
-        self.inner, self.drive, self.gate = weights(nets, odd - 1, size), weights(nets, size, 3 * k), weights(nets, size + 1, 2 * k)
-        rate = torch.exp(math.log(0.08) + math.log(4.0 / 0.08) * torch.rand(nets, 2 * k)) / FASTEST
-        self.gate_bias = nn.Parameter(torch.logit(rate))
-        self.theta, self.kappa = nn.Parameter(1.3 * torch.rand(nets, k)), nn.Parameter(3.0 * torch.rand(nets, k))
-        self.odd, self.even = weights(nets, size + 3 * k + 1, size), weights(nets, k + 1, size)
-        self.even_bias = nn.Parameter(0.33 * (2 * torch.rand(nets, size) - 1))
-        self.out, self.skip = nn.Parameter(torch.zeros(nets, size, 1)), weights(nets, odd, 1)
-        self.body, self.plain = nn.Parameter(torch.zeros(nets, columns)), nn.Parameter(torch.zeros(nets, plain))
-
-    def forward(self, x: Tensor, r: Tensor, way: Tensor, V2: Tensor, plain: Tensor, dropped: float) -> Tensor:
-        def times(z: Tensor, w: Tensor) -> Tensor:
-            return torch.einsum("etsi,eio->etso", z, w)
-
-        def mid(z: Tensor) -> Tensor:
-            return (torch.cat([z[:, :1], z[:, :-1]], dim=1) + z) / 2
-
-        k, e = self.k, torch.tanh(times(x[..., :-1], self.inner))
-        gate = times(torch.cat([e**2, r], dim=-1), self.gate) + self.gate_bias[:, None, None]
-        rate, d = mid(FASTEST * torch.sigmoid(gate)), mid(times(e, self.drive))
-        keep = torch.exp(-rate * way[..., :1])
-        turn = torch.cat([self.theta[:, None, None] * way[..., :1], self.kappa[:, None, None] * way[..., 1:]], dim=-1)
-        half = torch.polar(torch.ones_like(turn), turn / 2)
-        drive = torch.complex(torch.cat([d[..., :k], d[..., 2 * k:]], dim=-1), torch.cat([d[..., k:2 * k], 0 * d[..., 2 * k:]], dim=-1))
-        h = Scan.apply(keep * half**2, (1 - keep) * half * drive)
-        o = times(torch.cat([e, h.real, h.imag[..., :k], x[..., -1:]], dim=-1), self.odd)
-        v = times(torch.cat([h.imag[..., k:], r], dim=-1), self.even) + self.even_bias[:, None, None]
-        u = nn.functional.dropout((torch.tanh(v + o) - torch.tanh(v - o)) / 2, dropped)
-        return V2 * (times(u, self.out) + times(x, self.skip))[..., 0] + torch.einsum("etsp,ep->ets", plain, self.plain)
-
-
-def orthogonal(g: Tensor) -> Tensor:
-    """UV' of each g = USV' (e, rows, columns), about."""
-    wide = g.shape[1] <= g.shape[2]
-    x = (g if wide else g.mT) / (g.flatten(1).norm(dim=1)[:, None, None] + 1e-30)
-    for _ in range(ROUNDS):
-        a = x @ x.mT
-        x = LINEAR * x + (CUBIC * a + QUINTIC * a @ a) @ x
-    return x if wide else x.mT
-
-
-class Steps:
-    """Adam's steps, or orthogonal ones of the matrices and Adam's of all else, over one cycle of rates."""
-
-    def __init__(self, net: StripMemories, steps: int, rate: float, matrix_rate: float, decay: float) -> None:
-        stated = [net.body, net.plain]
-        self._learned = [p for name, p in net.named_parameters() if name not in ("body", "plain")]
-        self._matrices = [net.inner, net.drive, net.gate, net.odd, net.even] if matrix_rate else []
-        self._momenta, self._rate, self._matrix_rate, self._decay = [torch.zeros_like(p) for p in self._matrices], rate, matrix_rate, decay
-        orthogonal_ones = {id(p) for p in self._matrices}
-        self._adam = torch.optim.AdamW([{"params": [p for p in self._learned if id(p) not in orthogonal_ones], "weight_decay": decay},
-                                        {"params": stated, "weight_decay": 0.0}], rate)
-        self._rates = torch.optim.lr_scheduler.OneCycleLR(self._adam, [rate, 3 * rate], total_steps=steps, pct_start=0.1)
-
-    def step(self, loss: Tensor) -> None:
-        self._adam.zero_grad()
-        for p in self._matrices:
-            p.grad = None
-        loss.backward()
+        k = self.k = size // 2  # states that swing; as many keep places
+        self.inner, self.drive = nn.Linear(odd - 1, size, bias=False), nn.Linear(size, 3 * k, bias=False)
+        self.gate = nn.Linear(size + even, 2 * k)
+        self.theta, self.kappa = nn.Parameter(torch.empty(k).uniform_(0.0, 1.3)), nn.Parameter(torch.empty(k).uniform_(0.0, 3.0))
+        self.odd, self.even = nn.Linear(size + 3 * k + 1, size, bias=False), nn.Linear(k + even, size)
+        self.out, self.skip = nn.Linear(size, 1, bias=False), nn.Linear(odd, 1, bias=False)
         with torch.no_grad():
-            norm = torch.stack([p.grad.flatten(1).square().sum(dim=1) for p in self._learned]).sum(dim=0).sqrt().clamp(min=1.0)
-            for p in self._learned:
-                p.grad /= norm.view(-1, *[1] * (p.dim() - 1))
-            rate = self._matrix_rate * self._rates.get_last_lr()[0] / self._rate
-            for p, m in zip(self._matrices, self._momenta, strict=True):
-                m.lerp_(p.grad, 1 - BETA)
-                along = orthogonal(torch.lerp(p.grad, m, BETA))
-                p.mul_(1 - rate * self._decay).sub_(along, alpha=rate * max(1.0, p.shape[1] / p.shape[2]) ** 0.5)
-        self._adam.step()
-        self._rates.step()
+            rate = torch.exp(torch.empty(2 * k).uniform_(np.log(0.08), np.log(4.0)))  # a diameter
+            self.gate.bias.copy_(torch.logit(rate / FASTEST))
+            self.out.weight.zero_()
+
+    def forward(self, x: Tensor, r: Tensor, dsigma: Tensor, ds: Tensor) -> Tensor:
+        k, e = self.k, torch.tanh(self.inner(x[..., :-1]))
+        rate = FASTEST * torch.sigmoid(self.gate(torch.cat([e**2, r], dim=-1)))
+        turn = torch.cat([self.theta * dsigma, self.kappa * ds], dim=-1)
+        rate, drive = ((torch.cat([z[:, :1], z[:, :-1]], dim=1) + z) / 2 for z in (rate, self.drive(e)))  # of the step that ends here
+        swing, place = torch.split(drive, [2 * k, k], dim=-1)
+        d = torch.cat([torch.complex(swing[..., :k], swing[..., k:]), place.to(torch.complex64)], dim=-1)
+        keep, half = torch.exp(-rate * dsigma), torch.polar(torch.ones_like(turn), turn / 2)
+        a, b = keep * half**2, (1 - keep) * half * d
+        h = Scan.apply(a.transpose(0, 1).contiguous(), b.transpose(0, 1).contiguous()).transpose(0, 1)
+        o, v = self.odd(torch.cat([e, h.real, h.imag[..., :k], x[..., -1:]], dim=-1)), self.even(torch.cat([h.imag[..., k:], r], dim=-1))
+        y = self.out((torch.tanh(o + v) - torch.tanh(v - o)) / 2) + self.skip(x)
+        return y[..., 0]
+
+
+def loss_of(run: Run, y: Tensor, theta: Tensor, s: Tensor, forces: bool) -> tuple[Tensor, Tensor]:
+    """Misfit of the loads y (strips, t), and what there is to explain: of strip forces by their longest lever, or of torques by s N m."""
+    load = run.load(y, theta)
+    if forces:
+        lever = run.levers.abs().amax(dim=1)
+        return torch.hypot(lever * (load - run.force) / s[0], torch.tensor(SOFT)).sum(), (lever * run.force / s[0]).abs().sum()
+    off = (run.torque(load, theta) - run.y)[run.keep] / s
+    return torch.hypot(off, torch.tensor(SOFT)).sum(), (run.y[run.keep] / s).abs().sum()
+
+
+def train(runs: list[Run], forces: bool, seed: int, config: dict[str, Any]) -> Callable[[Run], Tensor]:
+    """The loads (t, strips) that a net trained on `runs` gives, and the torques beside the rigid body's."""
+    torch.manual_seed(seed)
+    rng, size = np.random.default_rng(seed), config["batch"]
+    odd, even = (torch.cat([getattr(run, name).flatten(0, 1) for run in runs]) for name in "xr")
+    spread, middle, wide = odd.square().mean(dim=0).sqrt(), even.mean(dim=0), even.std(dim=0) + 0.01
+    s = torch.cat([run.y for run in runs]).abs().mean(dim=0)
+    net, theta = StripMemory(odd.shape[1], even.shape[1], config["size"]), torch.zeros(LINEAR + runs[0].body.shape[2], requires_grad=True)
+    steps = config["epochs"] * -(-len(runs) // size)
+    optimiser = torch.optim.AdamW([{"params": list(net.parameters())}, {"params": [theta], "weight_decay": 0.0}], config["rate"])
+    rates = torch.optim.lr_scheduler.OneCycleLR(optimiser, [config["rate"], 3 * config["rate"]], total_steps=steps, pct_start=0.1)
+
+    def loads(some: list[Run], noise: float = 0.0) -> list[Tensor]:
+        """y (strips, t) of several recordings, in one pass over the longest of them."""
+        longest = max(run.x.shape[1] for run in some)
+        given = [[nn.functional.pad(z, (0, 0, 0, longest - z.shape[1])) for z in
+                  (run.x / spread, (run.r - middle) / wide, run.dsigma, run.ds)] for run in some]
+        x, *others = (torch.cat(column) for column in zip(*given, strict=True))
+        y = net(x + noise * torch.randn_like(x), *others)
+        return [one[:, :run.x.shape[1]] for one, run in zip(y.split([len(run.x) for run in some]), some, strict=True)]
+
+    for _ in range(config["epochs"]):
+        for some in ([runs[int(i)] for i in part] for part in np.array_split(rng.permutation(len(runs)), -(-len(runs) // size))):
+            parts = [loss_of(run, y, theta, s, forces) for run, y in zip(some, loads(some, config["noise"]), strict=True)]
+            loss = torch.stack([off / there.sqrt() for off, there in parts]).sum() / torch.stack([there for _, there in parts]).sum().sqrt()
+            optimiser.zero_grad()
+            (loss + 1e-3 * theta.square().sum()).backward()
+            nn.utils.clip_grad_norm_(net.parameters(), 1.0)
+            optimiser.step()
+            rates.step()
+
+    def torque(run: Run) -> Tensor:
+        with torch.no_grad():
+            return run.torque(run.load(loads([run])[0], theta), theta if not forces else torch.cat([theta[:LINEAR], 0 * theta[LINEAR:]]))
+
+    return torque

@@ -1,76 +1,83 @@
-"""What a trained memory is shown of a data set, as arrays: `python training/strip_memory/rows.py FOLDER`, from the root.
+"""What a net is shown of a recording: the strips' motion and wake, how their loads reach the torques, what was measured."""
 
-The stretches and whole recordings of nnhydro/fitting/network/strip_net, and the true force of every strip, to FOLDER/SET.npz. run.py needs
-nothing else, so that the nets can be trained where nnhydro is not installed.
-"""
-
-import sys
-import tomllib
-from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import torch
 from scipy import signal
+from torch import Tensor
 
-import nnhydro.fitting.network.strip_net.rows as strip_rows
-from nnhydro.evaluation.protocols.protocol import Material, protocol_called
-from nnhydro.models.learned.strip_inputs import StripInputs
+from nnhydro.features.body_columns import body_columns
+from nnhydro.features.strip_law.law import to_sensors
+from nnhydro.features.wake import memories, swinging_memories, travel_memories
+from nnhydro.models.baselines import BASELINES
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.campaign import open_campaign
-from nnhydro.recordings.repeats import group_names
+from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.segment import Segment
 
-CONFIG = tomllib.loads((Path(__file__).parent / "config.toml").read_text())
-PROTOCOLS = ("leave-recordings-out", "leave-kind-out")
-FOLDS, SEED = 5, 0
-RATE, CUTOFF_HZ = 250.0, 25.0  # of the stored forces; of the recorder's filter
+STILL = 0.1  # diameters a second
+LINEAR = 4  # coefficients of |w| w, dw, nu w, and dw where it is small beside the speeds
 
 
-def side_by_side(runs: Sequence[strip_rows.StripRun]) -> dict[str, Any]:
-    """The arrays of runs (run, t, ...), zeros behind shorter ones."""
-    longest = max(len(run.keep) for run in runs)
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One recording, every STRIDE-th row: what the strips (t first) do, how their loads reach the torques, and what was measured."""
 
-    def padded(z: Any, *more: tuple[int, int]) -> Any:
-        return np.pad(np.asarray(z), [(0, longest - len(z)), *more, *[(0, 0)] * (z.ndim - 1 - len(more))])
+    x: Tensor  # (strips, t, odd)
+    r: Tensor  # (strips, t, even)
+    dsigma: Tensor
+    ds: Tensor  # (strips, t, 1) diameters
+    V2: Tensor  # (t, strips) (D/s)^2
+    plain: Tensor  # (t, strips, LINEAR) (D/s)^2
+    levers: Tensor  # (t, joints, strips) N m of a load of rho D^3 (D/s)^2 / m
+    body: Tensor  # (t, joints, columns) N m
+    low_pass: Tensor  # (t, t)
+    y: Tensor  # (t, joints) N m: what the rigid body leaves
+    tau: Tensor
+    keep: Tensor
+    force: Tensor  # (t, strips) (D/s)^2: the truth's, nan where unknown
 
-    found = {f.name: np.stack([padded(getattr(run.given, f.name)) for run in runs]) for f in fields(StripInputs)}
-    found |= {name: np.stack([padded(getattr(run, name)) for run in runs]) for name in ("levers", "columns", "left", "keep")}
-    passed = [run.low_pass for run in runs]
-    return found | {"way": np.stack([padded(run.way[:, 0, 0]) for run in runs]), "unit": np.array([run.unit for run in runs]),
-                    "low_pass": np.stack([padded(z, (0, longest - len(z))) for z in passed if z is not None])}
+    def torque(self, load: Tensor, theta: Tensor) -> Tensor:
+        """Torques (t, joints) N m as the sensor sees them."""
+        return self.low_pass @ torch.einsum("tjs,ts->tj", self.levers, load) + self.body @ theta[LINEAR:]
 
-
-def true_forces(folder: Path, names: Sequence[str], stride: int, longest: int) -> Any:
-    """The water's load N/m on each strip (recording, t, strip), as the recorder's filter would have passed it."""
-    low_pass, found = signal.butter(4, CUTOFF_HZ, fs=RATE, output="sos"), []
-    for name in names:
-        force = signal.sosfilt(low_pass, -np.load(folder / "strips" / f"{name}.npy").astype(float), axis=0)[::2 * stride][:longest]
-        found.append(np.pad(force, [(0, longest - len(force)), (0, 0)]))
-    return np.stack(found).astype(np.float32)
-
-
-def write(name: str, target: Path) -> None:
-    """Write the arrays of a data set."""
-    campaign, usual = open_campaign(Path("datasets") / name), strip_rows.ROWS
-    every, units = {}, ()
-    for protocol in PROTOCOLS:
-        split = protocol_called(protocol).split(Material((campaign,), (campaign.plan(),), (group_names(campaign),), FOLDS, SEED))
-        units = split.units
-        every |= {f"{protocol}/{k}/{part}": np.array(getattr(fold, part))
-                  for k, fold in enumerate(split.folds) for part in ("fitted", "held_out")}
-    for part, rows in (("stretch", usual), ("whole", sys.maxsize // 10**6)):
-        strip_rows.ROWS = rows
-        every |= {f"{part}/{key}": z for key, z in side_by_side(strip_rows.runs_of(units, campaign.arm)).items()}
-    strip_rows.ROWS = usual
-    segments = [unit.segments()[0] for unit in units]
-    flow, stride, longest = Flow(campaign.arm, Motion.of(segments[0])), strip_rows._stride(segments[0]), every["whole/keep"].shape[1]
-    every["tau"] = np.stack([np.pad(segment.tau[::stride], [(0, longest - len(segment.tau[::stride])), (0, 0)]) for segment in segments])
-    every["force"] = true_forces(Path("datasets") / name, [unit.name for unit in units], stride, longest) / float(flow.rho * flow.D[0] ** 3)
-    np.savez(target / f"{name}.npz", **every)
+    def load(self, y: Tensor, theta: Tensor) -> Tensor:
+        return self.V2 * y.T + self.plain @ theta[:LINEAR]
 
 
-if __name__ == "__main__":
-    for called in CONFIG["sets"]:
-        write(called, Path(sys.argv[1]))
+def true_force(path: Path, stride: int, like: Tensor) -> Tensor:
+    """The water's load N/m on each strip as the recorder's filter would have passed it."""
+    if not path.is_file():
+        return torch.full_like(like, torch.nan)
+    low_pass = signal.butter(4, 25.0, fs=250.0, output="sos")
+    return torch.from_numpy(signal.sosfilt(low_pass, -np.load(path).astype(float), axis=0)[::2 * stride].copy())
+
+
+def run_of(segment: Segment, arm: Arm, truth: Path, stride: int) -> Run:
+    """What a net sees of a recording; strips lie where those of the tanks do."""
+    flow = Flow(arm, Motion.of(segment))
+    place, weight = (torch.from_numpy(z) for z in np.polynomial.legendre.leggauss(4))
+    D, nu, rows, dt = float(flow.D[0]), flow.nu / float(flow.D[0]) ** 2, slice(None, None, stride), segment.dt * stride
+    x, width = flow.L[:, None] * (1 + place) / 2, flow.L[:, None] * weight / 2
+    bank = memories(flow, x)[1]
+    m, swung = (torch.stack(z).flatten(2)[:, rows] / D for z in ([bank[-1], *travel_memories(bank)], swinging_memories(bank)))
+    w, dw, V2 = m[0], (flow.M[:, :, None] * x + flow.N[:, :, None]).flatten(1)[rows] / D, m.square().mean(dim=0)
+    V, X = (V2 + STILL**2).sqrt(), dw / (3 * (V2 + STILL**2))
+    odd = torch.stack([*(m / V), *(swung / V), X / (1 + X**2).sqrt()], dim=-1).transpose(0, 1)
+    even = torch.log10(1 + V / nu / 1e3)[..., None].transpose(0, 1)
+    plain = torch.stack([w.abs() * w, dw, 30 * nu * w, dw * V2 / (V2 + 0.3 * dw.abs() + STILL**2)], dim=-1)
+    unit = torch.eye(x.numel()).double().reshape(1, *x.shape, -1).expand(len(segment.t), *x.shape, -1) * width[..., None] * flow.rho * D**3
+    levers = to_sensors(flow, unit.sum(dim=2), (unit * x[..., None]).sum(dim=2))[rows]
+    rigid = torch.stack(list(BASELINES["rigid"].start(arm).by_term(flow).values())).sum(dim=0)
+
+    def passed(z: Tensor) -> Tensor:
+        return z if segment.low_pass is None else torch.from_numpy(segment.low_pass.apply(z.flatten(1).numpy(), dt)).reshape(z.shape)
+
+    dsigma, ds = ((torch.cat([0 * z[:1], (z[1:] + z[:-1]) / 2]) * dt).T[..., None] for z in (V2.sqrt(), w))
+    tau = torch.from_numpy(np.array(segment.tau))[rows]
+    found = (odd, even, dsigma, ds, V2, plain, levers, passed(body_columns(flow)[rows]), passed(torch.eye(len(w)).double()),
+             tau - passed(rigid[rows]), tau, torch.from_numpy(segment.keep[rows].copy()),
+             true_force(truth, stride, w) / (flow.rho * D**3))
+    return Run(*(z.float().contiguous() if z.is_floating_point() else z for z in found))

@@ -106,7 +106,7 @@ STATED_PARTS = ("plain", "body")
 MATRICES = ("inner", "drive", "gate", "odd", "even")
 
 
-def _joined(net: StripNet, names: Sequence[str]) -> Tensor:
+def _flat_vector(net: StripNet, names: Sequence[str]) -> Tensor:
     """The tensors `names` as one vector to be learned."""
     return torch.cat([getattr(net, name).flatten() for name in names]).requires_grad_(True)
 
@@ -123,7 +123,7 @@ class _Learning:
     def __init__(self, net: StripNet, steps: int) -> None:
         self._net, self._steps = net, steps
         self._names = tuple(f.name for f in fields(net) if f.name not in FIXED + STATED_PARTS + MATRICES)
-        self._flat = [_joined(net, self._names), _joined(net, STATED_PARTS)]
+        self._flat = [_flat_vector(net, self._names), _flat_vector(net, STATED_PARTS)]
         self._matrices = [getattr(net, name).clone().requires_grad_(True) for name in MATRICES]
         self._muon = Muon(self._matrices)
         groups: list[dict[str, Any]] = [{"params": self._flat[:1], "weight_decay": DECAY}, {"params": self._flat[1:], "weight_decay": 0.0}]
