@@ -121,7 +121,7 @@ class _Learning:
     """What is learned of a net, and how: matrices along orthogonal steps, all else by Adam, over one cycle of rates."""
 
     def __init__(self, net: StripNet, steps: int) -> None:
-        self._net, self._steps = net, steps
+        self._net = net
         self._names = tuple(f.name for f in fields(net) if f.name not in FIXED + STATED_PARTS + MATRICES)
         self._flat = [_flat_vector(net, self._names), _flat_vector(net, STATED_PARTS)]
         self._matrices = [getattr(net, name).clone().requires_grad_(True) for name in MATRICES]
