@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
+from nnhydro.api.campaign import campaign_of
 from nnhydro.evaluation import benchmark as evaluation
 from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT
@@ -61,7 +62,7 @@ class Benchmark(ResultView):
         return write_benchmark(self.result, Path(folder))
 
 
-def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (), folds: int = 5, seed: int = 0,
+def benchmark(campaign: Campaign | str | Path | Sequence[Campaign | str | Path], models: Sequence[str] = (), folds: int = 5, seed: int = 0,
               config: TrainingConfig | str | Path | None = None, protocol: str = DEFAULT,
               report: Callable[[str], None] | None = None, workers: Workers = HERE) -> Benchmark:
     """Return every model's misfit on recordings held out of its fit.
@@ -71,4 +72,5 @@ def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (
     (docs/cluster.md). Raises ConfigError for an unknown name, CampaignError where nothing can be held out.
     """
     chosen = read_config(Path(config)) if isinstance(config, str | Path) else config
-    return Benchmark(evaluation.benchmark(campaign, models, folds, seed, chosen, report, protocol, workers))
+    arms: Sequence[Any] = campaign if isinstance(campaign, Sequence) and not isinstance(campaign, str) else (campaign,)
+    return Benchmark(evaluation.benchmark([campaign_of(arm) for arm in arms], models, folds, seed, chosen, report, protocol, workers))

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.arm import read_arm as read_file
 from nnhydro.recordings.campaign import Campaign, verify_campaign
@@ -28,6 +29,16 @@ def load(folder: str | Path, columns: str | Path | None = None) -> Campaign:
     (CampaignError, ArmError, RecordingError, ConfigError) with one line that says what is wrong, where, and what mends it.
     """
     return verify_campaign(Path(folder), None if columns is None else Path(columns))
+
+
+def campaign_of(given: Campaign | str | Path) -> Campaign:
+    """Return a campaign as it is, and that of a folder as `load` reads it; raises CampaignError for anything else."""
+    if isinstance(given, Campaign):
+        return given
+    if isinstance(given, str | Path):
+        return load(given)
+    raise CampaignError(f"campaign: got {type(given).__name__}: give a folder, what nnhydro.load returns, or "
+                        "nnhydro.Campaign.of(arm, recordings) of recordings in memory (nnhydro.read_frame)")
 
 
 def read_frame(frame: "pd.DataFrame", arm: Arm, name: str = "recording", torque: bool = True) -> Recording:

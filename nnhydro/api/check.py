@@ -1,8 +1,10 @@
 """What a campaign holds and what looks wrong with it."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import final
 
+from nnhydro.api.campaign import campaign_of
 from nnhydro.errors import ConfigError, require
 from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.recordings.campaign import Campaign
@@ -38,11 +40,11 @@ class Check(ResultView):
         return recordings_sheet(self.survey), oddities_sheet(self.survey), tips_sheet(self.survey)
 
 
-def check(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Check:
+def check(campaign: Campaign | str | Path, cutoff_hz: float | None = None, workers: Workers = HERE) -> Check:
     """Return what was given, what is derived and what looks wrong, with the remedy.
 
-    `cutoff_hz` is the low-pass cut-off, chosen from the data by default; `workers` share the recordings (docs/cluster.md). Raises
-    RecordingError where a file cannot be read at all.
+    `campaign` may be its folder. `cutoff_hz` is the low-pass cut-off, chosen from the data by default; `workers` share the recordings
+    (docs/cluster.md). Raises RecordingError where a file cannot be read at all.
     """
     require(cutoff_hz is None or 0 < cutoff_hz < 1e6, f"cutoff_hz {cutoff_hz}: give a positive frequency in Hz", ConfigError)
-    return Check(survey_with_physics(campaign, cutoff_hz, workers))
+    return Check(survey_with_physics(campaign_of(campaign), cutoff_hz, workers))

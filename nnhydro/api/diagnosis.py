@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
+from nnhydro.api.campaign import campaign_of
 from nnhydro.api.model import Model
 from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.diagnosis.experiment.rig_limits import read_limits
@@ -63,7 +64,7 @@ class Diagnosis(ResultView):
         return write_diagnosis(self.result, self.campaign, Path(folder))
 
 
-def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: float | None = None, seed: int = 0,
+def diagnose(campaign: Campaign | str | Path, baseline: str | Path | None = None, cutoff_hz: float | None = None, seed: int = 0,
              report: Callable[[str], None] | None = None, rehearsals: int = 0, limits: str | Path | None = None) -> Diagnosis:
     """Return what the baseline leaves out of the recordings of `campaign`.
 
@@ -73,6 +74,7 @@ def diagnose(campaign: Campaign, baseline: str | Path | None = None, cutoff_hz: 
     the rig can do, for the motion to record next. Raises ConfigError for an unknown baseline or limits that do not fit the arm,
     CampaignError or RecordingError where the data cannot be used.
     """
+    given = campaign_of(campaign)
     options = DiagnosisOptions(None if baseline is None else str(baseline), seed, cutoff_hz, (), rehearsals,
                                None if limits is None else read_limits(Path(limits)))
-    return Diagnosis(options.diagnose(campaign, report or (lambda line: None)), campaign)
+    return Diagnosis(options.diagnose(given, report or (lambda line: None)), given)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
-from nnhydro.api.campaign import read_frame
+from nnhydro.api.campaign import campaign_of, read_frame
 from nnhydro.api.prediction import Prediction
 from nnhydro.deployment.compiled.torque import CompiledModel, compile_model
 from nnhydro.deployment.files import export_step
@@ -104,16 +104,16 @@ def load_model(folder: str | Path) -> Model:
     return Model(storage.load_model(Path(folder)))
 
 
-def identify(campaign: Campaign, model: str = "constant", cutoff_hz: float | None = None, seed: int = 0) -> Model:
+def identify(campaign: Campaign | str | Path, model: str = "constant", cutoff_hz: float | None = None, seed: int = 0) -> Model:
     """Return a physics model fitted to all recordings, with 95 % intervals over recordings.
 
     `model` is rigid, textbook, drag-only, constant or state. Raises ConfigError for another name, CampaignError or RecordingError where
     the data cannot be used.
     """
-    return Model(fit(campaign, model, cutoff_hz, seed))
+    return Model(fit(campaign_of(campaign), model, cutoff_hz, seed))
 
 
-def train(campaign: Campaign, config: TrainingConfig | str | Path | None = None, checkpoint: str | Path | None = None,
+def train(campaign: Campaign | str | Path, config: TrainingConfig | str | Path | None = None, checkpoint: str | Path | None = None,
           progress: Progress | None = None) -> Model:
     """Return a network or a hybrid trained on all recordings; a share of them is only watched, for early stopping.
 
@@ -121,4 +121,4 @@ def train(campaign: Campaign, config: TrainingConfig | str | Path | None = None,
     with epoch, epochs and validation error. Raises ConfigError or CampaignError.
     """
     chosen = read_config(Path(config)) if isinstance(config, str | Path) else config
-    return Model(fit_network(campaign, chosen, None if checkpoint is None else Path(checkpoint), progress))
+    return Model(fit_network(campaign_of(campaign), chosen, None if checkpoint is None else Path(checkpoint), progress))

@@ -11,7 +11,7 @@ from nnhydro.diagnosis.decision.heldout_errors import Proof
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
-from nnhydro.diagnosis.unexplained.residual_location import Location
+from nnhydro.diagnosis.unexplained.residual_location import SHOWN, Location
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.models.stated_terms import STATED_COULOMB, stated_values
 from nnhydro.models.torque_model import TorqueModel
@@ -19,7 +19,6 @@ from nnhydro.sheet import percent
 
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
-SHOWN = 4  # names of recordings in a sentence
 RECALIBRATED = 1.1  # times the error with masses and coefficients fitted: from there on the verdict tells what their fit changes
 TOO_NOISY = 1 / 3  # of the torque: above such a noise floor nothing is said to be complete
 
@@ -80,11 +79,13 @@ class DiagnosisResult:
         on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
         if on:
             return f" {subject} depends on {' and on '.join(on)}."
-        few = list(self.remainder.recordings) or [name for place in self.location[:1] for name in place.recordings]
-        few = [] if self.remainder.lines else few
+        if self.remainder.lines:
+            return ""
+        few, own, place = self.remainder.recordings, self.remainder.own_parameters, self.remainder.place
         there = f"{', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}"
-        why = " Mass, drag or added mass differ there from those of the other recordings." if self.remainder.own_parameters else ""
-        return f" {subject} lies in {there}.{why}" if few else ""
+        lies = f"lies in {there}" if few and not own else "" if place is None else place.sentence
+        differ = f" Mass, drag or added mass in {there} differ from those of the other recordings." if own else ""
+        return f"{f' {subject} {lies}.' if lies else ''}{differ}"
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""

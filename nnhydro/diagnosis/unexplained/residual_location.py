@@ -17,6 +17,8 @@ from nnhydro.diagnosis.decision.heldout_errors import Residual
 Array = NDArray[np.float64]
 BINS = 10
 LEAST_EXPLAINED = 0.05  # share of the residual's variance that bins must explain before a region is named
+MUCH_EXPLAINED = 0.25  # share from which a sentence says that the residual depends on a state
+SHOWN = 4  # names of recordings in a sentence
 
 
 @final
@@ -30,6 +32,16 @@ class Location:
     conditions: dict[str, list[float]]
     band_hz: list[float]
     recordings: list[str]
+    follows: float = 0.0  # share of its variance that follows the state of `conditions`
+
+    @property
+    def sentence(self) -> str:
+        """On which state the residual depends, or in which recordings it lies; empty where neither is plain."""
+        few = f"{', '.join(self.recordings[:SHOWN])}{' and others' if len(self.recordings) > SHOWN else ''}"
+        if self.follows < MUCH_EXPLAINED:
+            return f"lies in {few}" if few else ""
+        (name, (low, high)), = self.conditions.items()
+        return f"depends on {name}: it is largest from {low:.3g} to {high:.3g}{f', in {few}' if few else ''}"
 
     def document(self) -> dict[str, Any]:
         """Return the location for diagnosis.json."""
@@ -78,7 +90,7 @@ def _band(parts: Sequence[Residual], joint: int) -> list[float]:
 
 def _sentence(name: str, grows: bool, region: list[float], recordings: list[str]) -> str:
     where = f"{'depends on' if grows else 'varies in size with'} {name}, largest from {region[0]:.3g} to {region[1]:.3g}"
-    return where + (f", in {', '.join(recordings[:4])}" if recordings else ", in every recording")
+    return where + (f", in {', '.join(recordings[:SHOWN])}" if recordings else ", in every recording")
 
 
 def _of_joint(parts: Sequence[Residual], joint: int, share: float) -> Location:
@@ -101,10 +113,11 @@ def _of_joint(parts: Sequence[Residual], joint: int, share: float) -> Location:
     loud = [name for name, value in mean_square.items() if value > 4 * typical] if len(mean_square) > 3 else []
     best = max(candidates, key=lambda c: c[0]) if candidates else None
     if best is None or best[0] < LEAST_EXPLAINED:
-        return Location(joint + 1, share, "spread over all states" + (f", mostly in {', '.join(loud[:4])}" if loud else ""), {},
+        return Location(joint + 1, share, "spread over all states" + (f", mostly in {', '.join(loud[:SHOWN])}" if loud else ""), {},
                         _band(parts, joint), loud)
     region = _region(best[3], best[4])
-    return Location(joint + 1, share, _sentence(best[1], best[2], region, loud), {best[1]: region}, _band(parts, joint), loud)
+    return Location(joint + 1, share, _sentence(best[1], best[2], region, loud), {best[1]: region}, _band(parts, joint), loud,
+                    best[0] if best[2] else 0.0)
 
 
 def locate(parts: Sequence[Residual], noise: Array) -> list[Location]:

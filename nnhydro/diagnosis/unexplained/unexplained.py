@@ -16,6 +16,7 @@ from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.unexplained.residual_location import Location, locate
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 from nnhydro.recordings.filtering.trajectory import step_level, white_level
 
@@ -54,6 +55,7 @@ class Remainder:
     nearest: tuple[Decision, ...] = ()
     recordings: tuple[str, ...] = ()  # whose remainder is no noise of theirs
     own_parameters: bool = False  # whether other parameters of the baseline would explain these
+    place: Location | None = None  # of the largest part
 
     def document(self, text: Callable[[str], str] = str) -> dict[str, Any]:
         """Return what diagnosis.json holds as unexplained; `text` puts columns and units into those of the arm."""
@@ -151,4 +153,5 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
     return Remainder(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
-                     recordings, bool(own))
+                     recordings, bool(own),
+                     next(iter(locate(proof.remains, np.sqrt(noise.own.sum(axis=0) / design.time))), None))

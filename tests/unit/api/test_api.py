@@ -54,6 +54,22 @@ def compared(healthy):
     return nnhydro.benchmark(healthy, ["textbook", "constant"], folds=2)
 
 
+def test_a_folder_stands_for_its_campaign_and_anything_else_is_refused_in_one_line(tmp_path, healthy, fitted):
+    folder = write_folder(healthy, tmp_path / "tank")
+    for given in (folder, str(folder)):
+        assert nnhydro.check(given).to_frame().equals(nnhydro.check(nnhydro.load(folder)).to_frame())
+    assert nnhydro.identify(str(folder), "constant").to_frame().equals(nnhydro.identify(nnhydro.load(folder), "constant").to_frame())
+    compared = nnhydro.benchmark(folder, ["textbook"], folds=2).to_frame()
+    assert compared["error"].tolist() == nnhydro.benchmark([folder], ["textbook"], folds=2).to_frame()["error"].tolist()
+    wrong = {"a frame": pd.DataFrame(), "nothing": None, "a number": 3.0}
+    for call in (nnhydro.check, nnhydro.identify, nnhydro.train, nnhydro.benchmark, nnhydro.diagnose):
+        for given in wrong.values():
+            with pytest.raises(nnhydro.NnhydroError, match=r"campaign: got \w+: give a folder"):
+                call(given)
+    with pytest.raises(nnhydro.NnhydroError, match="nowhere: "):
+        nnhydro.diagnose(tmp_path / "nowhere")
+
+
 def results(healthy, fitted, compared):
     run = healthy.load("run1")
     return {"Check": nnhydro.check(healthy), "Model": fitted, "Prediction": fitted.predict(run), "Benchmark": compared,

@@ -98,7 +98,7 @@ def test_recordings_in_which_the_model_has_other_parameters_are_no_noise_and_the
     assert told.detected
     assert told.remainder.own_parameters
     assert "run07" in told.remainder.recordings
-    assert "Mass, drag or added mass differ there" in told.verdict()
+    assert "Mass, drag or added mass in run07" in told.verdict()
     for healthy in ("healthy", "noise ratio 10", "noise AR 0.95"):
         assert not diagnosed(healthy).remainder.recordings, healthy
 

@@ -140,6 +140,21 @@ def test_what_remains_is_told_with_what_it_depends_on_where_it_is_worth_telling(
     assert diagnosis(0.5, learned=parts).document()["unexplained"]["depends_on"] == []
 
 
+@pytest.mark.parametrize(("recordings", "own", "told"), [
+    ((), False, "The difference depends on q1_rad: it is largest from 0.2 to 0.6, in a, b."),
+    (("c",), False, "The difference lies in c."),
+    (("c",), True, "The difference depends on q1_rad: it is largest from 0.2 to 0.6, in a, b. "
+                   "Mass, drag or added mass in c differ from those of the other recordings."),
+])
+def test_what_no_law_explains_is_told_with_where_it_lies_and_the_recordings_whose_parameters_differ(recordings, own, told):
+    place = Location(1, 1.0, "", {"q1_rad": [0.2, 0.6]}, [0.0, 1.0], ["a", "b"], follows=0.3)
+    made = diagnosis(0.001, remains=True)
+    made = replace(made, remainder=replace(made.remainder, recordings=recordings, own_parameters=own, place=place))
+    assert made.verdict().endswith(told)
+    hum = diagnosis(0.001, hums=["a hum of 1 N m"])
+    assert "depends" not in replace(hum, remainder=replace(hum.remainder, place=place)).verdict(), "a hum is told as a hum"
+
+
 def test_states_are_told_joint_by_joint_and_the_carriage_where_it_moves():
     whole = campaign(arm(2), planted(arm(2)), 2, seconds=1.0)
     still, towed = (next(iter(prepare(r, Preparation(None)))) for r in whole.recordings())

@@ -58,6 +58,10 @@ def test_a_residual_that_depends_on_a_state_is_placed_at_its_largest():
     assert place.where.endswith("in every recording")
     assert place.recordings == []
     assert place.share == 1.0
+    assert place.sentence == f"depends on q1_rad: it is largest from {low:.3g} to {high:.3g}"
+    loud = locate(residuals(lambda k, s: (5.0 if k < 2 else 1.0) * s["q1_rad"]), np.array([0.1]))[0]
+    assert loud.sentence.startswith("depends on q1_rad: it is largest from ")
+    assert loud.sentence.endswith(", in run0, run1")
 
 
 def test_a_residual_whose_size_alone_depends_on_a_state_is_largest_there():
@@ -67,6 +71,7 @@ def test_a_residual_whose_size_alone_depends_on_a_state_is_largest_there():
     assert name == "dq1_rad_s"
     assert "varies in size with dq1_rad_s" in place.where
     assert (low, high) == pytest.approx((-0.4, 0.4), abs=0.1)
+    assert not place.sentence, "its size alone says nothing of a law"
 
 
 def test_a_residual_of_no_state_is_spread_and_its_loud_recordings_are_named():
@@ -74,6 +79,7 @@ def test_a_residual_of_no_state_is_spread_and_its_loud_recordings_are_named():
     (place,) = locate(residuals(lambda k, s: (6.0 if k == 2 else 1.0) * rng.choice([-1.0, 1.0], 400)), np.array([0.1]))
     assert place.where == "spread over all states, mostly in run2"
     assert place.recordings == ["run2"]
+    assert place.sentence == "lies in run2"
     assert place.conditions == {}
     (even,) = locate(residuals(lambda k, s: (1.9 if k == 2 else 1.0) * rng.choice([-1.0, 1.0], 400)), np.array([0.1]))
     assert even.where == "spread over all states", "less than four times the energy of the median recording is not loud"

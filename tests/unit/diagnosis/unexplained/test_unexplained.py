@@ -71,7 +71,8 @@ def rest_of(one, after, floor, fitted, monkeypatch, loud=(), nats=0.0):
     monkeypatch.setattr(unexplained, "strongest", lambda *_: None)
     monkeypatch.setattr(unexplained, "_whiten", lambda *_: [])
     one.view.library.design.problem.edge = 1.0
-    return unexplained_of(one, replace(one.score(()), unknown_nats=nats), SimpleNamespace(after=after, remains=[]), (), floor, None)
+    noise = white_noise(one.view.library.design)
+    return unexplained_of(one, replace(one.score(()), unknown_nats=nats), SimpleNamespace(after=after, remains=[]), (), floor, noise)
 
 
 @pytest.mark.parametrize(("after", "fitted", "alarm"), [
