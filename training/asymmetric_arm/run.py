@@ -38,9 +38,9 @@ A line or cable fixed to the tank pulls at the tip of the arm of `datasets/ns_ta
 
 """
 TAIL = """
-The aim for the hybrid, whose errors are in other_versions.csv, is at most 1.2 times the least error of gp, boosted-trees and mlp-raw. One
-of its choices was made on the torques of slack_line and cable: the width of the Gaussians in its part without symmetry. Its errors are
-therefore somewhat optimistic there. The bent link took no part in that choice.
+The aim for the hybrid is at most 1.2 times the least error of gp, boosted-trees and mlp-raw. One of its choices was made on the torques of
+slack_line and cable: the width of the Gaussians in its part without symmetry. Its errors are therefore somewhat optimistic there. The bent
+link took no part in that choice.
 """
 
 

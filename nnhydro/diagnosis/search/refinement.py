@@ -174,8 +174,12 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
     return following, now, peaks
 
 
-def with_finer_singles(search: Search, model: StripTheory, most: int = 1) -> Search:
-    """Return the search with finer values of the laws that are best alone: what one law about zero leaves, others would be found for."""
-    for single in search.singles()[:most]:
+def with_finer_singles(search: Search, model: StripTheory) -> Search:
+    """Return the search with finer values of the law that is best alone, and of those that exclude it, a law of its family at its place.
+
+    What a law about zero leaves, others would be found for; and of two that cannot both be there, each is judged at its best values.
+    """
+    singles = search.singles()
+    for single in (s for s in singles if search.place(s.chosen[0]) == search.place(singles[0].chosen[0])):
         search = refine(search, single, model).search
     return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled

@@ -1,7 +1,7 @@
 """Hypothesis: torque and angles are not of the same moment."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -11,6 +11,9 @@ from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, 
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.motion import tensor
+
+LAGS = (0.05, 0.15)  # s
+MEMORY = 3.0  # time constants after which a low-pass has forgotten
 
 
 @effect
@@ -40,6 +43,10 @@ class SensorTiming(InstrumentEffect):
     def columns(self, seen: SensorView) -> Tensor:
         """Return -dtau/dt, (n, joints, 1)."""
         return -seen.rate[..., None]
+
+    def extra_starts(self, seen: SensorView) -> tuple["SensorTiming", ...]:
+        """Return lags that are long against the motion's periods: about none the torque's slope says little of them."""
+        return () if seen.motion.steady else tuple(replace(self, lag=(lag,)) for lag in LAGS)
 
     def split(self) -> tuple[float, float]:
         """Return delay and time constant T in s."""
@@ -74,18 +81,23 @@ def time_delay(t: Tensor, x: Tensor, delay: float) -> Tensor:
 
 
 def first_order_lag(t: Tensor, x: Tensor, lag: float) -> Tensor:
-    """Return `x` (n, k) through a first-order low-pass with the time constant `lag` s."""
+    """Return `x` (n, k) at even times `t` (n,) through a first-order low-pass with the time constant `lag` s.
+
+    Exact for the cubic spline through x. What came before the first row is the parabola through the first rows: derivatives at a single row
+    would be those of its noise.
+    """
     from scipy.interpolate import CubicSpline
+    from scipy.signal import lfilter
 
     if len(t) < 4 or lag <= 0.0:
         return x
     times, spline = t.numpy(), CubicSpline(t.numpy(), x.numpy())
+    dt = (times[-1] - times[0]) / (len(times) - 1)
     d1, d2, d3 = (spline(times, order) for order in (1, 2, 3))
     d3_before = np.concatenate([d3[:1], d3[:-1]])  # the third derivative jumps at each row
-    balance = x.numpy() - lag * d1 + lag**2 * d2
-    before, after = balance - lag**3 * d3_before, balance - lag**3 * d3
-    decay = np.exp(-np.diff(times) / lag)
-    y = before.copy()
-    for k in range(1, len(y)):
-        y[k] = before[k] + (y[k - 1] - after[k - 1]) * decay[k - 1]
-    return tensor(y)
+    settled = x.numpy() - lag * d1 + lag**2 * d2 - lag**3 * d3
+    jumps = lag**3 * (d3 - d3_before)
+    first = slice(0, max(4, int(np.ceil(MEMORY * lag / dt))))
+    c, b, a = np.polyfit(times[first] - times[0], x.numpy()[first], 2)
+    jumps[0] = a - lag * b + 2 * lag**2 * c - settled[0]
+    return tensor(settled + lfilter([1.0], [1.0, -np.exp(-dt / lag)], jumps, axis=0))
