@@ -29,7 +29,7 @@ class Law:
     spans: dict = field(default_factory=dict)
     activity: object = None
     working_model: None = None
-    own: dict = field(default_factory=dict)
+    values_by_recording: dict = field(default_factory=dict)
     lines: dict = field(default_factory=dict)
     log_tried: float = 0.0
     sense: Callable[[np.ndarray], bool] = lambda values: True

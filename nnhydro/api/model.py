@@ -22,7 +22,7 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
-from nnhydro.runtime.files import write_own
+from nnhydro.runtime.files import write_output
 from nnhydro.sheet import ResultView, Sheet
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Model(ResultView):
             return ()
         require(out.suffix in (".xml", ".csv"), f"{out}: give a file that ends in .onnx, .xml or .csv", ConfigError)
         made = mujoco_xml(self.torque_model) if out.suffix == ".xml" else None
-        write_own(out, curves_csv(self.torque_model) if made is None else made.xml)
+        write_output(out, curves_csv(self.torque_model) if made is None else made.xml)
         return () if made is None else made.lacks
 
     def compiled(self, engine: str | None = None) -> CompiledModel:

@@ -21,7 +21,7 @@ def arm(
     """
     from nnhydro.deployment.formats.urdf import arm_yaml, read_urdf
     from nnhydro.errors import ConfigError, require
-    from nnhydro.runtime.files import write_own
+    from nnhydro.runtime.files import write_output
 
     try:
         diameters = tuple(float(x) for x in diameter.split(",") if x.strip())
@@ -30,7 +30,7 @@ def arm(
     require(out.suffix in (".yaml", ".yml"), f"--out {out}: give a file that ends in .yaml, such as my_campaign/arm.yaml")
     require(not (out.exists() or out.is_symlink()), f"--out {out}: is there already: name another file, or remove it")
     found = read_urdf(urdf, diameters, density)
-    write_own(out, arm_yaml(found.arm, [f"from {urdf.name}", *found.notes]), [urdf])
+    write_output(out, arm_yaml(found.arm, [f"from {urdf.name}", *found.notes]), [urdf])
     if json:
         emit({"arm": found.arm.document(), "notes": list(found.notes), "file": str(out)})
         return

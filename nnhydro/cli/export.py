@@ -55,10 +55,10 @@ def _show_onnx(written: dict[str, Any], out: Path, precision: str) -> None:
 def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
     """Write the MuJoCo file; return what it holds and lacks, and the verdict."""
     from nnhydro.deployment.formats.mujoco import mujoco_xml
-    from nnhydro.runtime.files import write_own
+    from nnhydro.runtime.files import write_output
 
     made = mujoco_xml(loaded)
-    write_own(out, made.xml)
+    write_output(out, made.xml)
     said = f"{out} holds {len(made.holds)} parts of the model; MuJoCo cannot hold {len(made.lacks)}, listed in it."
     return {"holds": list(made.holds), "lacks": list(made.lacks)}, said
 
@@ -66,10 +66,10 @@ def _mujoco(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
     """Write the coefficient curves; return their number of rows and the verdict."""
     from nnhydro.deployment.formats.curves import curves_csv
-    from nnhydro.runtime.files import write_own
+    from nnhydro.runtime.files import write_output
 
     text = curves_csv(loaded)
-    write_own(out, text)
+    write_output(out, text)
     return {"rows": text.count("\n") - 1}, f"C_D and C_M over the distance travelled, {text.count(chr(10)) - 1} rows, in {out}."
 
 

@@ -73,7 +73,7 @@ def _fail(message: str) -> int:
 def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code: 0, 2 for a user's error, 130 for Ctrl-C."""
     from nnhydro.errors import NnhydroError
-    from nnhydro.runtime.own_files import named_faults
+    from nnhydro.runtime.user_code import named_faults
 
     try:
         with named_faults():

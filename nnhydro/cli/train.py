@@ -21,32 +21,32 @@ def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorqu
         raise
 
 
-def _is_identity(beside: Path) -> bool:
+def _is_identity(record: Path) -> bool:
     """Whether the file says which training a checkpoint beside it belongs to."""
     from nnhydro.errors import ConfigError
     from nnhydro.runtime.files import read_json
 
     try:
-        return {"config", "campaign_sha256"} <= set(read_json(beside, ConfigError))
+        return {"config", "campaign_sha256"} <= set(read_json(record, ConfigError))
     except ConfigError:
         return False
 
 
-def _begin(resume: bool, out: Path, checkpoint: Path, beside: Path, identity: dict[str, object]) -> None:
+def _begin(resume: bool, out: Path, checkpoint: Path, record: Path, identity: dict[str, object]) -> None:
     """Make sure that a checkpoint belongs to this training, or that none is in the way of a new one."""
     from nnhydro.errors import ConfigError, require
     from nnhydro.runtime.files import json_text, write_json
 
     if resume:
         require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to go on with; leave --resume out")
-        require(beside.is_file() and beside.read_bytes() == json_text(identity).encode(), f"--resume: {beside} belongs to another "
+        require(record.is_file() and record.read_bytes() == json_text(identity).encode(), f"--resume: {record} belongs to another "
                 "configuration or to other recordings: start anew without --resume", ConfigError)
         return
-    for path in (checkpoint, beside) if not _is_identity(beside) else ():
+    for path in (checkpoint, record) if not _is_identity(record) else ():
         require(not path.exists(), f"--out {out}: {path} lies where the training keeps its state, and no training wrote it: move it "
                 "away, or name another place", ConfigError)
     checkpoint.unlink(missing_ok=True)
-    write_json(beside, identity)
+    write_json(record, identity)
 
 
 def train(
@@ -81,8 +81,8 @@ def train(
     refuse_inputs(out, [Path(chosen.baseline)])  # a model folder, perhaps
     opened = verify_campaign(campaign, column_map)
     unusable = warn_of_errors(opened)
-    checkpoint, beside = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
-    _begin(resume, out, checkpoint, beside, {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()})
+    checkpoint, record = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
+    _begin(resume, out, checkpoint, record, {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()})
     with ExitStack() as open_:
         listeners = [open_.enter_context(epochs_on_screen())]
         listeners += [] if tensorboard is None else [open_.enter_context(epochs_in_tensorboard(tensorboard))]
@@ -96,7 +96,7 @@ def train(
         model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), again)
     save_model(model, out)
     checkpoint.unlink(missing_ok=True)
-    beside.unlink(missing_ok=True)
+    record.unlink(missing_ok=True)
     if json:
         emit({"model": str(out), **without_bulk(model.fit)})
         return

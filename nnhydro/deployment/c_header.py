@@ -20,7 +20,7 @@ from nnhydro.deployment.comment import comment_text
 from nnhydro.deployment.step import BEGIN, MemoryStep, RecordedStep, record_step, record_torques, whole_sums
 from nnhydro.errors import require
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.runtime.files import write_own
+from nnhydro.runtime.files import write_output
 from nnhydro.runtime.stamp import refuse_foreign
 
 
@@ -59,7 +59,7 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
     functions, lines = _functions(made, name, precision)
     lines += [f"{target}[{i}] = out[{k * joints + i}];" for k, target in enumerate(("tau", "std")[:1 + with_std]) for i in range(joints)]
     body = "\n    ".join([*lines, "s->begun = 1;"])
-    guard, upper, kept = f"{name.upper()}_H", name.upper(), max(step.size, 1)
+    guard, upper, stored = f"{name.upper()}_H", name.upper(), max(step.size, 1)
     remark = comment_text("".join(f"\n   {line}" for line in remarks))
     arguments = (f"{name}_state *s, const {real} q[{joints}], const {real} qd[{joints}], const {real} qdd[{joints}], {real} u0, "
                  f"{real} du0, {real} dt, {real} tau[{joints}]" + (f", {real} std[{joints}]" if with_std else ""))
@@ -77,8 +77,8 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
 #include <math.h>
 #define {upper}_JOINTS {joints}
 #define {upper}_MEMORY {step.size}
-typedef struct {{ int begun; double memory[{kept}]; }} {name}_state; /* double: what is added up for hours keeps its small parts */
-static inline void {name}_reset({name}_state *s) {{ s->begun = 0; for (int i = 0; i < {kept}; ++i) s->memory[i] = 0; }}
+typedef struct {{ int begun; double memory[{stored}]; }} {name}_state; /* double: what is added up for hours keeps its small parts */
+static inline void {name}_reset({name}_state *s) {{ s->begun = 0; for (int i = 0; i < {stored}; ++i) s->memory[i] = 0; }}
 {functions}
 static inline void {name}_step({arguments}) {{
     {body}
@@ -114,6 +114,6 @@ def export_c(model: TorqueModel, out: Path, precision: str = "double", digest: s
     step = made.step
     texts = {out: header(made, name, precision, digest, remarks), tests: test_vector(step)}
     for path, text in texts.items():
-        write_own(path, text)
+        write_output(path, text)
     return {"model": getattr(model, "name", model.kind), "name": name, "precision": precision, "memory": step.size, "std": step.with_std,
             "test_vector": str(tests), "checked": made.deviation}

@@ -130,11 +130,11 @@ def dots(width: int, running: bool, which: str, place: str) -> str:
 
 
 def together(rows: int, vectors: int) -> int:
-    """Return how many of `rows` rows of `vectors` vectors `beside` sums at once: as registers allow, with few rows filled up."""
+    """Return how many of `rows` rows of `vectors` vectors `columns_product` sums at once: as registers allow, with few rows filled up."""
     return min(range(1, min(8, 12 // vectors) + 1), key=lambda n: (-(-rows // n) * n + -(-rows // n), -n))
 
 
-def _beside_wide(vectors: int, high: int) -> str:
+def _columns_product_wide(vectors: int, high: int) -> str:
     """The sums of `high` rows at a time over vectors of columns, the last of which overlaps the one before it."""
     rows, columns = range(high), range(vectors)
     places = [f"({4*j} < last ? {4*j} : last)" for j in columns]
@@ -150,7 +150,7 @@ def _beside_wide(vectors: int, high: int) -> str:
     }}"""
 
 
-def _beside_narrow(vectors: int, high: int) -> str:
+def _columns_product_narrow(vectors: int, high: int) -> str:
     """The same in vectors of two numbers: four columns at a time."""
     rows = range(high)
     return f"""    for (int r = 0; r < m; r += {high}, W += {high}*k)
@@ -167,19 +167,19 @@ def _beside_narrow(vectors: int, high: int) -> str:
         }}"""
 
 
-def name_beside(vectors: int, high: int, kind: str) -> str:
-    """Return the name of the function `beside` writes for places of the C type `kind`."""
+def name_columns_product(vectors: int, high: int, kind: str) -> str:
+    """Return the name of the function `columns_product` writes for places of the C type `kind`."""
     return f"{{at}}beside{vectors}x{high}{'wide' if kind == 'int' else ''}"
 
 
-def beside(vectors: int, high: int, kind: str) -> str:
+def columns_product(vectors: int, high: int, kind: str) -> str:
     """The product of a matrix W with a matrix of k rows, which begin at the places `rows`, into m rows of y, `jump` apart."""
-    return f"""static NOINLINE void {name_beside(vectors, high, kind)}(const real *RESTRICT x, const {kind} *RESTRICT rows, int k,
+    return f"""static NOINLINE void {name_columns_product(vectors, high, kind)}(const real *RESTRICT x, const {kind} *RESTRICT rows, int k,
                               const real *RESTRICT W, real *RESTRICT y, int jump, int m, int last) {{
 #if LANES == 4
-{_beside_wide(vectors, high)}
+{_columns_product_wide(vectors, high)}
 #elif LANES == 2
-{_beside_narrow(vectors, high)}
+{_columns_product_narrow(vectors, high)}
 #else
     for (int r = 0; r < m; r += {high}, W += {high}*k)
         for (int q = 0; q < {high} && r + q < m; ++q)

@@ -25,7 +25,7 @@ FORMS: Final = {"same": "{0}", "mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} 
 PLAIN: Final = {"abs": "fabs", "sqrt": "sqrt", "log": "log", "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin",
                 "acos": "acos", "floor": "floor", "ceil": "ceil", "pow": "pow"}
 TURNING: Final = ("sin", "cos")  # written out below for loops in double precision
-OWN: Final = ("exp", "tanh", "sigmoid")  # functions written out below
+WRITTEN_OUT: Final = ("exp", "tanh", "sigmoid")  # functions written out below
 TINY: Final = 1.2e-38  # below it a number of single precision is 0
 LITERAL: Final = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])")
 
@@ -110,7 +110,7 @@ def _literal(precision: str) -> Any:
     return number
 
 
-def _functions(precision: str, own_sine: bool) -> str:
+def _functions(precision: str, with_sine: bool) -> str:
     """exp, tanh and the logistic function, sine and cosine where they are our own, and the others from math.h under one name."""
     double, end = precision == "double", "" if precision == "double" else "f"
     *others, last = EXPONENTIAL[precision]
@@ -121,8 +121,8 @@ def _functions(precision: str, own_sine: bool) -> str:
               "mantissa": 52 if double else 23, "last": last,
               "horner": "\n".join(f"    e = e*r + R({c});" for c in reversed(others)),
               "cotangent": LITERAL.sub(r"R(\1)", horner(COTANGENT[precision][::-1]))}
-    library = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items() if not (own_sine and name in TURNING))
-    return FAST.format(**values) + (SINE if own_sine else "") + "\n" + library
+    library = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items() if not (with_sine and name in TURNING))
+    return FAST.format(**values) + (SINE if with_sine else "") + "\n" + library
 
 
 def _statements(program: Program, outputs: Sequence[Value], precision: str) -> tuple[list[str], list[str]]:
@@ -132,7 +132,7 @@ def _statements(program: Program, outputs: Sequence[Value], precision: str) -> t
     def c(text: str) -> str:
         """Return an expression of Python as one of C: the functions' and numbers' names of this precision."""
         text = text.replace("float('inf')", "R(INFINITY)").replace("float('-inf')", "R(-INFINITY)")
-        for name in (*PLAIN, *OWN):
+        for name in (*PLAIN, *WRITTEN_OUT):
             text = re.sub(rf"(?<![\w.]){name}\(", f"f_{name}(", text)
         return LITERAL.sub(lambda found: found[1] + ("" if precision == "double" else "f"), text)
 
@@ -147,11 +147,11 @@ def c_function(head: str, program: Program, outputs: Sequence[Value], precision:
     """Return C text of the function `head`, such as `void run`; `prefix` begins what else is defined, where two stand in one file."""
     large = _terms(program, outputs) >= MANY
     single = ["#define SINGLE"] if precision == "single" else []
-    own_sine = large and precision == "double"  # in a loop it is faster than the library's, alone it is not
-    renamed = (*OWN, "rest", "ratio", *(("turn", *TURNING) if own_sine else ())) if prefix else ()
+    with_sine = large and precision == "double"  # in a loop it is faster than the library's, alone it is not
+    renamed = (*WRITTEN_OUT, "rest", "ratio", *(("turn", *TURNING) if with_sine else ())) if prefix else ()
     begin = [f"#define real {PRECISIONS[precision]}", "#define R(x) ((real)(x))", *(f"#define f_{f} {prefix}f_{f}" for f in renamed)]
     end = ["#undef real", "#undef R", *(f"#undef f_{f}" for f in (*PLAIN, *renamed))]
-    functions = _functions(precision, own_sine)
+    functions = _functions(precision, with_sine)
     if not large:
         body, results = _statements(program, outputs, precision)
         lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])

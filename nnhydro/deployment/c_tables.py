@@ -19,7 +19,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.deployment.c_kernels import LANES, ROOTS, beside, dense, dots, name_beside, name_dots, together
+from nnhydro.deployment.c_kernels import LANES, ROOTS, columns_product, dense, dots, name_columns_product, name_dots, together
 from nnhydro.deployment.c_places import Places, last_uses
 from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, output_statements, stretches
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
@@ -33,7 +33,7 @@ TWICE: Final = 16  # rows of a matrix for two columns
 FIXED: Final = 32  # places: shorter runs are loops of a fixed length
 FEW: Final = 3  # rows: with fewer, a matrix that stands alone is sums
 SIDE: Final = 4  # equal matrices from which on they are one product, PAD at least
-BESIDE: Final = 5  # vectors of strips side by side, in registers
+SIDE_BY_SIDE: Final = 5  # vectors of strips side by side, in registers
 LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {1})", "min": "({0} < {1} ? {0} : {1})",
                 "where": "({0} > R(0.5) ? {1} : {2})", "positive": "({0} > R(0.0) ? R(1.0) : R(0.0))",
                 "zero": "({0} == R(0.0) ? R(1.0) : R(0.0))", "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
@@ -95,7 +95,7 @@ class Tables:
             self.products.add((high, len(blocks)))
 
     products: set[tuple[int, int]] = field(default_factory=set)
-    beside: set[tuple[int, int, str]] = field(default_factory=set)
+    column_products: set[tuple[int, int, str]] = field(default_factory=set)
     dots: set[tuple[int, bool, str, str]] = field(default_factory=set)
     alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
 
@@ -125,14 +125,14 @@ class Tables:
         if apart.size:
             at[apart, 0] = self.copies(at[apart].ravel().tolist()) + g * np.arange(apart.size)
         first = self.slots([rows[i] for i in range(m) for _, rows in blocks])
-        columns = np.array_split(np.arange(g), -(-g // (PAD * BESIDE)))
+        columns = np.array_split(np.arange(g), -(-g // (PAD * SIDE_BY_SIDE)))
         vectors = -(-len(columns[0]) // PAD)
         high = together(m, vectors)
         W = np.zeros((-(-m // high) * high, k))
         W[:m] = [[c for _, c in row] for row in blocks[0][1]]
         table, starts = self.table(W.reshape(-1, high, k).transpose(0, 2, 1), False), self.table(at[:, 0], True)
-        self.beside.add((vectors, high, self.kinds[starts]))
-        kernel = name_beside(vectors, high, self.kinds[starts])
+        self.column_products.add((vectors, high, self.kinds[starts]))
+        kernel = name_columns_product(vectors, high, self.kinds[starts])
         for part in columns:
             self.lines.append(f"{kernel}(v + {part[0]}, {starts}, {k}, {table}, v + {first + part[0]}, {g}, {m}, {len(part) - PAD});")
 
@@ -242,9 +242,9 @@ class Tables:
             given.append(f"v[p{k}[i]]" if width == 1 else f"v[p{k}[r]{' + i' if steps[k] else ''}]")
         place = "i" if alone or width == 1 else f"{width}*r + i"
         for k, weight in enumerate(weights):
-            own = weight[start:stop]
-            alike = len(set(own)) == 1
-            known.append((f"real c{k}", self.number(own[0])) if alike else (f"const real *RESTRICT c{k}", self.table(own, False)))
+            factors = weight[start:stop]
+            alike = len(set(factors)) == 1
+            known.append((f"real c{k}", self.number(factors[0])) if alike else (f"const real *RESTRICT c{k}", self.table(factors, False)))
             given[k] = f"c{k}{'' if alike else f'[{place}]'}*{given[k]}"
         few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
         head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {{ {few.replace('< n', f'< {width}')}"
@@ -287,7 +287,7 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
     made.sums(rows)
     begin = [f"real v[{made.memory.size}];", f"for (int i = 0; i < {program.n_inputs}; ++i) v[i] = in[i];",
              f"v[{program.n_inputs}] = R(1.0);"]
-    products = [*(dense(*kind) for kind in sorted(made.products)), *(beside(*kind) for kind in sorted(made.beside)),
+    products = [*(dense(*kind) for kind in sorted(made.products)), *(columns_product(*kind) for kind in sorted(made.column_products)),
                 *(dots(*kind) for kind in sorted(made.dots))]
     loops = [f"static NOINLINE void {kernel}(const real *RESTRICT v, real *RESTRICT y, int n, {known}) {{\n{body}\n}}"
              for (known, body), kernel in made.kernels.items()]

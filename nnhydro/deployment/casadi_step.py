@@ -15,7 +15,7 @@ from nnhydro.deployment.onnx.expressions import Program, Scalar, Value
 from nnhydro.deployment.step import record_step, whole_sums
 from nnhydro.errors import missing_extra, require
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.runtime.files import write_own
+from nnhydro.runtime.files import write_output
 from nnhydro.runtime.stamp import refuse_foreign
 
 NAMED: Final = {"abs": "fabs", "max": "fmax", "min": "fmin", "sign": "sign", "sqrt": "sqrt", "exp": "exp", "log": "log", "tanh": "tanh",
@@ -81,7 +81,7 @@ def export_casadi(model: TorqueModel, out: Path) -> dict[str, Any]:
     require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'arm.casadi'}")
     refuse_foreign(out)
     made = casadi_function(model)
-    write_own(out, made.serialize())
+    write_output(out, made.serialize())
     return {"model": getattr(model, "name", model.kind),
             "inputs": {made.name_in(k): made.size1_in(k) for k in range(made.n_in())},
             "outputs": {made.name_out(k): made.size1_out(k) for k in range(made.n_out())}}

@@ -34,7 +34,7 @@ from nnhydro.diagnosis.search.linearisation import extra_starts
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.wave_frequencies import across_held_links, at_lines, at_own_lines, line_frequencies
+from nnhydro.diagnosis.search.wave_frequencies import across_fixed_links, at_lines, at_lines_per_recording, line_frequencies
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
@@ -66,8 +66,8 @@ def _explore(design: Design, without: Sequence[str],
     progress("noise and baseline")
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     hypotheses = hypotheses_for(design, without)
-    across = across_held_links(design)
-    lines = at_lines(hypotheses, line_frequencies(design), across) + at_own_lines(hypotheses, design, across)
+    across = across_fixed_links(design)
+    lines = at_lines(hypotheses, line_frequencies(design), across) + at_lines_per_recording(hypotheses, design, across)
     hypotheses += extra_starts(hypotheses, design.problem, model) + lines
     progress(f"columns of {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
@@ -131,12 +131,12 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     progress("next experiment")
     following, why = _plan_next(found, campaign, seed, limits)
     steady = (found.design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
-    own = np.where(steady, best_fit(search, claimed).whitened.v, found.noise.own + found.design.input_variance)
-    floor = noise_error(search, proof, own)
+    variance = np.where(steady, best_fit(search, claimed).whitened.v, found.noise.noise_variance + found.design.input_variance)
+    floor = noise_error(search, proof, variance)
     rest = unexplained_of(search, claimed, proof, found.decided.decisions, floor, found.noise)
     base = found.design.baseline
     z_before, z_after = (base.within(best_fit(search, model_set).z) for model_set in (search.score(()), claimed))
-    noise_rms = np.sqrt(found.noise.own.sum(axis=0) / found.design.time)
+    noise_rms = np.sqrt(found.noise.noise_variance.sum(axis=0) / found.design.time)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)

@@ -81,11 +81,11 @@ class DiagnosisResult:
             return f" {subject} depends on {' and on '.join(on)}."
         if self.remainder.lines:
             return ""
-        few, own, place = self.remainder.recordings, self.remainder.own_parameters, self.remainder.place
+        few, differ, place = self.remainder.recordings, self.remainder.parameters_differ, self.remainder.place
         there = f"{', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}"
-        lies = f"lies in {there}" if few and not own else "" if place is None else place.sentence
-        differ = f" Mass, drag or added mass in {there} differ from those of the other recordings." if own else ""
-        return f"{f' {subject} {lies}.' if lies else ''}{differ}"
+        lies = f"lies in {there}" if few and not differ else "" if place is None else place.sentence
+        why = f" Mass, drag or added mass in {there} differ from those of the other recordings." if differ else ""
+        return f"{f' {subject} {lies}.' if lies else ''}{why}"
 
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""

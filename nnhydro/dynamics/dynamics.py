@@ -165,7 +165,7 @@ class Dynamics:
         have = len(next(iter(state.memory.values())))
         require(have in (1, count), f"the state holds the memory of {have} arm(s), the question is about {count}", ModelError)
         memory = {name: x.expand(count, *x.shape[1:]) for name, x in state.memory.items()}
-        return StepMemory(torch.full((count,), dt or 0.0, dtype=torch.float64), memory, held=dt is None)
+        return StepMemory(torch.full((count,), dt or 0.0, dtype=torch.float64), memory, frozen=dt is None)
 
     def _torques(self, motion: Motion) -> Tensor:
         """The torques (n, joints) N m of a motion, of none at all none."""
@@ -180,12 +180,12 @@ class Dynamics:
             def each(x: Tensor) -> Tensor:
                 return x.repeat_interleave(k, dim=0)
 
-            own = None
+            repeated = None
             if carried is not None:
                 memory = None if carried.before is None else {name: each(x) for name, x in carried.before.items()}
-                own = StepMemory(each(carried.dt), memory, carried.held)
+                repeated = StepMemory(each(carried.dt), memory, carried.frozen)
             turned = None if base is None else base.rows(torch.arange(m).repeat_interleave(k))
-            motion = self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), own, turned)
+            motion = self._motion(each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), repeated, turned)
             return self._torques(motion).reshape(m, k, n)
 
         return torque

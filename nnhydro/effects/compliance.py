@@ -56,14 +56,14 @@ def _fixed_point(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor]
     return tau
 
 
-def by_own_motion(seen: SensorView, joint: int, channel: int) -> Tensor:
+def by_joint_motion(seen: SensorView, joint: int, channel: int) -> Tensor:
     """Return d tau_j / d angle (0), rate (1) or acceleration (2) of `joint` (from 1) itself, (n,): before belt and gear."""
-    def own() -> Tensor:
+    def difference() -> Tensor:
         """Return the difference at the joint itself."""
         change = seen.joint_torque(seen.tau + seen.by_motion(channel, joint)) - seen.joint_torque(seen.tau)
         return change[:, joint - 1]
 
-    return seen.memo.of(("by_own_motion", joint, channel), own)
+    return seen.memo.of(("by_joint_motion", joint, channel), difference)
 
 
 def ringing_twist(seen: SensorView, joint: int, stiffness: float, damping: float) -> Twist:
@@ -75,11 +75,11 @@ def ringing_twist(seen: SensorView, joint: int, stiffness: float, damping: float
     first torque. Where the resonance lies beyond the samples nothing rings. Source: linearisation of Spong (1987), with a damped spring.
     """
     tau = seen.joint_torque(seen.tau)[:, joint - 1]
-    k = (by_own_motion(seen, joint, 0) + stiffness).clamp_min(BUCKLED * stiffness)
+    k = (by_joint_motion(seen, joint, 0) + stiffness).clamp_min(BUCKLED * stiffness)
     if seen.motion.steady or len(tau) < 4:
         still = torch.zeros_like(tau)
         return -tau / k, still, still
-    J, D = by_own_motion(seen, joint, 2).clamp_min(LIGHTEST), by_own_motion(seen, joint, 1)
+    J, D = by_joint_motion(seen, joint, 2).clamp_min(LIGHTEST), by_joint_motion(seen, joint, 1)
     t = seen.motion.t.numpy()
     turn, rate, change = _oscillator(t, *(x.numpy() for x in (J, D + damping, k, -tau)))
     return tensor(turn), tensor(rate), tensor(change)

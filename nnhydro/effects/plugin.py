@@ -14,7 +14,7 @@ from torch import Tensor
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.effect import REGISTER, Effect
 from nnhydro.errors import ConfigError, NnhydroError, require
-from nnhydro.runtime.own_files import fault, own_file
+from nnhydro.runtime.user_code import fault, register_user_file
 
 ANSWERS = {"columns": "(rows, joints, linear parameters)", "tangent": "(rows, joints, linear parameters)", "apply": "(rows, joints)"}
 
@@ -31,7 +31,7 @@ def load_plugin(path: Path) -> tuple[str, ...]:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
-    own_file(path)
+    register_user_file(path)
     try:
         spec.loader.exec_module(module)
     except NnhydroError as cause:

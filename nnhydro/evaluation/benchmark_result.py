@@ -134,7 +134,7 @@ class BenchmarkResult:
                     "has seen")
         else:
             text = f"On recordings that no fit has seen, {ranking[0]} predicts the torques best: {100 * best:.1f} % error"
-            text += self._beside_reference(ranking[0], best)
+            text += self._against_reference(ranking[0], best)
         text += f"; a perfect model would leave {100 * self.noise_floor:.1f} %" if self.noise_floor is not None else ""
         left = sorted({name for units in self.seen.values() for name in units})
         if left:
@@ -142,7 +142,7 @@ class BenchmarkResult:
                      f"{', '.join(left[:4])}{', ...' if len(left) > 4 else ''}")
         return text + "."
 
-    def _beside_reference(self, best_name: str, best: float) -> str:
+    def _against_reference(self, best_name: str, best: float) -> str:
         """How much better the best is than a baseline that everybody knows."""
         reference = next((name for name in ("constant", "rigid", "textbook") if name in self.standings and name != best_name), None)
         if reference is None:

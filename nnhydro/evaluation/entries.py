@@ -40,15 +40,15 @@ def _physics(name: str) -> ModelEntry:
 
 
 def _train_entry(name: str, campaigns: Sequence[Campaign], config: TrainingConfig) -> ModelEntry:
-    own = config.model_copy(update={"model": name})
+    named = config.model_copy(update={"model": name})
     stored = name == "hybrid" and config.baseline != "auto" and config.baseline not in BASELINES
     seen = marks_seen_by(_stored_model(Path(config.baseline), campaigns)) if stored else frozenset[str]()
-    return ModelEntry(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, own, progress=progress), seen or frozenset())
+    return ModelEntry(name, lambda chosen, arm, how, progress: train_units(chosen, arm, how, named, progress=progress), seen or frozenset())
 
 
 def _comparator(name: str, config: TrainingConfig) -> ModelEntry:
-    own = config.model_copy(update={"model": "network"})
-    return ModelEntry(name, lambda chosen, arm, how, progress: comparators()[name].fit(chosen, arm, how, own))
+    network = config.model_copy(update={"model": "network"})
+    return ModelEntry(name, lambda chosen, arm, how, progress: comparators()[name].fit(chosen, arm, how, network))
 
 
 def _stored_model(folder: Path, campaigns: Sequence[Campaign]) -> TorqueModel:

@@ -93,11 +93,11 @@ def of_slenderness(arm: Arm, factor: float) -> Arm:
 
 def analytic(model: StripTheory, arm: Arm) -> StripTheory:
     """Return fitted constants on another arm: C_D and C_M times what Wieselsberger and DNV give for its L/D over that of their own."""
-    own, other = (torch.tensor([link.length_m / link.diameter_m for link in a.links], dtype=torch.float64) for a in (model.arm, arm))
+    fitted, other = (torch.tensor([link.length_m / link.diameter_m for link in a.links], dtype=torch.float64) for a in (model.arm, arm))
     drag, mass = model.loads.terms["normal_drag"], model.loads.terms["added_mass"]
     assert isinstance(drag, NormalDrag)
     assert isinstance(mass, AddedMass)
-    C_D, C_M = (tuple((torch.tensor(values, dtype=torch.float64) * law(other) / law(own)).tolist())
+    C_D, C_M = (tuple((torch.tensor(values, dtype=torch.float64) * law(other) / law(fitted)).tolist())
                 for values, law in ((drag.C_D, drag_coefficient), (mass.C_M, added_mass_coefficient)))
     loads = Loads({"rigid_body": RigidBody.of_arm(arm), "normal_drag": NormalDrag(C_D), "added_mass": AddedMass(C_M)})
     return StripTheory(arm, model.preparation, {}, "constant", loads)

@@ -105,7 +105,7 @@ def next_state(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Te
     return torch.cat([p, m, v, *swung, w], dim=-3)
 
 
-def _filter_bank(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
+def _filter_states(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
     """The states (n, STATES, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m: lags p - w, m - p, v - w decay."""
     count = len(TRAVEL)
     found = np.empty((len(w), STATES, *w.shape[1:]))
@@ -166,7 +166,7 @@ def _of_run(flow: Flow, w: Tensor) -> list[Tensor]:
 
     def states() -> Tensor:
         """Return the states (n, STATES, links, s), row after row."""
-        return torch.from_numpy(_filter_bank(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy()))
+        return torch.from_numpy(_filter_states(w.numpy(), dt.numpy(), flow.D.numpy()[:, None], flow.nu, start.numpy()))
 
     return list(_RUNS.of((content_of((w, dt, flow.D, start)), flow.nu), states, lambda found: 8 * found.numel()).unbind(1))
 

@@ -127,8 +127,8 @@ def _friction_as_large_as_the_torque(known: Prior, loads: Loads, stats: Statisti
     energy = np.einsum("jpp->jp", stats.H)
     of_joint = stats.s[energy.argmax(axis=0)], energy.max(axis=0)
     friction = np.concatenate([np.full(len(term.linear_values()), name in (DRY, OIL)) for name, term in loads.linear().items()])
-    told = friction & (of_joint[0] > 0) & (of_joint[1] > 0)
-    size = np.sqrt(np.divide(*of_joint, out=np.ones_like(of_joint[0]), where=told))
+    informative = friction & (of_joint[0] > 0) & (of_joint[1] > 0)
+    size = np.sqrt(np.divide(*of_joint, out=np.ones_like(of_joint[0]), where=informative))
     return replace(known, F=size[:, None] * known.F)
 
 

@@ -94,8 +94,8 @@ class Domain:
 
 def _rows(unit: Unit, arm: Arm) -> Array:
     """Inputs of some rows of a unit, evenly spread over it."""
-    own = arm if unit.arm is None else unit.arm
-    parts = [inputs(Motion.of(segment), own)[segment.keep] for segment in unit.segments() if segment.keep.any()]
+    unit_arm = arm if unit.arm is None else unit.arm
+    parts = [inputs(Motion.of(segment), unit_arm)[segment.keep] for segment in unit.segments() if segment.keep.any()]
     x: Array = np.concatenate(parts) if parts else np.zeros((0, 1))
     some: Array = x[np.linspace(0, len(x) - 1, min(ROWS, len(x))).astype(int)]
     return some

@@ -17,7 +17,7 @@ from nnhydro.recordings.filtering.preprocessing import MIN_ROWS, Preparation, ev
 from nnhydro.recordings.recording import MOTION, SURROUNDINGS, Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.surroundings import with_heading
-from nnhydro.runtime.files import write_own
+from nnhydro.runtime.files import write_output
 
 Array = NDArray[np.float64]
 Answers = Callable[[Segment], list[Array]]
@@ -167,4 +167,4 @@ def write_prediction(prediction: PredictedTorque, path: Path, inputs: Iterable[P
     names += [*(more or {})]
     values += [*(more or {}).values()]
     rows = (",".join([repr(float(row[0])), *(f"{x:.9g}" for x in row[1:])]) for row in np.column_stack(values))
-    return write_own(path, "\n".join([",".join(names), *rows]) + "\n", inputs)
+    return write_output(path, "\n".join([",".join(names), *rows]) + "\n", inputs)

@@ -17,7 +17,7 @@ from nnhydro.conventions import SCHEMA_MODEL
 from nnhydro.effects.catalogue import catalogue, instrument_of
 from nnhydro.errors import ModelError, NnhydroError
 from nnhydro.models.corrected_simulation import CorrectedSimulation
-from nnhydro.models.learned.learned import BASELINE, FREE, LAW, WATER, LearnedTorque, bank_of
+from nnhydro.models.learned.learned import BASELINE, FREE, LAW, WATER, LearnedTorque, memory_filters
 from nnhydro.models.learned.linear_parts import FreePart, StripLaw
 from nnhydro.models.learned.network import Ensemble
 from nnhydro.models.learned.strip_net import StripNet
@@ -77,7 +77,7 @@ def _read_learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm
     if "law" not in document:
         raise ModelError("was trained by a version whose networks had no law of the strips: train it again on its recordings")
     water = {key.removeprefix(WATER): t for key, t in tensors.items() if key.startswith(WATER)}
-    if document.get("bank") != bank_of(bool(water)):
+    if document.get("bank") != memory_filters(bool(water)):
         raise ModelError("was trained by a version whose strips remembered their motion in another way: train it again on its recordings")
     layers = int(document["layers"])
     ordered = [tensors[f"ensemble.{i}"] for i in range(2 * layers)]

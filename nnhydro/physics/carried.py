@@ -20,12 +20,12 @@ Memory = Mapping[str, Tensor]  # by name, rows first
 class StepMemory:
     """`before` is what was remembered `dt` (n,) s ago (None at the first instant), `after` what is remembered now, filled on the way.
 
-    `held`: `before` is that of this very instant and stays as it is. Rows that are `fresh` begin anew, whatever stands in `before`.
+    `frozen`: `before` is that of this very instant and stays as it is. Rows that are `fresh` begin anew, whatever stands in `before`.
     """
 
     dt: Tensor  # (n,) s
     before: Memory | None = None
-    held: bool = False
+    frozen: bool = False
     fresh: Tensor | None = None  # (n,) bool
     after: dict[str, Tensor] = field(default_factory=dict)
 
@@ -34,7 +34,7 @@ class StepMemory:
         if self.before is None:
             found = start()
         else:
-            found = self.before[name] if self.held else following(self.before[name])
+            found = self.before[name] if self.frozen else following(self.before[name])
             if self.fresh is not None:
                 found = torch.where(self.fresh.reshape(-1, *(1,) * (found.dim() - 1)), start(), found)
         self.after[name] = found

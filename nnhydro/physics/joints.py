@@ -67,7 +67,7 @@ def require_bending(kind: str, bending: tuple[float, ...]) -> None:
     require(fits, f"term {kind!r}: bending = {list(bending)}: give none, or one value from 0 to {MOST_BENDING} rad", ModelError)
 
 
-def own_joint(loads: Tensor) -> Tensor:
+def diagonal_columns(loads: Tensor) -> Tensor:
     """Return the columns (n, joints, joints) of `loads` (n, joints), each of which acts at its own joint only."""
     return torch.diag_embed(loads)
 

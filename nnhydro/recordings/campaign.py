@@ -99,14 +99,14 @@ class Campaign:
 
     def segments(self, name: str, how: Preparation) -> tuple[Segment, ...]:
         """Return the segments of the recording called `name`."""
-        return tuple(self._own(segment) for segment in prepare(self.load(name), how))
+        return tuple(self._of_arm(segment) for segment in prepare(self.load(name), how))
 
-    def _own(self, segment: Segment) -> Segment:
+    def _of_arm(self, segment: Segment) -> Segment:
         return replace(segment, sliding=True) if self.arm.sliding else segment
 
     def steady_segments(self) -> tuple[Segment, ...]:
         """Return one segment a steady table."""
-        return tuple(self._own(steady_segment(table)) for table in self.steady)
+        return tuple(self._of_arm(steady_segment(table)) for table in self.steady)
 
     def sha256(self) -> str:
         """Return one sha256 over the arm and every file, in order of name."""

@@ -21,9 +21,9 @@ def _freeze(instance: object) -> None:
     for field in fields(instance):  # type: ignore[arg-type]
         value = getattr(instance, field.name)
         if isinstance(value, np.ndarray) and value.dtype != bool:
-            own = np.array(value, dtype=float)
-            own.setflags(write=False)
-            object.__setattr__(instance, field.name, own)
+            frozen = np.array(value, dtype=float)
+            frozen.setflags(write=False)
+            object.__setattr__(instance, field.name, frozen)
 
 
 def _require_shapes(name: str, shape: tuple[int, int], **channels: Array | None) -> None:

@@ -98,8 +98,8 @@ def copied_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
 def independent(campaign: Campaign, groups: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
     """Return the groups of repeats with one recording of each set of copies; groups of one are left out."""
     copies = {name for copied in copied_recordings(campaign) for name in copied[1:]}
-    kept = (tuple(name for name in group if name not in copies) for group in groups)
-    return tuple(group for group in kept if len(group) > 1)
+    without_copies = (tuple(name for name in group if name not in copies) for group in groups)
+    return tuple(group for group in without_copies if len(group) > 1)
 
 
 def group_names(campaign: Campaign) -> dict[str, str]:

@@ -68,7 +68,7 @@ class PreparedRecordings:
 
     def __init__(self, campaign: Campaign, how: Preparation) -> None:
         self.campaign, self.how = campaign, how
-        self._kept = lru_cache(maxsize=CACHED_UNITS)(self._segments)
+        self._cached = lru_cache(maxsize=CACHED_UNITS)(self._segments)
 
     def __reduce__(self) -> tuple[type["PreparedRecordings"], tuple[Campaign, Preparation]]:
         return PreparedRecordings, (self.campaign, self.how)
@@ -78,7 +78,7 @@ class PreparedRecordings:
 
     def __call__(self, name: str) -> tuple[Segment, ...]:
         """Return the segments of the recording called `name`."""
-        return self._kept(name)
+        return self._cached(name)
 
 
 def units(campaign: Campaign, how: Preparation, seed: int = 0, groups: dict[str, str] | None = None) -> tuple[Unit, ...]:
@@ -107,8 +107,8 @@ def folds(all_units: Sequence[Unit], count: int, seed: int = 0) -> tuple[tuple[i
         kind = sorted({unit.group for unit in all_units if unit.steady == steady})
         for place, index in enumerate(rng.permutation(len(kind))):
             fold_of[kind[int(index)]] = (place + moving * steady) % count
-    dealt = tuple(tuple(i for i, unit in enumerate(all_units) if fold_of[unit.group] == k) for k in range(count))
-    return tuple(fold for fold in dealt if fold)
+    parts = tuple(tuple(i for i, unit in enumerate(all_units) if fold_of[unit.group] == k) for k in range(count))
+    return tuple(fold for fold in parts if fold)
 
 
 def validation_split(

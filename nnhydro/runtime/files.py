@@ -83,13 +83,13 @@ def _temporary(target: Path, folder: bool) -> tuple[Path, int | None]:
             os.close(handle)
             made = Path(name)
         try:
-            held = try_lock(made)
+            lock = try_lock(made)
         except FileNotFoundError:  # taken for a leftover before it was held
             continue
         except OSError:  # a file system without locks: nobody removes leftovers there either
             return made, None
-        if held is not None:
-            return made, held
+        if lock is not None:
+            return made, lock
 
 
 def scratch(purpose: str) -> tuple[Path, Callable[[], None]]:
@@ -99,13 +99,13 @@ def scratch(purpose: str) -> tuple[Path, Callable[[], None]]:
     """
     place = Path(tempfile.gettempdir())
     remove_leftovers(place)
-    made, held = _temporary(place / purpose, folder=True)
+    made, lock = _temporary(place / purpose, folder=True)
 
     def remove() -> None:
         """Remove the folder and let go of its lock."""
         shutil.rmtree(made, ignore_errors=True)
-        if held is not None:
-            os.close(held)
+        if lock is not None:
+            os.close(lock)
 
     return made, remove
 
@@ -113,7 +113,7 @@ def scratch(purpose: str) -> tuple[Path, Callable[[], None]]:
 def write_bytes(path: Path, content: bytes, mode: int = 0o644) -> None:
     """Write `content` to `path`, whole or not at all; the folder is made. `mode` says who may read it, from the first byte on."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    made, held = _temporary(path, folder=False)  # nobody else may read it yet
+    made, lock = _temporary(path, folder=False)  # nobody else may read it yet
     try:
         with made.open("wb") as file:
             file.write(content)
@@ -125,8 +125,8 @@ def write_bytes(path: Path, content: bytes, mode: int = 0o644) -> None:
         made.unlink(missing_ok=True)
         raise
     finally:
-        if held is not None:
-            os.close(held)
+        if lock is not None:
+            os.close(lock)
 
 
 def write_text(path: Path, text: str, mode: int = 0o644) -> None:
@@ -165,7 +165,7 @@ def write_json(path: Path, document: Any) -> None:
     write_text(path, json_text(document))
 
 
-def write_own(path: Path, content: str | bytes, inputs: Iterable[Path] = ()) -> Path:
+def write_output(path: Path, content: str | bytes, inputs: Iterable[Path] = ()) -> Path:
     """Write a file of results to `path`, whole or not at all, and list it as nnhydro's (stamp.py); returns `path`.
 
     Raises ConfigError where `path` is one of the command's `inputs`, or holds what nnhydro did not write, or cannot be written to.
@@ -247,7 +247,7 @@ def whole_folder(out: Path, marker: str) -> Iterator[Path]:
     check_folder(out, marker)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        work, held = _temporary(out, folder=True)
+        work, lock = _temporary(out, folder=True)
     except OSError as cause:
         raise ConfigError(f"--out {out}: cannot be made ({cause.strerror or cause}): name a folder that you may write to") from cause
     try:
@@ -260,5 +260,5 @@ def whole_folder(out: Path, marker: str) -> Iterator[Path]:
         _replace(out, work)
     finally:
         shutil.rmtree(work, ignore_errors=True)
-        if held is not None:
-            os.close(held)
+        if lock is not None:
+            os.close(lock)

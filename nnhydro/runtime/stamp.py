@@ -169,7 +169,7 @@ def refuse_foreign(path: Path, inputs: Iterable[Path] = ()) -> None:
 
 
 @contextmanager
-def _held_list(folder: Path) -> Iterator[None]:
+def _locked_list(folder: Path) -> Iterator[None]:
     """Hold the list of `folder` inside the block: others that add to it wait. Where the file system knows no locks nobody waits."""
     if sys.platform == "win32":
         yield
@@ -192,7 +192,7 @@ def _held_list(folder: Path) -> Iterator[None]:
 
 def stamp_file(path: Path) -> None:
     """Add the file `path`, just written, to the list in its folder, whole or not at all; several processes may do so at once."""
-    with _held_list(path.parent):
+    with _locked_list(path.parent):
         files, whole = _read_stamp(path.parent)
         files = {name: digest for name, digest in files.items() if (path.parent / name).exists()} | {path.name: content_of(path)}
         made = path.parent / f"{STAMP}.{os.getpid()}.new"

@@ -69,7 +69,7 @@ class Plant:
                 return x.repeat_interleave(k, dim=0)
 
             carried = StepMemory(torch.full((m * k,), dt, dtype=torch.float64), {name: each(x) for name, x in memory.items()},
-                                 held=dt == 0) if memory else None
+                                 frozen=dt == 0) if memory else None
             motion = Motion(each(t), each(q), each(qd), qdd.reshape(m * k, n), each(u0), each(du0), steady=carried is not None,
                             carried=carried)
             return self._torque(motion).reshape(m, k, n)

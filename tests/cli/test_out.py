@@ -10,7 +10,7 @@ from campaigns import campaign, planted, write_folder
 from rigs import arm
 
 from nnhydro.cli.main import build, run
-from nnhydro.runtime.files import whole_folder, write_own
+from nnhydro.runtime.files import whole_folder, write_output
 from nnhydro.runtime.stamp import STAMP, content_of, is_system_file
 
 URDF = """<robot name="r"><link name="base"/><link name="upper"><inertial><mass value="1"/><origin xyz="0.25 0 0"/>
@@ -135,7 +135,7 @@ def test_a_file_that_lies_where_a_training_keeps_its_state_is_not_removed(place,
 def test_results_of_other_commands_inside_a_folder_of_results_may_go_with_it(tmp_path):
     with whole_folder(tmp_path / "out", "mark") as work:
         (work / "x").write_text("1")
-    write_own(tmp_path / "out" / "torques" / "run.csv", "t_s\n")
+    write_output(tmp_path / "out" / "torques" / "run.csv", "t_s\n")
     (tmp_path / "out" / ".DS_Store").write_text("the system's")
     with whole_folder(tmp_path / "out", "mark") as work:
         (work / "y").write_text("2")

@@ -22,15 +22,11 @@ PAGE = """# Which inputs of the network reduce its error
 
 `python training/ablation/run.py` ({minutes} minutes): error of the network on held-out recordings of {campaign}, {folds} folds.
 With all inputs the error is {all:.2f} %, without the law of the strips {lawless:.2f} %. With the law, but no feature except the
-constants of the arm, it is {featureless:.2f} %. A feature set is useful if the error rises without it.
+constants of the arm, the error is {featureless:.2f} %. An input is useful if the error rises without it.
 
-| feature set | alone, without the law | all but it | rises by |
-| --- | --- | --- | --- |
-{features}
-
-| variables of the law | all but them | rises by |
-| --- | --- | --- |
-{law}
+| left out | is | error without it | rises by | error with it alone, without the law |
+| --- | --- | --- | --- | --- |
+{rows}
 """
 
 
@@ -55,27 +51,32 @@ def study(campaign, config):
     return found
 
 
+def page(results):
+    """Return README.md, with the table of `results` as results.json holds them; the largest rise comes first."""
+    found, config = results["errors"], results["config"]
+
+    def row(name, kind):
+        alone = f"{100 * found[f'alone {name}']:.1f} %" if f"alone {name}" in found else ""
+        rise = found[name] / found["everything"] - 1
+        return f"| {name} | {kind} | {100 * found[name]:.2f} % | {100 * rise:+.0f} % | {alone} |"
+
+    known = [(name, "feature set" if f"alone {name}" in found or name == "arm" else "variables of the law") for name in found
+             if name not in ("everything", "lawless", "featureless") and not name.startswith("alone ")]
+    return PAGE.format(
+        version=results["versions"]["nnhydro"], minutes=round(results["seconds"] / 60), campaign=config["campaign"],
+        folds=config["folds"], all=100 * found["everything"], lawless=100 * found["lawless"], featureless=100 * found["featureless"],
+        rows="\n".join(row(*each) for each in sorted(known, key=lambda each: -found[each[0]])))
+
+
 def main():
     """Run the study, print the errors, write results.json and README.md."""
     config = tomllib.loads((HERE / "config.toml").read_text())
     campaign, start = open_campaign(Path(config["campaign"])), time.perf_counter()
     found = study(campaign, config)
-    seconds = time.perf_counter() - start
-
-    def row(name, *cells):
-        return f"| {' | '.join((name, *cells))} | {100 * found[name]:.2f} % | {100 * (found[name] / found['everything'] - 1):+.0f} % |"
-
-    def alone(name):
-        return f"{100 * found[f'alone {name}']:.1f} %" if f"alone {name}" in found else ""
-
-    features, law = (sorted(names, key=lambda name: -found[name]) for names in (START.features, START.law))
-    write_text(HERE / "README.md", PAGE.format(
-        version=versions()["nnhydro"], minutes=round(seconds / 60),
-        campaign=config["campaign"], folds=config["folds"], all=100 * found["everything"],
-        lawless=100 * found["lawless"], featureless=100 * found["featureless"], law="\n".join(map(row, law)),
-        features="\n".join(row(name, alone(name)) for name in features)))
-    write_json(HERE / "results.json", {"errors": found, "seconds": round(seconds), "config": config,
-                                       "versions": versions() | {"campaign_sha256": campaign.sha256()}})
+    results = {"errors": found, "seconds": round(time.perf_counter() - start), "config": config,
+               "versions": versions() | {"campaign_sha256": campaign.sha256()}}
+    write_json(HERE / "results.json", results)
+    write_text(HERE / "README.md", page(results))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ must: effects that a right answer names (any of the list), their joint (null: an
 also true; error: the held-out error of a good answer (null: not known); nothing: whether silence is right; path: where the campaign lies,
 from FOLDER. A rig is right, half (true, but something is missing or a value is off), silent, wrong (a false name or an absurd figure),
 refused, or crashed. OUT holds each diagnosis, results.json and index.html with the pictures; what is there is not diagnosed again.
+`run.py table` prints the table of README.md from the results stored here.
 With family-out the families of what a right answer names are taken out of the catalogue, as if nobody had written a card for the cause:
 whatever is named then and is not also true (may) is a wrong name. OUT/family_out.json holds what was said.
 """
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 ABSURD = 5.0  # an error above is no figure
+STORED = ("results.json", "more.json", "newest.json")  # in this folder, in the order in which the rigs were collected
 PICTURES = ("torque_history.png", "laws.png", "residual_map.png")
 
 
@@ -89,6 +91,20 @@ def row(name: str, card: dict[str, Any], root: Path, out: Path) -> dict[str, Any
             "noise_floor": document["mismatch"]["noise_floor"], "card_error": card.get("error"), "seconds": document["seconds"]}
 
 
+def named(r: dict[str, Any]) -> str:
+    """Return what a diagnosis names: effects with their joint, main value in SI units, and confidence."""
+    mains = [f"{next(iter(values.values()))[0]:.3g}" for values in r["values"].values()]
+    return "; ".join(f"{said[:-1]}, {main})" for said, main in zip(r["said"].split("; "), mains, strict=True)) if mains else r["said"]
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of README.md."""
+    head = "| rig | verdict | named at joint (confidence, main value) | error, before -> after | why not right |\n|" + " --- |" * 5
+    errors = {r["rig"]: f"{100 * r['error_before']:.1f} -> {100 * r['error_after']:.1f} %" for r in rows if "error_after" in r}
+    return "\n".join([head, *(f"| {r['rig']} | {r['verdict']} | {named(r)} | {errors[r['rig']]} | {r['why']} |" for r in rows
+                              if r["rig"] in errors)])
+
+
 def family_out(cards: dict[str, Any], root: Path, out: Path) -> None:
     """Diagnose every rig without the families of what is known to be missing; print and write what is named all the same."""
     import nnhydro
@@ -140,6 +156,9 @@ def main() -> None:
     from nnhydro.fitting.identify import versions
     from nnhydro.runtime.files import write_json, write_text
 
+    if sys.argv[1:] == ["table"]:
+        print(table([r for name in STORED for r in json.loads((Path(__file__).parent / name).read_text())["rigs"]]))
+        return
     places = [x for x in sys.argv[1:] if x != "family-out"]
     root, out = Path(places[0]), Path(places[1] if len(places) > 1 else "runs/real_rigs")
     cards = {k: v for k, v in json.loads((root / "answers.json").read_text()).items() if not k.startswith("_")}

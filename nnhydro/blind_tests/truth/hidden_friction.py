@@ -21,8 +21,8 @@ def direction(v: Array) -> Array:
     """Return the sharp sign of `v` (n,); at rest half of the last one is held, nothing before the first motion."""
     sign = np.where(np.abs(v) > AT_REST, np.sign(v), 0.0)
     last = np.maximum.accumulate(np.where(sign != 0, np.arange(len(v)), 0))
-    held: Array = np.where(sign != 0, sign, 0.5 * sign[last])
-    return held
+    filled: Array = np.where(sign != 0, sign, 0.5 * sign[last])
+    return filled
 
 
 def bristle(v: Array, dt: float, z0: float) -> Array:

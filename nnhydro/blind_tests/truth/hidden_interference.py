@@ -27,9 +27,9 @@ def shadow(flow: LinkFlow, other: int) -> Array:
     for z in (np.arange(POINTS) + 0.5) * flow.arm.links[other].length / POINTS:
         to = (F.P[:, other] + z * F.e[:, other])[:, None] - flow.pos
         way = dot(to, ahead)
-        beside = to[..., 0] * ahead[..., 1] - to[..., 1] * ahead[..., 0]
+        offset = to[..., 0] * ahead[..., 1] - to[..., 1] * ahead[..., 0]
         spread = 0.5 * D + 0.5 * flow.arm.links[other].length / POINTS + 0.12 * np.maximum(way, 0)
-        depth = np.exp(-((beside / spread) ** 2)) / (1 + np.maximum(way, 0) / (6 * D)) * np.clip(way / D, 0, 1)
+        depth = np.exp(-((offset / spread) ** 2)) / (1 + np.maximum(way, 0) / (6 * D)) * np.clip(way / D, 0, 1)
         deepest = np.maximum(deepest, depth)
     depth_there: Array = deepest * speed**2 / (speed**2 + 0.05**2)
     return depth_there

@@ -103,10 +103,10 @@ class Yardstick:
         """The lambda from which on the campaign can reveal something."""
         return max(LOWEST, float(np.sqrt(SHARE * self.independent)))
 
-    def size(self, causes: Sequence[Cause], beside: Sequence[Array] = ()) -> float:
-        """Return lambda of the causes; `beside`: columns of other causes whose size a fit may choose as well."""
+    def size(self, causes: Sequence[Cause], others: Sequence[Array] = ()) -> float:
+        """Return lambda of the causes; `others`: columns of other causes whose size a fit may choose as well."""
         x = self.column(causes)
-        for column in _orthonormal(beside):
+        for column in _orthonormal(others):
             x = x - column * float(column @ x)
         return float(np.linalg.norm(x))
 

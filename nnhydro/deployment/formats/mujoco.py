@@ -82,7 +82,7 @@ def _drag(parts: _Parts, term: Any) -> None:
     parts.lacks.append("normal_drag: held for a link towed broadside; a turning link has its drag nearer the tip than MuJoCo's ellipsoid")
 
 
-HELD: dict[str, tuple[str, Callable[[_Parts, Any], None]]] = {
+EXPORTED: dict[str, tuple[str, Callable[[_Parts, Any], None]]] = {
     "viscous_friction": ("joint damping", _per_joint("damping", "b")),
     "effect:viscous_friction": ("joint damping", _per_joint("damping", "coefficient")),
     "coulomb_friction": ("joint frictionloss", _friction),
@@ -103,8 +103,8 @@ def _fill(model: StripTheory) -> _Parts:
     for name, term in model.loads.terms.items():
         if isinstance(term, RigidBody):
             continue
-        if term.kind in HELD:
-            what, fill = HELD[term.kind]
+        if term.kind in EXPORTED:
+            what, fill = EXPORTED[term.kind]
             fill(parts, term)
             parts.holds.append(f"{name}: {what}")
         else:

@@ -72,12 +72,12 @@ class MujocoWater:
         mujoco.mj_forward(self.mj, data)
         q, qd = data.qpos[self.q_at].copy(), data.qvel[self.v_at].copy()
         F, g = self.water(q, qd, self._follow(q, qd, data.time))
-        own = np.zeros((self.mj.nv, self.mj.nv))
+        dry_mass = np.zeros((self.mj.nv, self.mj.nv))
         try:
-            mujoco.mj_fullM(self.mj, data, own)
+            mujoco.mj_fullM(self.mj, data, dry_mass)
         except TypeError:  # before MuJoCo 4
-            mujoco.mj_fullM(self.mj, own, data.qM)
-        together, applied = own.copy(), own @ data.qacc_smooth
+            mujoco.mj_fullM(self.mj, dry_mass, data.qM)
+        together, applied = dry_mass.copy(), dry_mass @ data.qacc_smooth
         together[np.ix_(self.v_at, self.v_at)] += F
         applied[self.v_at] -= g
         self.qdd = np.linalg.solve(together, applied)[self.v_at]

@@ -72,9 +72,9 @@ def _link(chain: Chain, body: Body, line: Array, axis: Array, diameter: float | 
     if body.mass <= 0:
         raise ArmError(f"{chain.path}: link {body.name!r} has no mass: add <inertial> with mass, origin and inertia")
     com = body.moment / body.mass - body.start.p
-    beside = float(np.linalg.norm(_across(com, axis) - (com @ e) * e))
-    if beside > SMALL * length:
-        chain.notes.append(f"the mass centre of link {body.name!r} lies {beside:.3g} m beside its line: arm.yaml holds its place along it")
+    offset = float(np.linalg.norm(_across(com, axis) - (com @ e) * e))
+    if offset > SMALL * length:
+        chain.notes.append(f"the mass centre of link {body.name!r} lies {offset:.3g} m beside its line: arm.yaml holds its place along it")
     centre = body.moment / body.mass
     about = body.inertia - body.mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     return {"length_m": _round(length), "diameter_m": _round(2 * max(body.radii) if diameter is None else diameter),
@@ -87,8 +87,8 @@ def _round(x: float) -> float:
 
 def _angle_notes(chain: Chain, lines: list[Array], axis: Array) -> None:
     """Say where the file's zero angle or sense of turning is not ours."""
-    for number, (name, own) in enumerate(zip(chain.names, chain.axes, strict=True)):
-        sign = 1 if own @ axis > 0 else -1
+    for number, (name, joint_axis) in enumerate(zip(chain.names, chain.axes, strict=True)):
+        sign = 1 if joint_axis @ axis > 0 else -1
         offset = 0.0 if number == 0 else _angle(lines[number - 1], lines[number], axis)
         if sign < 0 or abs(offset) > PARALLEL:
             entry = f"q{number + 1}_rad: {{from: {name}, unit: deg, sign: {sign}, offset: {degrees(offset):.6g}}}"
@@ -103,8 +103,8 @@ def read_urdf(path: Path, diameters: tuple[float, ...] = (), density: float = DE
     """
     name, chain = read_chain(path)
     axis = chain.axes[0]
-    for joint, own in zip(chain.names, chain.axes, strict=True):
-        if np.linalg.norm(np.cross(own, axis)) > PARALLEL:
+    for joint, joint_axis in zip(chain.names, chain.axes, strict=True):
+        if np.linalg.norm(np.cross(joint_axis, axis)) > PARALLEL:
             raise ArmError(f"{path}: joint {joint!r} turns about another axis than {chain.names[0]!r}: nnhydro knows planar arms, all axes "
                            "parallel; cut the file down to the joints that move in one plane")
     if diameters and len(diameters) != len(chain.bodies):

@@ -124,8 +124,8 @@ def _bounds(p: Program) -> dict[str, Callable[..., Any]]:
         return (a if a < b else b) if not any(map(_expression, (a, b))) else p.apply("min", a, b)
 
     def clamp(x: Any, min: Any = None, max: Any = None) -> Any:
-        held = x if min is None else larger(x, min)
-        return held if max is None else smaller(held, max)
+        raised = x if min is None else larger(x, min)
+        return raised if max is None else smaller(raised, max)
 
     return {"maximum": larger, "minimum": smaller, "clamp_min": larger, "clamp_max": smaller, "clamp": clamp, "where": p.where,
             "relu": lambda x: larger(x, 0.0)}

@@ -14,7 +14,7 @@ from nnhydro.deployment.step import RecordedStep, record_step
 from nnhydro.errors import missing_extra, require
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import trial_runs
-from nnhydro.runtime.files import json_text, write_own
+from nnhydro.runtime.files import json_text, write_output
 from nnhydro.runtime.stamp import refuse_foreign
 
 SCHEMA: Final = "nnhydro/onnx/2"
@@ -64,13 +64,13 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
 
     require(precision in PRECISIONS, f"--precision {precision!r}: one of {', '.join(PRECISIONS)}")
     require(not out.is_dir(), f"--out {out}: is a folder: name a file, such as {out / 'model.onnx'}")
-    beside = out.with_name(f"{out.name}.json")
-    for path in (out, beside):
+    record = out.with_name(f"{out.name}.json")
+    for path in (out, record):
         refuse_foreign(path)
     recorded = record_step(model)
     graph = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
     description = sidecar(recorded, [x.name for x in graph.graph.input], precision, digest)
     graph.metadata_props.add(key="nnhydro", value=json_text(description))
-    write_own(out, graph.SerializeToString())
-    write_own(beside, json_text(description))
+    write_output(out, graph.SerializeToString())
+    write_output(record, json_text(description))
     return description

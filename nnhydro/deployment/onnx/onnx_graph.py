@@ -96,12 +96,12 @@ class Graph:
     def _merge_chunks(self, used: Sequence[int]) -> None:
         """Join chunks to one, which stands for them from now on, without the values that nobody asks for any more where that pays."""
         name, rows = str(self.node("Concat", [self.chunks[c][0] for c in used], axis=0)), [row for c in used for row in self.chunks[c][1]]
-        own = [self.places.get(row) == (c, p) for c in used for p, row in enumerate(self.chunks[c][1])]
-        kept = [i for i, row in enumerate(rows) if own[i] and self.last.get(row, -1) >= self.now]
-        for row in (row for row, mine in zip(rows, own, strict=True) if mine):
+        current = [self.places.get(row) == (c, p) for c in used for p, row in enumerate(self.chunks[c][1])]
+        remaining = [i for i, row in enumerate(rows) if current[i] and self.last.get(row, -1) >= self.now]
+        for row in (row for row, mine in zip(rows, current, strict=True) if mine):
             del self.places[row]
-        if COPIED * (len(rows) - len(kept)) * (1 + self.end - self.now) > NODE + ELEMENT * len(kept):
-            name, rows = self._elements(name, kept), [rows[i] for i in kept]
+        if COPIED * (len(rows) - len(remaining)) * (1 + self.end - self.now) > NODE + ELEMENT * len(remaining):
+            name, rows = self._elements(name, remaining), [rows[i] for i in remaining]
         self.chunk(name, rows)
 
     def _elements(self, source: str, index: Sequence[int]) -> str:
@@ -118,8 +118,8 @@ class Graph:
             self._merge_chunks(used)
             used = [len(self.chunks) - 1]
         index = [self.places[row][1] for row in wanted]
-        source, held = self.chunks[used[0]]
-        if len(shape) == 1 and index == list(range(len(held))):
+        source, stored = self.chunks[used[0]]
+        if len(shape) == 1 and index == list(range(len(stored))):
             return source
         taken = self._elements(source, index)
         return taken if len(shape) == 1 else self._reshape(taken, shape)
@@ -223,11 +223,11 @@ class Graph:
         rows = [row for vector in vectors for row in vector]
         fresh = dict.fromkeys(row for row in rows if row not in self.places)
         known = {k for row in rows for k, _ in row}
-        atoms, held = len(known), all(self.last.get(((k, 1.0),), -1) >= self.now for k in known)  # of sums known already they may be gone
+        atoms, there = len(known), all(self.last.get(((k, 1.0),), -1) >= self.now for k in known)  # of sums known already they may be gone
         blocks, short = row_blocks(fresh, LONG)
         products = sum(4 * NODE + len(full) * (ELEMENT + TIMES[self.dtype.itemsize] * m) * k for (k, m), full in blocks.items())
         staged = (4 * NODE + ELEMENT * (len(rows) + sum(map(len, short))) + products + min(2.0, self._dense_cost(atoms, len(fresh))))
-        if fresh and held and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
+        if fresh and there and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
             whole = self._dense(rows)
             self.chunk(whole, rows)
             return self._cut(whole, list(map(len, vectors)))

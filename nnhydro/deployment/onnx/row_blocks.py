@@ -17,11 +17,11 @@ def row_blocks(rows: Iterable[Row], long: int) -> tuple[dict[tuple[int, int], di
         by_atoms[tuple(k for k, _ in row)].append(row)
     blocks: dict[tuple[int, int], dict[Atoms, list[Row]]] = defaultdict(dict)
     short = []
-    for atoms, own in by_atoms.items():
-        if len(atoms) > long and len(own) > 1:
-            blocks[len(atoms), len(own)][atoms] = own
+    for atoms, alike in by_atoms.items():
+        if len(atoms) > long and len(alike) > 1:
+            blocks[len(atoms), len(alike)][atoms] = alike
         else:
-            short += own
+            short += alike
     return blocks, short
 
 

@@ -42,7 +42,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         super().__init__()  # type: ignore[no-untyped-call]
         self.program = program
         self.cells: dict[int, Objects] = {}
-        self.alive: list[Any] = []  # an address stays taken as long as its tensor lives
+        self.tensors: list[Any] = []  # an address stays taken as long as its tensor lives
         self.rules = rules(program)
 
     def follow(self, x: Tensor, values: Sequence[Value]) -> None:
@@ -84,7 +84,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
             whole = torch.empty(0, dtype=torch.float64 if x.is_complex() else x.dtype)
             whole.set_(x.untyped_storage(), 0, (x.untyped_storage().nbytes() // unit,), (1,))
             self.cells[address] = _constants(whole)
-            self.alive.append(x)
+            self.tensors.append(x)
         view, values = self._view(x), np.broadcast_to(values, tuple(x.shape))
         if x.is_complex():
             pairs = np.frompyfunc(lambda v: (v.re, v.im) if isinstance(v, Complex) else (v, 0.0), 1, 2)(values)
@@ -106,7 +106,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         outs = list(out) if isinstance(out, (list, tuple)) else [out]
         empty = all(isinstance(x, Tensor) and x.numel() == 0 for x in outs)
         if not any(map(self._is_traced, tensors)) or name in (*FRESH, *DECISIONS) or empty or not isinstance(outs[0], Tensor):
-            self.alive.append(out)
+            self.tensors.append(out)
             return out
         in_place = name.endswith("_") and not name.startswith("_")
         if not in_place and all(self._is_traced(x) for x in outs):
@@ -117,7 +117,7 @@ class Recorder(TorchDispatchMode):  # type: ignore[no-untyped-call]  # torch's o
         target = args[0] if in_place else out
         values = rule(*map(self.read, args), **{k: self.read(v) for k, v in kwargs.items() if k not in ("dtype", "layout", "device")})
         self._write(target, values)
-        self.alive.append(out)
+        self.tensors.append(out)
         return out
 
 

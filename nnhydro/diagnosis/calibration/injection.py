@@ -29,10 +29,11 @@ def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: 
     Values that are a recording's own keep their size and are turned at random in each.
     """
     rng = np.random.default_rng(seed)
-    y = design.Y @ z + np.sqrt(noise.own) * rng.standard_normal(design.y.shape)
+    y = design.Y @ z + np.sqrt(noise.noise_variance) * rng.standard_normal(design.y.shape)
     group = design.problem.group_of
     for hypothesis, values in effects:
-        X = design.columns([replace(hypothesis, own={}, working_model=None) if hypothesis.own else hypothesis], model)
+        plain = replace(hypothesis, values_by_recording={}, working_model=None) if hypothesis.values_by_recording else hypothesis
+        X = design.columns([plain], model)
         for g in range(design.problem.groups):
             turned = values
             if hypothesis.per_recording:
@@ -48,14 +49,14 @@ def with_torque(view: WeightedLibrary, y: Array) -> WeightedLibrary:
     unknown = [(old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints)]
     b = np.concatenate([old.Y.reshape(y.size, old.p).T @ y.ravel(), *unknown])
     whitened = _copy(old, y=y, b=b, yy=float((y**2).sum()))
-    kept = {k: replace(c, Xy=c.Xw.reshape(-1, c.Xw.shape[2]).T @ y.ravel()) for k, c in view._columns.items()}
-    return _copy(view, whitened=whitened, Xy=view.products(y[..., None])[0], _columns=kept, _own_best={})
+    columns = {k: replace(c, Xy=c.Xw.reshape(-1, c.Xw.shape[2]).T @ y.ravel()) for k, c in view._columns.items()}
+    return _copy(view, whitened=whitened, Xy=view.products(y[..., None])[0], _columns=columns, _per_recording_best={})
 
 
 def _copy(original: T, **changes: object) -> T:
     """A shallow copy of `original` with `changes`, without what it has cached of its torque."""
     made = object.__new__(type(original))
-    made.__dict__.update({k: v for k, v in original.__dict__.items() if k != "_own_parts"} | changes)
+    made.__dict__.update({k: v for k, v in original.__dict__.items() if k != "_per_recording_products"} | changes)
     return made
 
 

@@ -80,7 +80,7 @@ class Power:
 
     def document(self) -> dict[str, Any]:
         """Return what `nnhydro power --json` prints."""
-        rms = np.sqrt(self.noise.own.sum(axis=0) / self.design.time)
+        rms = np.sqrt(self.noise.noise_variance.sum(axis=0) / self.design.time)
         return {"schema": "nnhydro/power/1", "baseline": self.design.baseline.name, "recordings": self.design.problem.groups,
                 "noise_Nm": rms.tolist(), "chance": CHANCE, "effects": [row.document() for row in self.rows]}
 
@@ -155,7 +155,7 @@ class Sizing:
         possible = _within_bounds(row.hypothesis, row.direction * size)
         return replace(row, size=size if possible else None, strength=float(size * np.sqrt(left)) if possible else None)
 
-    def beside_unknown(self, k: int, row: DetectableSize) -> DetectableSize:
+    def size_in_addition(self, k: int, row: DetectableSize) -> DetectableSize:
         """Return the row with its size beside an unknown that takes what it can of the effect."""
         if row.size is None:
             return row
@@ -248,5 +248,5 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
     made = []
     for number, (k, row) in enumerate(typical):
         progress(f"sizes: {number} of {len(typical)}")
-        made.append((k, sizing.beside_unknown(k, row)))
+        made.append((k, sizing.size_in_addition(k, row)))
     return Power(design, noise, model, _with_rivals(sizing, made))

@@ -36,10 +36,10 @@ def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
 
 def _share_left_of_class(search: Search, found: ScoredSet, k: int) -> float:
     """Return the least share of form that member `k`, or a standard term of its variable that is as probable, leaves: either is told."""
-    hypotheses, own = search.view.library.hypotheses, search.view.library.hypotheses[k].effect
+    hypotheses, effect = search.view.library.hypotheses, search.view.library.hypotheses[k].effect
     left = share_left_of_form(search, found, k)
-    among = [i for i, h in enumerate(hypotheses) if h.effect.standard and h.effect.joint == own.joint and h.effect.id != own.id
-             and h.effect.signature.depends_on == own.signature.depends_on]
+    among = [i for i, h in enumerate(hypotheses) if h.effect.standard and h.effect.joint == effect.joint and h.effect.id != effect.id
+             and h.effect.signature.depends_on == effect.signature.depends_on]
     rest = search.score(tuple(x for x in found.chosen if x != k))
     if not left or not among or {search.place(i) for i in among} & search.occupied_places(rest.chosen):
         return left
@@ -56,10 +56,10 @@ def share_left_of_form(search: Search, found: ScoredSet, k: int) -> float:
     name = VARIABLES.get(hypotheses[k].effect.signature.depends_on)
     if name is None or name.format(search.key(k)[1]) not in search.whitened.unknown.names:
         return 0.0
-    own = {i for i in found.chosen if hypotheses[i].effect.signature.depends_on == hypotheses[k].effect.signature.depends_on
+    same_variable = {i for i in found.chosen if hypotheses[i].effect.signature.depends_on == hypotheses[k].effect.signature.depends_on
            and search.key(i)[1] == search.key(k)[1]}
     at = search.key(k)[1] - 1, search.whitened.unknown.names.index(name.format(search.key(k)[1]))
-    after, rest = _nats_of_one_variable(search, found.chosen, at), tuple(x for x in found.chosen if x not in own)
+    after, rest = _nats_of_one_variable(search, found.chosen, at), tuple(x for x in found.chosen if x not in same_variable)
     if after <= FEW_NATS:
         return 0.0
     constant = hypotheses[k].effect.signature.depends_on == CONSTANT

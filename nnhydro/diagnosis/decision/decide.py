@@ -32,7 +32,7 @@ from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.heldout_errors import Proof, fitted_error, prove
 from nnhydro.diagnosis.decision.null_draws import null_threshold
-from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_own_parameters
+from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import best_fit
@@ -100,11 +100,11 @@ def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
     while now.chosen:
         rests = {k: _without(search, now, {k}) for k in now.chosen}
         densities = log_densities(search.view, [now, *rests.values()], seed)
-        held = densities[:, :1] - densities[:, 1:]  # (folds, members)
+        by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
         shares = torque_shares(search, now)
         chance = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests.values()))
         bars = _form_bars(search, now, list(rests.values()))
-        judged = {k: _judge(search, now, rests[k], k, held[:, i], shares, max(chance, bars[i])) for i, k in enumerate(now.chosen)}
+        judged = {k: _judge(search, now, rests[k], k, by_fold[:, i], shares, max(chance, bars[i])) for i, k in enumerate(now.chosen)}
         failed = [(chance < gain <= bar, min(listed_probability(search, now, k), LEAST_PROBABLE), gain, k)
                   for k, bar in zip(now.chosen, bars, strict=True) if not judged[k].claimed for gain in (search.gain(rests[k], now),)]
         if not failed:
@@ -127,7 +127,8 @@ def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> li
     what the other explains with all that it takes, and leaves FORM of it at most, is no form: what a law errs by is no other law exactly.
     """
     gains = [search.gain(rest, now) for rest in rests]
-    before, after = ([search.unknown_beside(s, [k]) for k, s in zip(now.chosen, sets, strict=True)] for sets in (rests, [now] * len(rests)))
+    before = [search.nats_of_unknown(rest, [k]) for k, rest in zip(now.chosen, rests, strict=True)]
+    after = [search.nats_of_unknown(now, [k]) for k in now.chosen]
     explained = [gain + more - less for gain, more, less in zip(gains, before, after, strict=True)]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
     exactly = [less <= FORM * more and whole > bar
@@ -146,16 +147,16 @@ def _shares_of_form(effects: Sequence[AnyEffect], nats: Sequence[float]) -> list
     return bars
 
 
-def gain_on_unseen(held: Array) -> float:
-    """Return the nats by which the folds `held` (folds,) are predicted better without the best; what others lose by form is granted.
+def gain_on_unseen(by_fold: Array) -> float:
+    """Return the nats by which the folds `by_fold` (folds,) are predicted better without the best; what others lose by form is granted.
 
         sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, the sum else
     """
-    total = float(held.sum())
-    return total - float(held.max()) + FORM * total if len(held) > 2 and total > 0 else total
+    total = float(by_fold.sum())
+    return total - float(by_fold.max()) + FORM * total if len(by_fold) > 2 and total > 0 else total
 
 
-def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array, shares: dict[int, float], threshold: float) -> Decision:
+def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Array, shares: dict[int, float], threshold: float) -> Decision:
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
@@ -163,15 +164,15 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, held: Array,
     relevant = relevant_share(search.view.library.design, (fit.residual / fit.whitened.sw) ** 2)
     least = max(relevant, FORM * max(others, default=0.0))
     precision = _precision(search, now, k)
-    on_unseen = gain_on_unseen(held)
-    own = nats_of_own_parameters(search, rest) if search.view.library.hypotheses[k].differs_between_recordings else 0.0
+    on_unseen = gain_on_unseen(by_fold)
+    per_recording = nats_of_parameters_per_recording(search, rest) if search.view.library.hypotheses[k].differs_between_recordings else 0.0
     tests = (
         (gain, threshold, f"gains {gain:.1f} nats in addition to the other effects ({threshold:.1f} needed)"),
         (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
         (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
         (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"),
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (gain, own, f"mass, drag and added mass fitted to each recording alone would gain more, {own:.1f} nats"),
+        (gain, per_recording, f"mass, drag and added mass fitted to each recording alone would gain more, {per_recording:.1f} nats"),
         (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
         (listed_probability(search, now, k), LEAST_PROBABLE, "it leaves so much that a cause outside the catalogue is more probable"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),

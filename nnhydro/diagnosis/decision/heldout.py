@@ -49,8 +49,8 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
     made = np.where(steady, np.arange(len(unit)) + int(unit.max()) + 1, unit)
     _, index = np.unique(made, return_inverse=True)
     count = int(index.max()) + 1
-    dealt = np.random.default_rng(seed).permutation(count) % min(FOLDS, count)
-    return dealt[index].astype(np.int64)
+    fold = np.random.default_rng(seed).permutation(count) % min(FOLDS, count)
+    return fold[index].astype(np.int64)
 
 
 def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:
@@ -65,8 +65,8 @@ def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -
         scores = []
         for found in sets:
             columns = view.join(found.chosen)
-            kept = None if columns is None else Columns.of(part, columns.Xw[rows])
-            on, without = (posterior(whole, columns, t).log_evidence - posterior(part, kept, t).log_evidence
+            fitted = None if columns is None else Columns.of(part, columns.Xw[rows])
+            on, without = (posterior(whole, columns, t).log_evidence - posterior(part, fitted, t).log_evidence
                            for t in (found.sizes.vector(whole), off))
             scores.append((1 - granted) * on + granted * without)
         made.append(scores)

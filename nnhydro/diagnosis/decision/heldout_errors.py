@@ -150,13 +150,13 @@ def fitted_error(search: Search, found: ScoredSet, proof: Proof) -> float:
     return float(sum(np.abs(x).sum() for x in left)) / max(proof.torque * sum(x.size for x in left), 1e-300)
 
 
-def noise_error(search: Search, proof: Proof, own: Array) -> float:
-    """Return the error of a perfect model: `own` (n, joints) is the variance of the noise of every row."""
+def noise_error(search: Search, proof: Proof, row_variance: Array) -> float:
+    """Return the error of a perfect model: `row_variance` (n, joints) is the variance of the noise of every row."""
     problem, total = search.view.library.design.problem, 0.0
     for i, block in enumerate(problem.blocks):
         n = block.stop - block.start
-        rows = own[problem.block_of == i]
+        rows = row_variance[problem.block_of == i]
         variance = rows if block.steady else rows.sum(axis=0) / (n * problem.stretches[block.stretch].segment.dt)
         total += float(np.sqrt(2 / np.pi * variance).sum()) * (1 if block.steady else n)
-    count = sum(b.stop - b.start for b in problem.blocks) * own.shape[1]
+    count = sum(b.stop - b.start for b in problem.blocks) * row_variance.shape[1]
     return float(total / max(proof.torque * count, 1e-300))

@@ -19,16 +19,16 @@ from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 Array = NDArray[np.float64]
 
 
-def null_gains(search: Search, beside: ScoredSet, seed: int) -> Array:
-    """Return the largest gain (draws,) of a single law, prior included, in campaigns drawn from the fit `beside` without it."""
+def null_gains(search: Search, found: ScoredSet, seed: int) -> Array:
+    """Return the largest gain (draws,) of a single law, prior included, in campaigns drawn from the fit `found` without it."""
     view: WeightedLibrary = search.view
-    fit, columns = beside.fit, view.join(beside.chosen)
+    fit, columns = found.fit, view.join(found.chosen)
     e, Xe = view.noise_draws(seed, NULL_DRAWS)
     Ae = view.whitened.cross(e)
     if columns is not None:
         Ae = np.concatenate([Ae, columns.Xw.reshape(-1, columns.Xw.shape[2]).T @ e.reshape(-1, NULL_DRAWS)])
     f = np.random.default_rng([seed, 1]).standard_normal(Ae.shape)
-    C = view.projection(beside.chosen, fit)
+    C = view.projection(found.chosen, fit)
     c = Xe.T - C.T @ fit.factor.forward((Ae * fit.scale[:, None] - f)[fit.live])  # (K, draws)
     best = np.full(NULL_DRAWS, -np.inf)
     prior = np.array([view.library.log_prior(int(k)) for k in view.shared])
@@ -40,6 +40,6 @@ def null_gains(search: Search, beside: ScoredSet, seed: int) -> Array:
     return best
 
 
-def null_threshold(search: Search, beside: ScoredSet, seed: int) -> float:
+def null_threshold(search: Search, found: ScoredSet, seed: int) -> float:
     """Return the quantile of the largest chance gain, nats."""
-    return float(np.quantile(null_gains(search, beside, seed), NULL_QUANTILE))
+    return float(np.quantile(null_gains(search, found, seed), NULL_QUANTILE))

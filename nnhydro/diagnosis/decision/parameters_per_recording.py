@@ -23,13 +23,13 @@ ROUNDS = 10  # of the size of the noise
 FEWEST_ROWS = 4.0  # rows a parameter: of fewer the noise has no level of its own
 
 
-def gain_of_own_parameters(Y: Array, r: Array, further: int = 0) -> tuple[float, Array]:
+def gain_of_changed_parameters(Y: Array, r: Array, further: int = 0) -> tuple[float, Array]:
     """Return the nats by which r (n,) is more probable with a change z (p,) of its parameters, columns Y (n, p), and the change.
 
     What the last `further` columns gain alone does not count.
     """
     n, p = Y.shape
-    alone = max(gain_of_own_parameters(Y[:, p - further:], r)[0], 0.0) if further else 0.0
+    alone = max(gain_of_changed_parameters(Y[:, p - further:], r)[0], 0.0) if further else 0.0
     g, V = np.linalg.eigh(Y.T @ Y)  # M = V (1 + g / s) V': never singular, however the columns of what rests repeat each other
     g, b, rr = np.maximum(g, 0.0), V.T @ (Y.T @ r), float(r @ r)
     size = none = rr / n
@@ -60,19 +60,19 @@ def _gain_at_noise(Y: Array, r: Array) -> float:
     return (float(b @ (b / (1 + g))) - float(np.log1p(g).sum())) / 2
 
 
-def nats_of_own_parameters(search: Search, found: ScoredSet) -> float:
+def nats_of_parameters_per_recording(search: Search, found: ScoredSet) -> float:
     """Return the nats that mass, drag and added mass gain beside a set where each recording has its own, in place of the unknown."""
     whitened, left, total = search.whitened, remainder_without_unknown(search, found), -found.unknown_nats
-    problem, own = search.view.library.design.problem, whitened.p - search.view.library.design.problem.further_columns
+    problem, per_arm = search.view.library.design.problem, whitened.p - search.view.library.design.problem.further_columns
     for g in range(problem.groups):
         if _enough(search, g):
             rows = problem.group_of == g
             Y, r = whitened.Y[rows].reshape(-1, whitened.p), left[rows].ravel()
-            total += max(_gain_at_noise(Y, r) - max(_gain_at_noise(Y[:, own:], r), 0.0), 0.0)
+            total += max(_gain_at_noise(Y, r) - max(_gain_at_noise(Y[:, per_arm:], r), 0.0), 0.0)
     return total
 
 
-def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str, ...]:
+def recordings_with_changed_parameters(search: Search, found: ScoredSet) -> tuple[str, ...]:
     """Return the recordings in which the baseline's parameters differ from those of all, beyond what they are known to."""
     fit, design = best_fit(search, found), search.view.library.design
     problem, differ = design.problem, []
@@ -80,7 +80,7 @@ def recordings_of_own_parameters(search: Search, found: ScoredSet) -> tuple[str,
         if not _enough(search, g):
             continue
         rows = problem.group_of == g
-        gain, z = gain_of_own_parameters(fit.whitened.Y[rows].reshape(-1, fit.whitened.p), fit.residual[rows].ravel(),
+        gain, z = gain_of_changed_parameters(fit.whitened.Y[rows].reshape(-1, fit.whitened.p), fit.residual[rows].ravel(),
                                          problem.further_columns)
         change = design.Y[rows] @ z
         energy = (change**2).sum(axis=0)

@@ -188,19 +188,19 @@ class Discriminator:
         bands, S = self.noise.bands, self.noise.S
         order = np.argsort(bands.centre)
         at = np.log(np.maximum(bands.centre[order], 1e-6))
-        own = np.stack([np.exp(np.interp(np.log(np.maximum(f, 1e-6)), at, np.log(S[j][order]))) for j in range(len(S))], axis=1)
+        noise = np.stack([np.exp(np.interp(np.log(np.maximum(f, 1e-6)), at, np.log(S[j][order]))) for j in range(len(S))], axis=1)
         rho2 = np.minimum(FORM**2 + (2 * np.pi * f * LATE) ** 2, 1.0)[:, None]
         explained = np.mean([(columns @ d) ** 2 for d in self.values], axis=0)
-        made: Array = own + rho2 * _smooth(problem, explained) + BASELINE_FORM**2 * _smooth(problem, tau**2)
+        made: Array = noise + rho2 * _smooth(problem, explained) + BASELINE_FORM**2 * _smooth(problem, tau**2)
         return made
 
     def noncentralities(self, H: Array) -> tuple[Array, Array]:
         """Return lambda^2 (members, members), row the truth, and the expected log evidence of row over column, on the rows of `H`."""
         count = len(self.task.members)
-        precision, beside = self.precision, self._beside()
+        precision, common = self.precision, self._common_places()
         size2, margin, occam = np.zeros((count, count)), np.full((count, count), np.inf), np.zeros(count)
         for b, law in [(b, law) for b, laws in enumerate(self.laws) for law in laws]:
-            take = np.concatenate([beside, self.places[law]])
+            take = np.concatenate([common, self.places[law]])
             A = H[np.ix_(take, take)] + np.diag(precision[take])
             paid = 0.5 * float(np.linalg.slogdet(A / np.sqrt(precision[take][:, None] * precision[take]))[1])
             occam[b] = paid if law == self.laws[b][0] else occam[b]
@@ -226,15 +226,15 @@ class Discriminator:
         Where the rival leaves less than 1 - EQUIVALENT_COSINE^2 of what the truth adds, its torque is alike: of one with no more values a
         share of the gain is asked for, too.
         """
-        size2, beside = self.noncentralities(H)[0], self._beside()
-        A = H[np.ix_(beside, beside)] + np.diag(self.precision[beside])
-        energy = [max(_energy_left(H, beside, A, m), 1e-12) for m in self.moments]
+        size2, common = self.noncentralities(H)[0], self._common_places()
+        A = H[np.ix_(common, common)] + np.diag(self.precision[common])
+        energy = [max(_energy_left(H, common, A, m), 1e-12) for m in self.moments]
         whole = np.array(energy)[:, None]
         counts = np.array([parameter_count(self.search, k) for k in self.task.members])
         alike = (size2 / whole < 1 - EQUIVALENT_COSINE**2) & (counts[None, :] <= counts[:, None])
         return np.where(alike, np.maximum(LEAST_GAIN, EQUIVALENT_SHARE / 2 * whole), LEAST_GAIN)
 
-    def _beside(self) -> NDArray[np.int64]:
+    def _common_places(self) -> NDArray[np.int64]:
         """The places of the baseline and the other findings."""
         return np.concatenate([np.arange(self.p), *self.places[: len(self.task.rest)]]).astype(np.int64)
 

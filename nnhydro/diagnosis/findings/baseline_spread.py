@@ -41,7 +41,8 @@ def spread_by_baseline(search: Search, found: ScoredSet, k: int) -> Array:
 
     def columns(model: StripTheory) -> Array:
         """Return the whitened columns (n, joints, p) of the effect at the reading of `model`, nearly so: only their changes count."""
-        there: Hypothesis = replace(h, own={}, working_model=None if h.working_model is None or h.own else model, rough=True)
+        reading = None if h.working_model is None or h.values_by_recording else model
+        there: Hypothesis = replace(h, values_by_recording={}, working_model=reading, rough=True)
         made: Array = whitened.weigh(view.library.design.columns([there], model))
         return made
 

@@ -103,11 +103,11 @@ def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
     Every joint has them: they are rivals however many special laws would gain more in its place.
     """
     hypotheses, taken = search.view.library.hypotheses, search.occupied_places(base.chosen)
-    own, laws = hypotheses[k].effect, dict[Key, list[int]]()
+    effect, laws = hypotheses[k].effect, dict[Key, list[int]]()
     for i, h in enumerate(hypotheses):
         other = h.effect
-        alike = other.id in own.signature.mistaken_for or own.id in other.signature.mistaken_for
-        if other.standard and alike and other.joint == own.joint and h.key != hypotheses[k].key and search.place(i) not in taken:
+        alike = other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for
+        if other.standard and alike and other.joint == effect.joint and h.key != hypotheses[k].key and search.place(i) not in taken:
             laws.setdefault(h.key, []).append(i)
     return [i for among in laws.values() for i in search.most_gaining(base, among, 1)]
 

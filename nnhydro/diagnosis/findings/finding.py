@@ -44,8 +44,8 @@ class Parameter:
 
     def document(self) -> dict[str, Any]:
         """Return the parameter for diagnosis.json."""
-        own = {} if self.by_recording is None else {"by_recording": self.by_recording, "note": "mean and range over recordings"}
-        return {"value": self.value, "unit": self.unit, "ci95": list(self.ci95)} | own
+        spread = {} if self.by_recording is None else {"by_recording": self.by_recording, "note": "mean and range over recordings"}
+        return {"value": self.value, "unit": self.unit, "ci95": list(self.ci95)} | spread
 
 
 @final
@@ -145,11 +145,11 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     effect = h.with_values(torch.from_numpy(values.mean.copy()))
     linear = len(effect.linear_names())
     offset = float(values.mean[linear]) if h.width > linear else 0.0
-    told = [*range(linear), *range(h.width, len(values.covariance))]
-    values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(told, told)])
+    shown = [*range(linear), *range(h.width, len(values.covariance))]
+    values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(shown, shown)])
     spans = quantity_intervals(effect, values)
-    own = search.view.library.design.problem.arm.text  # a linear axis reads m and N
-    parameters = {name: Parameter(q.value, own(q.unit), spans[name]) for name, q in effect.quantities().items() if name in spans}
+    text = search.view.library.design.problem.arm.text  # a linear axis reads m and N
+    parameters = {name: Parameter(q.value, text(q.unit), spans[name]) for name, q in effect.quantities().items() if name in spans}
     confidence, others = alternatives(search, found, k)
     inside = [a for a in others if a.equivalent]
     equivalence_set = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
@@ -161,5 +161,5 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     statement = effect.statement(spans, {"frequency": f"{low:.3g} to {high:.3g} Hz, another in each recording," } if lines else {})
     statement = statement if h.activity is None else f"{statement} It acts only {h.activity.sentence()}."
     rivals = [_rival(search, a) for a in others if a.deficit < 5 * LEAST_GAIN][:5]
-    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(equivalence_set), confidence, own(statement), parameters,
+    return Finding(effect, families.pop() if len(families) == 1 else None, tuple(equivalence_set), confidence, text(statement), parameters,
                        rivals, values.covariance[:linear, :linear], k, h.activity, offset)

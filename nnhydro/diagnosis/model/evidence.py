@@ -159,11 +159,11 @@ def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posteri
     live, p = np.concatenate([*outer, base, np.arange(len(t), len(scale))]), len(base)
     G, s = whitened.G, scale[live[len(live) - p - k:]]
 
-    def beside(at: NDArray[np.intp]) -> Array:
+    def cross(at: NDArray[np.intp]) -> Array:
         return np.hstack([G[at[:, None], base], np.empty((len(at), 0)) if columns is None else columns.cross[at]])
 
-    inner = beside(base) if columns is None else np.vstack([beside(base), np.hstack([columns.cross[base].T, columns.gram])])
-    borders = [beside(at) for at in outer]
+    inner = cross(base) if columns is None else np.vstack([cross(base), np.hstack([columns.cross[base].T, columns.gram])])
+    borders = [cross(at) for at in outer]
     for border, at in zip(borders, outer, strict=True):
         border *= t[at, None]
         border *= s

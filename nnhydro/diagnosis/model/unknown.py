@@ -108,18 +108,18 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
     found = [variables(stretch, model, not design.undriven) for stretch in problem.stretches]
     counted = [stretch.segment.keep for stretch in problem.stretches]
     place: list[dict[str, Array]] = [{} for _ in found]
-    alive = []
+    varying = []
     for name in found[0]:
         joined = np.concatenate([x[name][keep] for x, keep in zip(found, counted, strict=True)])
         low, high = np.percentile(joined, RANGE)
         if not high - low > 1e-9 * max(1.0, float(np.abs(joined).max())):
             continue
-        alive.append(name)
+        varying.append(name)
         order = np.sort(joined)
         for x, made in zip(found, place, strict=True):
             box = np.clip((x[name] - low) / (high - low), 0, 1)
             made[name] = (box + np.searchsorted(order, x[name]) / len(order)) / 2
-    pairs = [pair for pair in _pairs(problem.arm.n_links) if pair[0] in alive and pair[1] in alive]
+    pairs = [pair for pair in _pairs(problem.arm.n_links) if pair[0] in varying and pair[1] in varying]
     tabled = int(any(stretch.segment.steady for stretch in problem.stretches))
     m = np.arange(1, COSINES + 1)
     a, b = (x.ravel() for x in np.meshgrid(np.arange(1, PAIRED + 1), np.arange(1, PAIRED + 1)))
@@ -127,12 +127,12 @@ def unknown_of(design: Design, model: StripTheory) -> Unknown:
     def columns(stretch: Stretch) -> Array:
         """Return the columns (n, m) of all variables and pairs on a stretch."""
         xi = place[problem.stretches.index(stretch)]
-        parts = [np.cos(np.pi * m * xi[name][:, None]) for name in alive]
+        parts = [np.cos(np.pi * m * xi[name][:, None]) for name in varying]
         parts += [np.cos(np.pi * a * xi[first][:, None]) * np.cos(np.pi * b * xi[second][:, None]) for first, second in pairs]
         parts += [np.full((len(stretch.segment), 1), float(stretch.segment.steady))] * tabled
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(stretch.segment), 0))
 
-    weights = np.concatenate([*[1.0 / m for _ in alive], *[1.0 / (a * b) for _ in pairs], np.ones(tabled)])
-    group = np.concatenate([*[np.full(COSINES, g) for g in range(len(alive))],
-                            *[np.full(len(a), len(alive)) for _ in pairs], np.full(tabled, len(alive) + 1)])
-    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*alive, PAIRS, *[CONSTANT] * tabled))
+    weights = np.concatenate([*[1.0 / m for _ in varying], *[1.0 / (a * b) for _ in pairs], np.ones(tabled)])
+    group = np.concatenate([*[np.full(COSINES, g) for g in range(len(varying))],
+                            *[np.full(len(a), len(varying)) for _ in pairs], np.full(tabled, len(varying) + 1)])
+    return Unknown(design.rows(columns), weights, group.astype(np.int64), (*varying, PAIRS, *[CONSTANT] * tabled))

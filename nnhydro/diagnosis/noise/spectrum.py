@@ -91,7 +91,7 @@ class Noise:
     form: Array
 
     @property
-    def own(self) -> Array:
+    def noise_variance(self) -> Array:
         """The variance of the noise itself, (n, joints)."""
         made: Array = self.sigma2[self.group] * self.bands.spread(self.S)
         return made
@@ -99,7 +99,7 @@ class Noise:
     @property
     def v(self) -> Array:
         """The variance of every row, (n, joints)."""
-        return self.own + self.form
+        return self.noise_variance + self.form
 
 
 def _cells(design: Design, bands: Bands, x: Array) -> Array:
@@ -128,8 +128,8 @@ def first_noise(design: Design) -> Noise:
     floor = LEAST * np.maximum(design.scale, 1e-300) ** 2
     excess = design.excess
     rho2 = FORM**2 + (2 * np.pi * np.maximum(design.problem.frequency, 0) * LATE) ** 2
-    own = BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2) + design.input_variance
-    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2 + design.stated_friction**2) + own
+    baseline_form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2) + design.input_variance
+    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2 + design.stated_friction**2) + baseline_form
     level = []
     for j in range(joints):
         means = [float((excess[bands.of == k, j] ** 2).mean()) for k in range(bands.count) if (bands.of == k).sum() >= NU]
@@ -160,7 +160,7 @@ def reestimate(design: Design, noise: Noise, whitened: WhiteRows, columns: Colum
     """Return the noise with spectrum and scales estimated once more beside `columns` and the unknown with sizes `t`."""
     fit = posterior(whitened, columns, t)
     r, h = _leverage(whitened, columns, fit)
-    share = noise.own / noise.v
+    share = noise.noise_variance / noise.v
     bands, S, sigma2 = noise.bands, noise.S.copy(), noise.sigma2.copy()
     floor = LEAST * np.maximum(design.scale, 1e-300) ** 2
     joints = S.shape[0]

@@ -71,7 +71,7 @@ class Baseline:
         calibrated: Array = c0 + Y @ self.prior.mean
         return segment.tau - calibrated
 
-    def with_held(self, direction: Array) -> "Baseline":
+    def with_fixed(self, direction: Array) -> "Baseline":
         """Return the baseline whose parameters z (r,) move only across `direction` (r,); what it does not touch keeps its bounds."""
         F, touching = self.prior.F, np.flatnonzero(direction)
         if not len(touching):
@@ -130,9 +130,9 @@ def baseline_of(named: str | None, arm: Arm, units: tuple[Unit, ...], how: Prepa
     usual = "rigid" if arm.dry else "constant"
     if named is None or named in BASELINES:
         return _physics(baseline_called(named or usual), arm, units, how)
-    beside = _physics(baseline_called(usual), arm, units, how)
+    default = _physics(baseline_called(usual), arm, units, how)
     if named == COLUMN:
-        return replace(beside, name=COLUMN, column=True)
+        return replace(default, name=COLUMN, column=True)
     if not (Path(named) / MODEL).is_file():
         raise ConfigError(f"--baseline {named}: neither a baseline ({', '.join(BASELINES)}), nor {COLUMN}, nor a model folder "
                           f"(no {MODEL}): nnhydro identify and train write one")
@@ -141,9 +141,9 @@ def baseline_of(named: str | None, arm: Arm, units: tuple[Unit, ...], how: Prepa
         raise ConfigError(f"--baseline {named}: is a model of {count_text(model.arm.n_links, 'joint')}, the campaign's arm has "
                           f"{arm.n_links}")
     if isinstance(model, StripTheory) and not model.instruments and model.loads.linear():
-        own = _physics(NamedBaseline(model.name, "a model file", lambda _: model.loads, calibrated=True), arm, units, how)
-        return replace(own, physics=replace(own.physics, fit={SEEN: model.fit.get(SEEN)}))
-    return replace(beside, name=named, simulated=model)
+        from_file = _physics(NamedBaseline(model.name, "a model file", lambda _: model.loads, calibrated=True), arm, units, how)
+        return replace(from_file, physics=replace(from_file.physics, fit={SEEN: model.fit.get(SEEN)}))
+    return replace(default, name=named, simulated=model)
 
 
 def _physics(chosen: NamedBaseline, arm: Arm, units: tuple[Unit, ...], how: Preparation) -> Baseline:

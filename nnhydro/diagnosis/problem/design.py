@@ -246,9 +246,9 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
     first = build(baseline.with_more(further))
     if not first.undriven:
         return first
-    held = scale_direction(first)
-    spread = float(np.linalg.norm(held)) / max(float((first.largest_part**2).sum()), 1e-300)
-    return replace(build(first.baseline.with_held(held)), scale_spread=spread)
+    direction = scale_direction(first)
+    spread = float(np.linalg.norm(direction)) / max(float((first.largest_part**2).sum()), 1e-300)
+    return replace(build(first.baseline.with_fixed(direction)), scale_spread=spread)
 
 
 def design_on(problem: Problem, baseline: str | None) -> Design:

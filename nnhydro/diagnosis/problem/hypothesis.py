@@ -30,7 +30,7 @@ class Hypothesis:
     """An effect with its nonlinear parameters; `spans` are their neighbouring values, `grid` how many were tried at first.
 
     An instrument effect with a `working_model` has its columns about its own values, on the reading of that model, nearly so if `rough`.
-    Values that are each recording's own are `own`, by the number of the recording, its frequencies `lines`, Hz, where they differ;
+    Where values differ between recordings, `values_by_recording` has them by the number of the recording, and `lines` its frequencies, Hz;
     `log_tried` is the logarithm of how many sets of them there were to choose from. With an `activity` it acts only there.
     """
 
@@ -40,7 +40,7 @@ class Hypothesis:
     working_model: StripTheory | None = None
     activity: ActivityWindow | None = None
     rough: bool = False
-    own: Mapping[int, Tensor] = field(default_factory=dict)
+    values_by_recording: Mapping[int, Tensor] = field(default_factory=dict)
     lines: Mapping[int, float] = field(default_factory=dict)
     log_tried: float = 0.0
 
@@ -90,7 +90,7 @@ class Hypothesis:
 
     def effect_in(self, group: int) -> AnyEffect:
         """Return the effect in the recording of number `group`: with its own values where it has such."""
-        effect = self.with_values(self.own[group]) if group in self.own else self.effect
+        effect = self.with_values(self.values_by_recording[group]) if group in self.values_by_recording else self.effect
         at_line: dict[str, Any] = {"frequency": (self.lines[group],)} if group in self.lines else {}
         return replace(effect, **at_line) if at_line else effect
 
@@ -102,7 +102,7 @@ class Hypothesis:
         if not isinstance(self.effect, InstrumentEffect):
             return self
         if self.per_recording:
-            return replace(self, own=dict(values), working_model=model, rough=False)
+            return replace(self, values_by_recording=dict(values), working_model=model, rough=False)
         return replace(self, effect=self.with_values(values[0].to(torch.float64)), working_model=model, rough=False)
 
 

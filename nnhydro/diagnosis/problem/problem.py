@@ -129,8 +129,8 @@ class Problem:
             if len(rows) < 8:
                 continue
             dt = self.stretches[number].segment.dt
-            lasts = len(rows) * dt
-            count = max(1, min(round(lasts / longest), int(lasts / shortest)))
+            duration = len(rows) * dt
+            count = max(1, min(round(duration / longest), int(duration / shortest)))
             edges = np.linspace(rows[0], rows[-1] + 1, count + 1).astype(int)
             for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
                 modes = min(b - a, int(np.floor(2 * (b - a) * dt * self.edge)) + 1)

@@ -133,7 +133,7 @@ def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: St
     return [ActivityWindow(sector=Sector(joint + 1, low, high))]
 
 
-def _own_gains(X: Array, r: Array) -> Array:
+def _recording_gains(X: Array, r: Array) -> Array:
     """Return the gain (laws,) of laws with the columns X (rows, laws, width) beside what is left, r (rows,), none below 0."""
     G, b = np.einsum("nla,nlb->lab", X, X, optimize=True), np.einsum("nla,n->la", X, r)
     M = RHO**2 * G + np.eye(X.shape[2])
@@ -160,7 +160,7 @@ def gains_by_recording(search: Search, base: ScoredSet) -> Array:
         ends = np.concatenate([[0], np.cumsum(widths)])
         for first, stop, width in _alike(widths):
             part = Xw[..., ends[first]:ends[stop]]
-            gained.append(sum(_own_gains(part[rows].reshape(-1, stop - first, width), left[rows].ravel()) for rows in groups))
+            gained.append(sum(_recording_gains(part[rows].reshape(-1, stop - first, width), left[rows].ravel()) for rows in groups))
     return np.concatenate(gained) if gained else np.zeros(0)
 
 

@@ -29,20 +29,20 @@ ROUNDS = 4
 @final
 @dataclass(frozen=True, eq=False)
 class BestFit:
-    """The fit of a set without the unknown: rows and columns whitened by its noise, and the numbers `own` of baseline and laws in it."""
+    """The fit of a set without the unknown: rows and columns whitened by its noise; `coefficients`: numbers of baseline and laws in it."""
 
     whitened: WhiteRows
     columns: Columns | None
     posterior: Posterior
-    own: Index
+    coefficients: Index
     weight: Array  # (k,) shares of the weight that the columns hold; 0 where something is driven
 
     @staticmethod
     def of(whitened: WhiteRows, columns: Columns | None, weight: Array) -> "BestFit":
         """Return the fit of `columns`, which hold the shares `weight` of the weight, beside the baseline."""
         fit = without_unknown(whitened, columns)
-        own = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
-        return BestFit(whitened, columns, fit, own, weight)
+        named = np.concatenate([np.arange(whitened.p), np.arange(len(whitened.b), len(fit.scale))])
+        return BestFit(whitened, columns, fit, named, weight)
 
     def with_columns(self, columns: Columns) -> "BestFit":
         """Return the fit of `columns`, which hold those of this one, over the same noise."""
@@ -56,13 +56,13 @@ class BestFit:
     @cached_property
     def residual(self) -> Array:
         """What the fit leaves, whitened (n, joints)."""
-        left: Array = self.whitened.y - self.rows @ self.posterior.mean[self.own]
+        left: Array = self.whitened.y - self.rows @ self.posterior.mean[self.coefficients]
         return left
 
     @cached_property
     def scale_factor(self) -> float:
         """The factor up to which the equation of motion holds: values over it are those of the machine. 1 where something is driven."""
-        laws = self.posterior.mean[self.own[self.whitened.p:]]
+        laws = self.posterior.mean[self.coefficients[self.whitened.p:]]
         return scale_factor(self.weight, laws[: len(self.weight)])
 
     @property

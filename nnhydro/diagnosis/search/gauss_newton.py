@@ -39,7 +39,7 @@ def _move(search: Search, found: ScoredSet, k: int, step: NewtonStep, share: flo
     mean = before[place] + share * (step.mean[place] - before[place])
     beta = np.clip(mean.reshape(-1, h.width), lowest, highest) * library.scale[library.at(k)]
     groups = view.acting_groups(k) if h.per_recording else [0]
-    if h.own or not h.per_recording:
+    if h.values_by_recording or not h.per_recording:
         made = made.linearised_at(dict(zip(groups, torch.from_numpy(beta), strict=True)), h.working_model)
     return made
 

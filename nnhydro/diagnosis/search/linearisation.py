@@ -39,7 +39,7 @@ def scaled_values(view: WeightedLibrary, found: ScoredSet, k: int) -> dict[int, 
     return dict(zip(view.acting_groups(k) if h.per_recording else [0], torch.from_numpy(beta), strict=True))
 
 
-def calibrated_beside(search: Search, found: ScoredSet, model: StripTheory) -> StripTheory:
+def calibrated_with(search: Search, found: ScoredSet, model: StripTheory) -> StripTheory:
     """Return the baseline calibrated beside `found` with the loads found: at its reading instruments are taken; `model` without any."""
     view = search.view
     laws = {k: view.library.hypotheses[k] for k in found.chosen}

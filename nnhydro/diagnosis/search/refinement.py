@@ -8,14 +8,14 @@ import numpy as np
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, refine_grid
 from nnhydro.diagnosis.search.gauss_newton import at_best_values
-from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, is_stale, scaled_values
+from nnhydro.diagnosis.search.linearisation import calibrated_with, extend_library, is_stale, scaled_values
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
 from nnhydro.diagnosis.search.wave_frequencies import lines_at_peak
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
-ROUNDS, OWN_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
+ROUNDS, PER_RECORDING_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
 ONE_DEVIATION = 0.5  # nats: one standard deviation; a round that changes less is the last
 
 
@@ -27,10 +27,11 @@ def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> 
     for k in best.chosen:
         hypotheses = search.view.library.hypotheses
         h = hypotheses[k]
-        if not h.per_recording or h.own or "direction" not in h.spans:
+        if not h.per_recording or h.values_by_recording or "direction" not in h.spans:
             continue
         others, start = [x for x in best.chosen if x != k], len(hypotheses)
-        directions = {getattr(o.effect, "direction"): o.spans["direction"] for o in hypotheses if o.key == h.key and not o.own}  # noqa: B009
+        alike = [o for o in hypotheses if o.key == h.key and not o.values_by_recording]
+        directions = {getattr(o.effect, "direction"): o.spans["direction"] for o in alike}  # noqa: B009
         turned = [h.with_nonlinear({"direction": direction}, {"direction": span}) for direction, span in directions.items()]
         search = extend_library(search, best, turned, model)
         sets = {i: search.score((*others, i)) for i in (k, *range(start, start + len(turned)))}
@@ -43,7 +44,7 @@ def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> 
 def _finer(search: Search, found: ScoredSet, k: int, model: StripTheory, first: bool) -> list[Hypothesis]:
     """Return neighbours of hypothesis `k`; instruments, itself among them, about the values that fit each best."""
     h = search.view.library.hypotheses[k]
-    if h.own or (h.rough and not isinstance(h.effect, InstrumentEffect)):
+    if h.values_by_recording or (h.rough and not isinstance(h.effect, InstrumentEffect)):
         return []
     made = [] if h.rough else list(refine_grid(h)[1:])
     if not isinstance(h.effect, InstrumentEffect) or h.per_recording:
@@ -91,8 +92,8 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
     spans = dict(h.spans)
     for name in h.spans:
         value = getattr(h.effect, name)[0]
-        beside = [(getattr(o.effect, name)[0], s, o) for o, s in neighbours if getattr(o.effect, name)[0] != value]
-        low, high = ([o for o in beside if (o[0] < value) == lower] for lower in (True, False))
+        others = [(getattr(o.effect, name)[0], s, o) for o, s in neighbours if getattr(o.effect, name)[0] != value]
+        low, high = ([o for o in others if (o[0] < value) == lower] for lower in (True, False))
         there = [*sorted(low, key=lambda o: o[0])[-1:], *sorted(high, key=lambda o: o[0])[:1]]
         if len(there) == 2 and there[0][0] < value < there[1][0]:
             peak = _peak(there[0][:2], (value, score), there[1][:2])
@@ -112,7 +113,7 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
     search, best = on_lines.search, on_lines.best
     moving = set(best.chosen)
     for number in range(rounds):
-        before, model = best, calibrated_beside(search, best, model)
+        before, model = best, calibrated_with(search, best, model)
         finer = {k: _finer(search, best, k, model, number == 0) for k in best.chosen if k in moving}
         if not any(finer.values()):
             break
@@ -121,10 +122,10 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
         moving = set(best.chosen) - set(before.chosen)
         if abs(best.score - before.score) < ONE_DEVIATION:
             break
-    model = calibrated_beside(search, best, model)
+    model = calibrated_with(search, best, model)
     smallest = with_smallest_waves(search, best, model)
-    own = _about_own_values(smallest.search, smallest.best, model)
-    return at_best_values(own.search, own.best, model)
+    relinearised = _relinearise_per_recording(smallest.search, smallest.best, model)
+    return at_best_values(relinearised.search, relinearised.best, model)
 
 
 def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:
@@ -132,17 +133,17 @@ def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:
     return all(getattr(first.effect, name) == getattr(other.effect, name) for name in other.spans)
 
 
-def _about_own_values(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
+def _relinearise_per_recording(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return the best set with the columns of members that have values of each recording's own about these, by Newton's method."""
     found, now = GrownSearch(search, best), best
-    for _ in range(OWN_ROUNDS):
-        own = {k: h.linearised_at(scaled_values(search.view, now, k), model) for k in now.chosen
+    for _ in range(PER_RECORDING_ROUNDS):
+        relinearised = {k: h.linearised_at(scaled_values(search.view, now, k), model) for k in now.chosen
                if (h := search.view.library.hypotheses[k]).per_recording and isinstance(h.effect, InstrumentEffect)}
-        if not own:
+        if not relinearised:
             break
         start = len(search.view.library.hypotheses)
-        search = extend_library(search, now, list(own.values()), model)
-        now = search.score((*(k for k in now.chosen if k not in own), *range(start, start + len(own))))
+        search = extend_library(search, now, list(relinearised.values()), model)
+        now = search.score((*(k for k in now.chosen if k not in relinearised), *range(start, start + len(relinearised))))
         if now.score > found.best.score:
             found = GrownSearch(search, now)
     return found

@@ -67,8 +67,8 @@ def _bonus(view: WeightedLibrary, chosen: tuple[int, ...], fit: Posterior) -> fl
         width = view.columns(k).Xw.shape[2]
         total += library.log_prior(k)
         low, high = library.bounds(k)
-        at, own = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
-        total += bound_bonus(np.tile(low, own), np.tile(high, own), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
+        at, sets = slice(start, start + width), width // max(len(low), 1)  # of every recording that has values of its own
+        total += bound_bonus(np.tile(low, sets), np.tile(high, sets), fit.mean[at], np.sqrt(variances[at]) * fit.scale[at])
         total += 0.0 if makes_sense(view, k, fit.mean[at]) else IMPOSSIBLE
         start += width
     return total
@@ -90,5 +90,5 @@ def imitated_nats(view: WeightedLibrary, found: ScoredSet, k: int) -> float:
     cross, p = columns.cross @ found.fit.mean[found.places(view)[k]], whitened.p
     t = Sizes.even(whitened, LARGE_START).vector(whitened)
     M = whitened.G * t[:, None] * t + np.eye(len(t))
-    beside = float((t * cross) @ solve(M, t * cross, assume_a="pos"))
-    return (beside - float(cross[:p] @ np.linalg.solve(whitened.G[:p, :p] + np.eye(p), cross[:p]))) / 2
+    imitated = float((t * cross) @ solve(M, t * cross, assume_a="pos"))
+    return (imitated - float(cross[:p] @ np.linalg.solve(whitened.G[:p, :p] + np.eye(p), cross[:p]))) / 2

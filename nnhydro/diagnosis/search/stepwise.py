@@ -40,7 +40,7 @@ class Search:
     best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # by set (search.best_fit)
     tangents: dict[tuple[int, ...], Any] = field(default_factory=dict)  # of these (search.tangents)
     _scored: dict[tuple[int, ...], ScoredSet] = field(default_factory=dict)
-    _beside: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
+    _unknown_nats: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
 
     @property
     def whitened(self) -> WhiteRows:
@@ -82,8 +82,8 @@ class Search:
         within = np.where(free, 0.0, log_mass(low, high, np.zeros_like(low), np.full_like(low, RHO)))
         made = []
         for k, h in enumerate(library.hypotheses):
-            own = len(self.view.acting_groups(k)) if h.per_recording else 1
-            made.append(library.log_prior(k) - own * float(within[library.at(k)].sum()))
+            sets = len(self.view.acting_groups(k)) if h.per_recording else 1
+            made.append(library.log_prior(k) - sets * float(within[library.at(k)].sum()))
         return np.array(made)
 
     def screen(self, chosen: Sequence[int], most: int = FITTED_EXACTLY) -> list[int]:
@@ -138,7 +138,7 @@ class Search:
         there, and small, was probable before.
         """
         more = sorted(set(then.chosen) - set(now.chosen))
-        before, after = self.unknown_beside(now, more), self.unknown_beside(then, more)
+        before, after = self.nats_of_unknown(now, more), self.nats_of_unknown(then, more)
         if after <= FEW_NATS:
             return 0.0
         if all(self.view.library.hypotheses[k].effect.standard for k in more):
@@ -148,17 +148,17 @@ class Search:
         whole = all(self.view.library.hypotheses[k].activity is None for k in more)
         return (theirs - (before - after)) / max(theirs + (max(self.gain(now, then), 0.0) if whole else 0.0), FEW_NATS)
 
-    def unknown_beside(self, found: ScoredSet, laws: Iterable[int]) -> float:
+    def nats_of_unknown(self, found: ScoredSet, laws: Iterable[int]) -> float:
         """Return the nats that the unknown gains beside `found` at the joints that `laws` load: what other joints hold is not theirs."""
         loaded = np.any([self.view.columns(k).Xw.any(axis=(0, 2)) for k in laws], axis=0)
         if np.all(loaded):
             return found.unknown_nats
         at = found.chosen, tuple(np.flatnonzero(loaded).tolist())
-        if at not in self._beside:
+        if at not in self._unknown_nats:
             elsewhere = Sizes(np.where(loaded[:, None], SMALLEST_SIZE, found.sizes.tau))
             fit = posterior(self.whitened, self.view.join(found.chosen), elsewhere.vector(self.whitened))
-            self._beside[at] = max(found.fit.log_evidence - fit.log_evidence, 0.0)
-        return self._beside[at]
+            self._unknown_nats[at] = max(found.fit.log_evidence - fit.log_evidence, 0.0)
+        return self._unknown_nats[at]
 
     def _better(self, now: ScoredSet, sets: Sequence[Sequence[int]], base: ScoredSet | None = None) -> ScoredSet:
         base = now if base is None else base

@@ -42,7 +42,7 @@ class Tangents:
         made: Array = (high - low) / 12**0.5 / RHO
         return made
 
-    def beside(self, whitened: WhiteRows, columns: Columns | None) -> Columns:
+    def append_to(self, whitened: WhiteRows, columns: Columns | None) -> Columns:
         """Return `columns` with those of the nonlinear values, whitened and scaled as coefficients are."""
         mine = Columns.of(whitened, whitened.weigh(self.D * self.unit))
         return mine if columns is None else columns.join(mine)
@@ -108,9 +108,9 @@ def _torques(search: Search, found: ScoredSet, k: int, laws: list[Hypothesis]) -
     if not h.per_recording:
         made: Array = X @ beta[0]
         return made
-    own = np.zeros((design.problem.groups, h.width))
-    own[search.view.acting_groups(k)] = beta
-    by_recording: Array = np.einsum("njkw,nw->njk", X, own[design.problem.group_of])
+    values = np.zeros((design.problem.groups, h.width))
+    values[search.view.acting_groups(k)] = beta
+    by_recording: Array = np.einsum("njkw,nw->njk", X, values[design.problem.group_of])
     return by_recording
 
 
@@ -155,7 +155,7 @@ def _over_deviations(search: Search, found: ScoredSet) -> Tangents | None:
 def step_of(search: Search, found: ScoredSet, tangents: Tangents) -> NewtonStep:
     """Return the step from the values of `found` to those that fit best together."""
     fit = best_fit(search, found)
-    moved = without_unknown(fit.whitened, tangents.beside(fit.whitened, fit.columns))
+    moved = without_unknown(fit.whitened, tangents.append_to(fit.whitened, fit.columns))
     at = np.arange(len(fit.posterior.mean), len(moved.mean))
     phi = np.clip(tangents.now + moved.mean[at] * tangents.unit, *tangents.limits.T) - tangents.now
     return NewtonStep(tangents, phi, np.sqrt(np.diag(moved.covariance(at))) * tangents.unit, moved.mean)

@@ -92,8 +92,8 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
 
 def _covariance(search: Search, found: ScoredSet, fit: BestFit, evidence: Posterior, at: Index) -> Array:
     """Return the covariance of the coefficients `at` of `fit`; `evidence` is the same fit over the noise of the evidence."""
-    mine = np.searchsorted(fit.own, at)
-    whole = fit.posterior.covariance(fit.own)
+    mine = np.searchsorted(fit.coefficients, at)
+    whole = fit.posterior.covariance(fit.coefficients)
     covariance = whole[np.ix_(mine, mine)]
     wanted = np.maximum(_scatter(search, fit, whole, mine), np.diag(evidence.covariance(at)))
     widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))
@@ -115,7 +115,7 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
         more = tangents.at(k)
         names, unit = tuple(tangents.names[i][1] for i in more), tangents.unit[more]
         at = np.concatenate([at, len(linear) + more])
-        fit, columns = fit.with_columns(tangents.beside(fit.whitened, fit.columns)), tangents.beside(view.whitened, columns)
+        fit, columns = fit.with_columns(tangents.append_to(fit.whitened, fit.columns)), tangents.append_to(view.whitened, columns)
     covariance = _covariance(search, found, fit, without_unknown(view.whitened, columns), at)
     mean = linear[place]
     if h.per_recording:
@@ -166,9 +166,9 @@ def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:
     A recording that hardly tells its value counts little. Source: DerSimonian & Laird (1986), Control. Clin. Trials 7.
     """
     count, width = beta.shape
-    own = np.diag(covariance)[: beta.size].reshape(count, width).mean(axis=1)
-    between = _variance_between(np.sqrt((beta**2).sum(axis=1)), own)
-    weight = 1.0 / np.maximum(own + between, 1e-300)
+    within = np.diag(covariance)[: beta.size].reshape(count, width).mean(axis=1)
+    between = _variance_between(np.sqrt((beta**2).sum(axis=1)), within)
+    weight = 1.0 / np.maximum(within + between, 1e-300)
     weight /= weight.sum()
     rms = np.sqrt(weight @ beta**2)
     J = np.zeros((width + len(covariance) - beta.size, len(covariance)))

@@ -16,7 +16,7 @@ from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-HELD = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
+FIXED = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
 LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
 LOWEST = 0.05  # Hz
 ROUNDS, STEPS = 6, (-2.0, -1.0, 0.0, 1.0, 2.0)  # of finer lines: steps at first in the reciprocal of the recordings' length, then in halves
@@ -58,7 +58,7 @@ def _strongest(f: Array, power: Array, edge: float) -> tuple[float, float]:
     return float(power[k]), float(vertex)
 
 
-def own_lines(design: Design) -> dict[int, float]:
+def lines_per_recording(design: Design) -> dict[int, float]:
     """Return the frequency, Hz, of the strongest line of every recording by its number, of a wave that is another in each.
 
     None where the lines cannot be told apart, or where that of most recordings is the strongest line of their own motion: what follows the
@@ -111,17 +111,17 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], hea
     return tuple(made.values())
 
 
-def across_held_links(design: Design) -> tuple[float, ...]:
+def across_fixed_links(design: Design) -> tuple[float, ...]:
     """Return the direction, rad from +X, across each link that is held at one angle in all recordings."""
     phi = np.cumsum(np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches if not s.segment.steady] or
                                    [np.zeros((0, design.problem.arm.n_links))]), axis=1)
     mean = np.exp(1j * phi).mean(axis=0) if len(phi) else np.zeros(0)
-    return tuple(float(np.angle(1j * direction)) for direction in mean if abs(direction) > HELD)
+    return tuple(float(np.angle(1j * direction)) for direction in mean if abs(direction) > FIXED)
 
 
-def at_own_lines(hypotheses: Sequence[Hypothesis], design: Design, headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
+def at_lines_per_recording(hypotheses: Sequence[Hypothesis], design: Design, headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
     """Return the hypotheses that have a frequency, and values, of each recording's own once more at the line of each, in all directions."""
-    lines, duration = own_lines(design), _durations(design)
+    lines, duration = lines_per_recording(design), _durations(design)
     if not lines:
         return ()
     log_tried = float(sum(np.log(max(design.problem.edge * duration[g], 1.0)) for g in lines))
@@ -159,7 +159,7 @@ def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownS
     duration = _durations(design)
     for k in best.chosen:
         h = search.view.library.hypotheses[k]
-        if not h.lines or h.own:
+        if not h.lines or h.values_by_recording:
             continue
         others = tuple(x for x in best.chosen if x != k)
         fit = best_fit(search, search.score(others))

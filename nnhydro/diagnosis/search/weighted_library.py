@@ -19,7 +19,7 @@ from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
 from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, log_mass
 
 Array = NDArray[np.float64]
-OWN_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
+PER_RECORDING_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
 
 
 class Alike(NamedTuple):
@@ -34,7 +34,7 @@ class Alike(NamedTuple):
     before: Array  # log mass of the prior within the bounds
 
 
-class Own(NamedTuple):
+class PerRecordingProducts(NamedTuple):
     """Products of the columns (K) whose values are each recording's own, a recording at a time."""
 
     cross: Array  # (P, groups, K)
@@ -53,14 +53,14 @@ class WeightedLibrary:
     before: "WeightedLibrary | None" = None  # of the same rows and noise, with fewer hypotheses: its products are taken over
     _columns: dict[int, Columns] = field(default_factory=dict)
     _between: dict[int, Array] = field(default_factory=dict)
-    _own_between: dict[int, Array] = field(default_factory=dict)
+    _per_recording_between: dict[int, Array] = field(default_factory=dict)
     _drawn: dict[int, tuple[Array, Array]] = field(default_factory=dict)
-    _own_best: dict[int, float] = field(default_factory=dict)
+    _per_recording_best: dict[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         hypotheses = self.library.hypotheses
-        own = np.array([h.per_recording for h in hypotheses], dtype=bool)
-        self.shared, self.own = np.flatnonzero(~own), np.flatnonzero(own)
+        varies = np.array([h.per_recording for h in hypotheses], dtype=bool)
+        self.shared, self.per_recording = np.flatnonzero(~varies), np.flatnonzero(varies)
         self.widths = np.array([hypotheses[k].width for k in self.shared], dtype=int)
         self.starts = np.concatenate([[0], np.cumsum(self.widths)]).astype(int)
         self._multiply()
@@ -141,8 +141,8 @@ class WeightedLibrary:
         gained = np.full(len(self.library.hypotheses), -np.inf)
         if len(self.shared):
             self._shared_gains(chosen, fit, gained)
-        if len(self.own):
-            self._own_gains(chosen, fit, gained)
+        if len(self.per_recording):
+            self._per_recording_gains(chosen, fit, gained)
         return gained
 
     def _shared_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
@@ -177,50 +177,50 @@ class WeightedLibrary:
         return [np.flatnonzero(self.whitened.group == g) for g in range(self.library.design.problem.groups)]
 
     @cached_property
-    def _own_parts(self) -> Own:
+    def _per_recording_products(self) -> PerRecordingProducts:
         """Products of the columns with values of each recording's own."""
         hypotheses, groups = self.library.hypotheses, len(self._rows_of)
-        ends = np.cumsum([0, *(hypotheses[k].width for k in self.own)]).tolist()
-        places = {int(k): slice(a, b) for k, (a, b) in zip(self.own, pairwise(ends), strict=True)}
+        ends = np.cumsum([0, *(hypotheses[k].width for k in self.per_recording)]).tolist()
+        places = {int(k): slice(a, b) for k, (a, b) in zip(self.per_recording, pairwise(ends), strict=True)}
         cross, Xy = np.zeros((len(self.whitened.b), groups, ends[-1])), np.zeros((groups, ends[-1]))
-        blocks = np.zeros((groups, ends[-1], max(hypotheses[k].width for k in self.own)))
-        for numbers, X in self.library.runs(self.own):
+        blocks = np.zeros((groups, ends[-1], max(hypotheses[k].width for k in self.per_recording)))
+        for numbers, X in self.library.runs(self.per_recording):
             Xw, at = self.whitened.weigh(X), slice(places[numbers[0]].start, places[numbers[-1]].stop)
             for g, rows in enumerate(self._rows_of):
                 part = Xw[rows]
                 flat = part.reshape(part.shape[0] * part.shape[1], part.shape[2])
                 cross[:, g, at], Xy[g, at] = self.whitened.cross(part, rows), flat.T @ self.whitened.y[rows].ravel()
                 for s in (places[k] for k in numbers):
-                    own = flat[:, s.start - at.start: s.stop - at.start]
-                    blocks[g, s, : own.shape[1]] = own.T @ own
-        return Own(cross, Xy, blocks, places)
+                    law = flat[:, s.start - at.start: s.stop - at.start]
+                    blocks[g, s, : law.shape[1]] = law.T @ law
+        return PerRecordingProducts(cross, Xy, blocks, places)
 
-    def _own_products(self, k: int) -> Array:
+    def _products_per_recording(self, k: int) -> Array:
         """Return the products (k, groups, K) of the columns of hypothesis `k` with those of each recording's own."""
-        if k not in self._own_between:
+        if k not in self._per_recording_between:
             weighted = self.whitened.weigh(self.columns(k).Xw)
             parts = [weighted[rows].reshape(-1, weighted.shape[2]).T for rows in self._rows_of]
             runs = [np.stack([part @ X[rows].reshape(part.shape[1], X.shape[2]) for part, rows in zip(parts, self._rows_of, strict=True)],
-                             axis=1) for _, X in self.library.runs(self.own)]
-            self._own_between[k] = np.concatenate(runs, axis=2)
-        return self._own_between[k]
+                             axis=1) for _, X in self.library.runs(self.per_recording)]
+            self._per_recording_between[k] = np.concatenate(runs, axis=2)
+        return self._per_recording_between[k]
 
-    def _own_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
-        places, groups = self._own_parts.places, len(self._rows_of)
+    def _per_recording_gains(self, chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
+        places, groups = self._per_recording_products.places, len(self._rows_of)
         numbers = list(places)
-        if len(self._own_best) == len(places) and len(places) > OWN_SCREENED:  # those that never gained much are not asked again
-            numbers = sorted(places, key=lambda k: -self._own_best[k])[:OWN_SCREENED]
+        if len(self._per_recording_best) == len(places) and len(places) > PER_RECORDING_SCREENED:  # the rest never gained much
+            numbers = sorted(places, key=lambda k: -self._per_recording_best[k])[:PER_RECORDING_SCREENED]
         together = max(1, COLUMNS_AT_A_TIME // groups)
         for start in range(0, len(numbers), together):
-            self._enter_own_gains(numbers[start:start + together], chosen, fit, gained)
+            self._enter_per_recording_gains(numbers[start:start + together], chosen, fit, gained)
 
-    def _enter_own_gains(self, numbers: Sequence[int], chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
+    def _enter_per_recording_gains(self, numbers: Sequence[int], chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
         """Enter what each of the laws `numbers` with values of each recording's own adds to `fit` of `chosen`."""
-        cross, Xy, blocks, places = self._own_parts
-        kept = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
-        stacked = np.concatenate([part[..., kept] for part in (cross, *map(self._own_products, chosen))])
+        cross, Xy, blocks, places = self._per_recording_products
+        wanted = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
+        stacked = np.concatenate([part[..., wanted] for part in (cross, *map(self._products_per_recording, chosen))])
         C = fit.projection(stacked.reshape(len(stacked), -1)).reshape(-1, *stacked.shape[1:])
-        c = Xy[:, kept] - np.einsum("pgk,p->gk", C, fit.half)
+        c = Xy[:, wanted] - np.einsum("pgk,p->gk", C, fit.half)
         ends = np.cumsum([0, *(places[k].stop - places[k].start for k in numbers)]).tolist()
         alike: dict[tuple[int, bytes], list[int]] = {}  # laws of the same width that act in the same recordings
         for i, k in enumerate(numbers):
@@ -238,4 +238,4 @@ class WeightedLibrary:
                 half = np.linalg.solve(M, ck[..., None])[..., 0]
                 gained[np.array(numbers)[laws]] = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - np.linalg.slogdet(M)[1])
         for k in numbers:
-            self._own_best[k] = max(self._own_best.get(k, -np.inf), float(gained[k]))
+            self._per_recording_best[k] = max(self._per_recording_best.get(k, -np.inf), float(gained[k]))

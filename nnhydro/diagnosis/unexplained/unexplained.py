@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, P_ALARM, UNLIKE_NOISE
 from nnhydro.diagnosis.decision.decide import Decision
 from nnhydro.diagnosis.decision.heldout_errors import Proof, Residual, fitted_error
-from nnhydro.diagnosis.decision.parameters_per_recording import recordings_of_own_parameters
+from nnhydro.diagnosis.decision.parameters_per_recording import recordings_with_changed_parameters
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
@@ -54,7 +54,7 @@ class Remainder:
     lines: tuple[Line, ...] = ()
     nearest: tuple[Decision, ...] = ()
     recordings: tuple[str, ...] = ()  # whose remainder is no noise of theirs
-    own_parameters: bool = False  # whether other parameters of the baseline would explain these
+    parameters_differ: bool = False  # whether other parameters of the baseline would explain these
     place: Location | None = None  # of the largest part
 
     def document(self, text: Callable[[str], str] = str) -> dict[str, Any]:
@@ -108,7 +108,7 @@ def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
     leaves in the band says nothing.
     """
     problem = design.problem
-    own = np.sqrt(noise.sigma2 * noise.S.mean(axis=1))
+    remaining = np.sqrt(noise.sigma2 * noise.S.mean(axis=1))
     white, stepped = np.full((2, problem.groups, design.y.shape[1]), np.nan)
     for stretch in problem.stretches:
         if not stretch.segment.steady and stretch.segment.tau is not None:
@@ -119,9 +119,9 @@ def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
     counted = np.isfinite(white).all(axis=1)
     if counted.sum() < FEWEST_ALIKE:
         return ()
-    usual = np.percentile((own / white)[counted], QUIET, axis=0)
+    usual = np.percentile((remaining / white)[counted], QUIET, axis=0)
     large = np.sqrt(noise.sigma2 * noise.S.sum(axis=1)) * np.sqrt(problem.edge / noise.S.shape[1]) > MATERIAL * design.scale
-    groups = np.flatnonzero(((FORM * own > usual * stepped) & large).any(axis=1) & counted)
+    groups = np.flatnonzero(((FORM * remaining > usual * stepped) & large).any(axis=1) & counted)
     return tuple(dict.fromkeys(s.name for g in groups.tolist() for s in problem.stretches if s.group == g))
 
 
@@ -144,8 +144,8 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     lines = tuple(line for line, scale in zip(found_lines, _scale(design).tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
     real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
-    own = recordings_of_own_parameters(search, found)
-    recordings = own or unlike_recordings(noise, design)
+    differing = recordings_with_changed_parameters(search, found)
+    recordings = differing or unlike_recordings(noise, design)
     least = min(proof.after, fitted_error(search, found, proof))
     unlike = bool(recordings) or (least > UNLIKE_NOISE * floor and least - floor > MATERIAL)
     ps = [p_of(search, found) if real else 1.0, P_ALARM if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
@@ -153,5 +153,5 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
     return Remainder(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
-                     recordings, bool(own),
-                     next(iter(locate(proof.remains, np.sqrt(noise.own.sum(axis=0) / design.time))), None))
+                     recordings, bool(differing),
+                     next(iter(locate(proof.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.time))), None))

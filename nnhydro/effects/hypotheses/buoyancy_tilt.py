@@ -37,8 +37,8 @@ class BuoyancyTilt(LoadEffect):
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (force_X, force_Y), (n, joints, 2 links)."""
         cos, sin = torch.cos(flow.phi), torch.sin(flow.phi)
-        held = ((sin, -cos), (-cos, -sin))  # what the drive supplies across and along the link against 1 N along X, along Y
-        return torch.cat([flow.middle_columns(across, along) for across, along in held], dim=-1)
+        directions = ((sin, -cos), (-cos, -sin))  # what the drive supplies across and along the link against 1 N along X, along Y
+        return torch.cat([flow.middle_columns(across, along) for across, along in directions], dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return size and direction of the force on each link, and of their sum."""

@@ -7,7 +7,7 @@ from typing import final
 
 from torch import Tensor
 
-from nnhydro.effects.compliance import Twist, by_own_motion, direction, ringing_twist
+from nnhydro.effects.compliance import Twist, by_joint_motion, direction, ringing_twist
 from nnhydro.effects.effect import ANY_SIZE, InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
@@ -77,7 +77,7 @@ class JointElasticity(InstrumentEffect):
         """The median inertia that the drive's spring carries, kg m^2: before belt and gear, where the twist is."""
         if not len(seen.motion):
             return 0.0
-        return float(by_own_motion(seen, self.joint, 2).abs().median())
+        return float(by_joint_motion(seen, self.joint, 2).abs().median())
 
     def quantities(self) -> dict[str, Quantity]:
         """Return compliance and stiffness; the damping that fits best grows with the encoder's noise, and tells nothing of the drive."""

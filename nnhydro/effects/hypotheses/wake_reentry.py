@@ -80,10 +80,10 @@ class WakeReentry(LoadEffect):
 
     def _behind(self, flow: Flow, w: Tensor) -> Tensor:
         """The water behind the strips; of all grid values at once where this is one of them."""
-        second, own = self.second[0] if self.second else 0.0, (self.length[0], self.fading[0])
+        second, law = self.second[0] if self.second else 0.0, (self.length[0], self.fading[0])
         grids = self.grids()
         laws = list(product(grids["length"], grids["fading"]))
-        if own not in laws:
+        if law not in laws:
             return overtaking(flow.motion.t, w, self.length[0] * flow.D[:, None], self.fading[0], second)
 
         def compute() -> tuple[Tensor, Tensor]:
@@ -92,7 +92,7 @@ class WakeReentry(LoadEffect):
             return overtaking_by_law(flow.motion.t, w, lengths, torch.tensor([fading for _, fading in laws], dtype=torch.float64))
 
         wakes, rates = flow.memo.of((type(self), "behind"), compute)
-        return dragged_along(wakes[laws.index(own)], rates[laws.index(own)], second)
+        return dragged_along(wakes[laws.index(law)], rates[laws.index(law)], second)
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

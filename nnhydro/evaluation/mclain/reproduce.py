@@ -157,9 +157,9 @@ def table(result: McLainReproduction) -> list[tuple[str, str, str]]:
              for name, e in result.errors.items() if name != "state-dependent"]
     rows += [(f"pooled error with the implied deviation, {name}", "", f"{100 * e:.1f} %") for name, e in result.errors_measured.items()]
     mean = (result.errors_measured["Levesque & Richard"] + result.errors_measured["textbook"]) / 2
-    own = result.errors_measured["state-dependent"]
-    rows.append(("improvement over the two", "4.5 (4 in the abstract)", f"{mean / own:.1f}"))
-    rows.append(("improvement over fitted constants", "not shown", f"{result.errors_measured['fitted constants'] / own:.1f}"))
+    measured = result.errors_measured["state-dependent"]
+    rows.append(("improvement over the two", "4.5 (4 in the abstract)", f"{mean / measured:.1f}"))
+    rows.append(("improvement over fitted constants", "not shown", f"{result.errors_measured['fitted constants'] / measured:.1f}"))
     four, ten = result.segments[4][1], result.segments[10][1]
     rows.append(("error with 4 segments, 10 segments (figure 12)", "no gain beyond 4", f"{100 * four:.1f} %, {100 * ten:.1f} %"))
     rows.append(("effective C_D at L/D 5, 9.15, 40 (figure 13)", "rises towards 1.2",

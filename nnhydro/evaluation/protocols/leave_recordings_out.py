@@ -9,5 +9,5 @@ from nnhydro.recordings.splitting import folds
 def leave_recordings_out(material: Material) -> Split:
     """Return folds that hold out every unit once, repeats of a motion together."""
     units = pooled_units(material)
-    dealt = folds(units, material.fold_count, material.seed)
-    return Split(units, rounds(units, [(f"fold {k + 1}", held_out) for k, held_out in enumerate(dealt)]))
+    parts = folds(units, material.fold_count, material.seed)
+    return Split(units, rounds(units, [(f"fold {k + 1}", held_out) for k, held_out in enumerate(parts)]))

@@ -36,10 +36,10 @@ def _every_unit(material: Material, steady: Callable[[Campaign], list[Unit]] | N
     found: list[Unit] = []
     several = len(material.campaigns) > 1
     for number, (campaign, how, groups) in enumerate(zip(material.campaigns, material.hows, material.groups, strict=True)):
-        own = list(units(campaign, how, material.seed, groups))
+        of_campaign = list(units(campaign, how, material.seed, groups))
         if steady is not None:
-            own = [unit for unit in own if not unit.steady] + steady(campaign)
-        found += [_units_named(unit, campaign, arm_name(campaign, number)) for unit in own] if several else own
+            of_campaign = [unit for unit in of_campaign if not unit.steady] + steady(campaign)
+        found += [_units_named(unit, campaign, arm_name(campaign, number)) for unit in of_campaign] if several else of_campaign
     return found
 
 

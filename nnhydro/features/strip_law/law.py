@@ -64,9 +64,9 @@ def tiers(sets: Sequence[int], of_three: Sequence[int], count: int) -> Tensor:
         return torch.full((0,), SURROUNDED)
     k = len(sets)
     a, b, c, d = _products(k, tuple(of_three))
-    own = torch.tensor(sets)
-    two = torch.maximum(own[a], own[b]) if k else own
-    phi = SURROUNDED + torch.cat([own, two, torch.maximum(two[c], own[d])])
+    singles = torch.tensor(sets)
+    two = torch.maximum(singles[a], singles[b]) if k else singles
+    phi = SURROUNDED + torch.cat([singles, two, torch.maximum(two[c], singles[d])])
     per_load = [torch.cat([torch.tensor([MEAN]), phi])] * MORISON
     for first in [REMEMBERED] * DRAGS + [SWUNG] * SWINGS + [ACCELERATED] * INERTIAS + [REMEMBERED] * (1 + len(TRAVEL)):
         per_load.append(torch.cat([torch.tensor([first]), phi[:k]]))
@@ -124,9 +124,9 @@ def law_columns(view: StripView, z: Tensor, of_three: Sequence[int]) -> Tensor:
         neurons = torch.cat([drag * s, inertia * s**2], dim=2)
         for lever, sums in ((torch.ones_like(view.x), forces), (view.x, moments)):
             weight = loads * lever[:, None]
-            own = torch.einsum("nlqs,nlps->nlqp", weight[:, :, :MORISON], phi)
+            morison = torch.einsum("nlqs,nlps->nlqp", weight[:, :, :MORISON], phi)
             rest = torch.einsum("nlqs,nlps->nlqp", weight[:, :, MORISON:], phi[:, :, :straight])
-            sums.append(torch.cat([own.flatten(2), rest.flatten(2), torch.einsum("nlks,ls->nlk", neurons, lever)], dim=2))
+            sums.append(torch.cat([morison.flatten(2), rest.flatten(2), torch.einsum("nlks,ls->nlk", neurons, lever)], dim=2))
     return to_sensors(view.flow, torch.cat(forces), torch.cat(moments))
 
 
@@ -135,11 +135,11 @@ def law_torque(view: StripView, z: Tensor, of_three: Sequence[int], c: Tensor, N
     E, straight = len(c), 1 + z.shape[2]
     bent = size(z.shape[2], of_three)
     products, odd, even = torch.split(c, [c.shape[1] - 2 * len(N), len(N), len(N)], dim=1)
-    own = products[:, :MORISON * bent].reshape(E * MORISON, bent)
+    morison = products[:, :MORISON * bent].reshape(E * MORISON, bent)
     rest = products[:, MORISON * bent:].reshape(E, -1, straight).transpose(1, 2).flatten(0, 1)  # the loads first: many loads, few monomials
     found = []
     for loads, phi, (s, drag, inertia) in _pieces(view, z, of_three, N):
-        C, F = (torch.unflatten(weights @ x, 2, (E, -1)) for weights, x in ((own, phi), (rest, loads[:, :, MORISON:])))
+        C, F = (torch.unflatten(weights @ x, 2, (E, -1)) for weights, x in ((morison, phi), (rest, loads[:, :, MORISON:])))
         found.append((C * loads[:, :, None, :MORISON]).sum(dim=3) + (F * phi[:, :, None, :straight]).sum(dim=3)
                      + drag * (odd @ s) + inertia * (even @ s**2))  # (m, links, E, s) N
     f = torch.cat(found)

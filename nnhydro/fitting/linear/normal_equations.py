@@ -25,10 +25,10 @@ FLAT = 1e-12  # of the largest: columns that hardly move are left out
 def _gram(columns: Tensor) -> Tensor:
     """A' A (joints, p, p) of `columns` (n, joints, p), in double precision."""
     found = torch.zeros(columns.shape[1], columns.shape[2], columns.shape[2], dtype=torch.float64)
-    for j, own in enumerate(found):
+    for j, total in enumerate(found):
         for part in torch.split(columns[:, j], CHUNK):
-            own += torch.from_numpy(dsyrk(1.0, part.double().numpy().T))
-        own += own.triu(1).T
+            total += torch.from_numpy(dsyrk(1.0, part.double().numpy().T))
+        total += total.triu(1).T
     return found
 
 
@@ -61,11 +61,11 @@ class Grams:
 
         The first `shared` columns have one coefficient for all joints, the others one a joint: q = shared + joints times their number.
         """
-        joints, own = len(s), self.whole.shape[1] - shared
-        H = torch.zeros(1 + len(self.seen), shared + joints * own, shared + joints * own, dtype=torch.float64)
+        joints, per_joint = len(s), self.whole.shape[1] - shared
+        H = torch.zeros(1 + len(self.seen), shared + joints * per_joint, shared + joints * per_joint, dtype=torch.float64)
         for j in range(joints):
             G = torch.cat([self.whole[None, j], self.whole[j] - self.seen[:, j]]) / s[j] ** 2
-            o = slice(shared + j * own, shared + (j + 1) * own)
+            o = slice(shared + j * per_joint, shared + (j + 1) * per_joint)
             H[:, :shared, :shared] += G[:, :shared, :shared]
             H[:, :shared, o], H[:, o, :shared], H[:, o, o] = G[:, :shared, shared:], G[:, shared:, :shared], G[:, shared:, shared:]
         return H[0], H[1:]
@@ -77,8 +77,8 @@ def right_hand_sides(columns: Tensor, shared: int, target: Tensor, watch: Tensor
     sums = torch.zeros(target.shape[1], columns.shape[2], 1 + len(watch), dtype=torch.float64)
     for A, z, seen in zip(*(torch.split(x, CHUNK) for x in (columns, target, watch.T)), strict=True):
         counted = torch.cat([torch.ones(len(z), 1, dtype=torch.bool), ~seen], dim=1)
-        for j, own in enumerate(sums):
-            own += A[:, j].double().T @ (z[:, j, None].double() * counted)
+        for j, total in enumerate(sums):
+            total += A[:, j].double().T @ (z[:, j, None].double() * counted)
     sums = sums / (s**2)[:, None, None]
     g = torch.cat([sums[:, :shared].sum(dim=0), sums[:, shared:].flatten(0, 1)]).T
     return s, g[0], g[1:]
@@ -114,20 +114,20 @@ class Ridge:
 
     def of_member(self, member: int) -> "Ridge":
         """Return the problem of one member alone."""
-        own = slice(member, member + 1)
-        return Ridge(self.A[own], self.b[own], self.unit[own], self.usual, self.tier, self.order)
+        at = slice(member, member + 1)
+        return Ridge(self.A[at], self.b[at], self.unit[at], self.usual, self.tier, self.order)
 
     def theta(self, several: Sequence[Weights]) -> Tensor:
         """Return the coefficients (len(several), M, q) at several penalties, one a tier, that close the same tiers."""
         weight = torch.tensor(several, dtype=torch.float64)[:, self.tier[self.order]]
         varied = (weight != weight[0]).any(dim=0) & (self.usual > 0)
         closed = (weight[0] >= CLOSED) & (self.usual > 0)
-        fixed, moved = ((own & ~closed).nonzero().ravel() for own in (~varied, varied))
+        fixed, moved = ((of & ~closed).nonzero().ravel() for of in (~varied, varied))
         weight = weight * self.usual + 1e-12
         found = torch.zeros(len(several), *self.b.shape, dtype=torch.float64)
         place = self.order
         found[..., place[fixed]], found[..., place[moved]] = (
-            self.unit[:, own] * part for own, part in zip((fixed, moved), self._solution(fixed, moved, weight[0, fixed], weight[:, moved]),
+            self.unit[:, of] * part for of, part in zip((fixed, moved), self._solution(fixed, moved, weight[0, fixed], weight[:, moved]),
                                                           strict=True))
         return found
 
@@ -137,10 +137,11 @@ class Ridge:
         root = torch.linalg.cholesky(_part(self.A, k, k) + torch.diag(weight))
         right = torch.cat([_part(self.A, k, m), self.b[:, fixed, None]], dim=2)
         half = torch.linalg.solve_triangular(root, right, upper=False)
-        across, own = half[..., :-1], half[..., -1:]
+        across, load = half[..., :-1], half[..., -1:]
         rest = _part(self.A, m, m) - across.mT @ across
-        u = torch.cholesky_solve(self.b[:, moved, None] - across.mT @ own, torch.linalg.cholesky(rest + torch.diag_embed(weights)[:, None]))
-        v = torch.linalg.solve_triangular(root.mT, own - across @ u, upper=True)
+        factor = torch.linalg.cholesky(rest + torch.diag_embed(weights)[:, None])
+        u = torch.cholesky_solve(self.b[:, moved, None] - across.mT @ load, factor)
+        v = torch.linalg.solve_triangular(root.mT, load - across @ u, upper=True)
         return v[..., 0], u[..., 0]
 
 

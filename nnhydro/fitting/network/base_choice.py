@@ -37,10 +37,10 @@ def _misfit(model: TorqueModel, units: Sequence[Unit]) -> float:
     """Sum of |tau - model| over the rows of `units`, each joint in units of its mean |tau|."""
     left, whole = 0.0, 0.0
     for unit in units:
-        own = on_arm(model, arm_of(unit, model.arm))
+        of_unit = on_arm(model, arm_of(unit, model.arm))
         for segment in unit.segments():
             assert segment.tau is not None
-            modelled = segment.filter(own.torque(Motion.of(segment)).numpy())
+            modelled = segment.filter(of_unit.torque(Motion.of(segment)).numpy())
             left = left + np.abs(segment.tau - modelled)[segment.keep].sum(axis=0)
             whole = whole + np.abs(segment.tau)[segment.keep].sum(axis=0)
     return float(np.mean(left / np.maximum(whole, 1e-300)))
@@ -77,10 +77,10 @@ def on_best_base(bases: Sequence[TorqueModel | None], rows: Rows, linear: Linear
     best = (first, rows, linear_part(rows, linear, watched, stated, first is not None, grams))
     if first is None or not others or not bool(watched[:, rows.unit].any()):
         return best
-    own, (least,) = base_rows(chosen, arm, first), left_over(rows, best[2][:1], linear.columns, watched, s)
+    torque, (least,) = base_rows(chosen, arm, first), left_over(rows, best[2][:1], linear.columns, watched, s)
     for other in others:
         assert other is not None
-        moved = replace(rows, target=rows.target + own - base_rows(chosen, arm, other))
+        moved = replace(rows, target=rows.target + torque - base_rows(chosen, arm, other))
         parts = linear_part(moved, linear, watched, stated, True, grams)
         left, = left_over(moved, parts[:1], linear.columns, watched, s)
         if left < CLEAR_RATIO * least:

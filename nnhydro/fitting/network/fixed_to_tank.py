@@ -1,7 +1,7 @@
 """What is fixed to the tank taken out of the recordings: the baseline, and all that is learned of the water, are fitted to what remains.
 
 A line that pulls at the arm bends the coefficients of a baseline that knows nothing of it, and a correction that fades where it is not
-sure would fade to that. What pulls is decided on held-out recordings (linear_part.py, `beside_the_base`) and then stands beside the
+sure would fade to that. What pulls is decided on held-out recordings (linear_part.py, `with_free_functions`) and then stands beside the
 baseline.
 """
 
@@ -25,10 +25,10 @@ from nnhydro.recordings.splitting import Unit
 
 def without(unit: Unit, fixed: FreePart, arm: Arm) -> Unit:
     """Return `unit` with torques that are free of what is fixed to the tank."""
-    own = arm_of(unit, arm)
+    unit_arm = arm_of(unit, arm)
 
     def rest_of(segment: Segment) -> Segment:
-        pull = fixed.torque(Flow(own, Motion.of(segment))).mean(dim=0).numpy()
+        pull = fixed.torque(Flow(unit_arm, Motion.of(segment))).mean(dim=0).numpy()
         raw = None if segment.tau_raw is None else segment.tau_raw - pull
         return replace(segment, tau=None if segment.tau is None else segment.tau - segment.filter(pull), tau_raw=raw)
 

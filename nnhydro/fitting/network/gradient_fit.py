@@ -94,14 +94,14 @@ class _Task:
 
     def of_member(self, member: int) -> "_Task":
         """Return the task of one member alone."""
-        own = slice(None) if len(self.left) == 1 else slice(member, member + 1)
-        return _Task(self.rows, self.left[own], self.r[own], self.s)
+        at = slice(None) if len(self.left) == 1 else slice(member, member + 1)
+        return _Task(self.rows, self.left[at], self.r[at], self.s)
 
     def errors(self, ensemble: Ensemble, index: Tensor) -> Tensor:
         """Squared scaled error (E, m) of the rows `index` (E, m) of each member."""
-        own = index + torch.arange(len(index))[:, None] * (len(self.rows.x) if len(self.left) > 1 else 0)  # among the rows of all members
+        rows = index + torch.arange(len(index))[:, None] * (len(self.rows.x) if len(self.left) > 1 else 0)  # among the rows of all members
         x, scale, left = (of.index_select(0, which.ravel()).reshape(*index.shape, -1) for of, which in
-                          ((self.rows.x, index), (self.rows.scale, index), (self.left.flatten(0, 1), own)))
+                          ((self.rows.x, index), (self.rows.scale, index), (self.left.flatten(0, 1), rows)))
         y = self.r * odd_output(ensemble, x, self.rows.parity)
         return (((scale * y - left) / self.s) ** 2).sum(dim=2)
 
@@ -135,9 +135,9 @@ def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, c
         for w in state.weights:
             w.requires_grad_(True)
         mine = train[:, index]
-        own = mine.int().argsort(dim=1, descending=True, stable=True)[:, :int(mine.sum(dim=1).max())]  # others fill up, at no weight
-        weight = mine.gather(1, own)
-        errors = task.errors(layout.with_tensors(state.weights), index[own])
+        trained = mine.int().argsort(dim=1, descending=True, stable=True)[:, :int(mine.sum(dim=1).max())]  # others fill up, at no weight
+        weight = mine.gather(1, trained)
+        errors = task.errors(layout.with_tensors(state.weights), index[trained])
         loss = ((errors * weight).sum(dim=1) / weight.sum(dim=1).clamp(min=1)).sum()
         gradients = torch.autograd.grad(loss, state.weights, materialize_grads=True)
         for w in state.weights:
@@ -157,8 +157,8 @@ def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor) -
     state.best_error = torch.where(better, error, state.best_error)
     state.best_epoch = torch.where(better, torch.tensor(float(state.epoch)), state.best_epoch)
     for best, w in zip(state.best, state.weights, strict=True):
-        own = better.repeat_interleave(len(w) // len(better))  # parallel layers: a stack for each output of a member
-        best[own] = w[own]
+        improved = better.repeat_interleave(len(w) // len(better))  # parallel layers: a stack for each output of a member
+        best[improved] = w[improved]
     if state.epoch:
         state.history.append(float(error.mean()))
 

@@ -117,6 +117,6 @@ def linear_columns(view: View, x: Features, names: Sequence[str], segment: Segme
     key = moves, flow.motion.steady, flow.arm.model_dump_json(), segment.low_pass, tuple(names)
     water = _SHARED.of(key, lambda: _shared_columns(flow, names, segment, chosen), lambda linear: 4 * linear.columns.numel())
     angles = x.odd[:, :0] if free is None else free_functions(flow, free)
-    own = torch.cat([view.scale[..., None] * x.odd[:, None], angles[:, None].expand(-1, view.scale.shape[1], -1)], dim=2)
-    columns = torch.cat([water.columns, tensor(filtered_rows(segment, own.numpy(), chosen)).float()], dim=2)
+    odd_columns = torch.cat([view.scale[..., None] * x.odd[:, None], angles[:, None].expand(-1, view.scale.shape[1], -1)], dim=2)
+    columns = torch.cat([water.columns, tensor(filtered_rows(segment, odd_columns.numpy(), chosen)).float()], dim=2)
     return replace(water, columns=columns, free_size=angles.shape[1])

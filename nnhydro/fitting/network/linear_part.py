@@ -7,9 +7,9 @@ scale and the free functions, all passed through the filter that the torque has 
 the masses (b) keeps its prior instead, one standard deviation being worth kappa. Coefficients lie in tiers, each with a lambda that is
 chosen on recordings held out of the fit (tier_choice.py): Morison's two; drag that remembers; memory that swings; inertia that remembers;
 each set of surroundings; body and odd features. The free functions, which the mirror need not repeat, are decided first and for
-themselves (`beside_the_base`): what is fixed to the tank is no correction of the water's loads, it belongs to the baseline that corrections
-fade to. A member solves on the rows that it trains on. One pass over the rows: memory is that of the normal matrices. Source: ridge
-regression, Hoerl & Kennard (1970); the tiers are ours.
+themselves (`with_free_functions`). What is fixed to the tank is no correction of the water's loads: it belongs to the baseline that
+corrections fade to. A member solves on the rows that it trains on. One pass over the rows: memory is that of the normal matrices.
+Source: ridge regression, Hoerl & Kennard (1970); the tiers are ours.
 """
 
 from collections.abc import Sequence
@@ -39,8 +39,8 @@ class LinearPart:
 
     def of(self, columns: Tensor) -> Tensor:
         """Return the torques (m, E, joints) N m of `columns` (m, joints, p + odd features)."""
-        own = torch.cat([self.odd, self.free], dim=1)
-        return torch.stack([columns[:, j] @ torch.cat([self.shared, own[..., j]], dim=1).T for j in range(columns.shape[1])], dim=2)
+        per_joint = torch.cat([self.odd, self.free], dim=1)
+        return torch.stack([columns[:, j] @ torch.cat([self.shared, per_joint[..., j]], dim=1).T for j in range(columns.shape[1])], dim=2)
 
     def free_torque(self, columns: Tensor) -> Tensor:
         """Return those of the free functions alone (m, E, joints) N m."""
@@ -75,14 +75,14 @@ class _Members:
         """Return the sums of all members over the rows that each trains on; `grams` are those of the columns, where they are known."""
         shared, joints, watch = linear.shared, rows.target.shape[1], watched[:, rows.unit]
         prior = slice(linear.law_size, linear.law_size + stated)
-        s, g, own_g = right_hand_sides(linear.columns, shared, rows.target, watch)
-        H, own_H = (grams or Grams.of(linear.columns, watch)).hessians(s, shared)
+        s, g, member_g = right_hand_sides(linear.columns, shared, rows.target, watch)
+        H, member_H = (grams or Grams.of(linear.columns, watch)).hessians(s, shared)
         size = torch.diagonal(H)
         tier = torch.full_like(size, ARM).long()
         tier[:linear.law_size] = linear.tiers
-        for own in torch.arange(shared, len(size)).chunk(joints) if linear.free_size else ():
-            tier[own[-linear.free_size:]] = FREE
-        return _Members(Ridge.of(own_H, own_g, size, prior, tier), Ridge.of(H[None], g[None], size, prior, tier), linear, joints)
+        for coefficients in torch.arange(shared, len(size)).chunk(joints) if linear.free_size else ():
+            tier[coefficients[-linear.free_size:]] = FREE
+        return _Members(Ridge.of(member_H, member_g, size, prior, tier), Ridge.of(H[None], g[None], size, prior, tier), linear, joints)
 
     @property
     def tiers(self) -> int:
@@ -91,15 +91,15 @@ class _Members:
 
     def part(self, theta: Tensor) -> LinearPart:
         """Return the coefficients `theta` (E, q) by what they belong to."""
-        own = theta[:, self.linear.shared:].reshape(len(theta), self.joints, -1).transpose(1, 2)
-        odd = own.shape[1] - self.linear.free_size
-        return LinearPart(theta[:, :self.linear.shared], own[:, :odd], own[:, odd:])
+        of_joint = theta[:, self.linear.shared:].reshape(len(theta), self.joints, -1).transpose(1, 2)
+        odd = of_joint.shape[1] - self.linear.free_size
+        return LinearPart(theta[:, :self.linear.shared], of_joint[:, :odd], of_joint[:, odd:])
 
     def both(self, weights: Sequence[Weights]) -> tuple[LinearPart, LinearPart]:
         """Return what each member, with its weights, makes of the rows that it trains on, and the same, its mean being that of all rows."""
-        theta = torch.cat([self.each.of_member(e).theta([own])[0] for e, own in enumerate(weights)])
-        whole = {own: self.whole.theta([own])[0, 0] for own in set(weights)}
-        return self.part(theta), self.part(theta + (torch.stack([whole[own] for own in weights]) - theta).mean(dim=0))
+        theta = torch.cat([self.each.of_member(e).theta([penalties])[0] for e, penalties in enumerate(weights)])
+        whole = {penalties: self.whole.theta([penalties])[0, 0] for penalties in set(weights)}
+        return self.part(theta), self.part(theta + (torch.stack([whole[penalties] for penalties in weights]) - theta).mean(dim=0))
 
 
 def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades: bool = False,
@@ -118,7 +118,7 @@ def linear_part(rows: Rows, linear: Linear, watched: Tensor, stated: int, fades:
     return members.both(chosen)
 
 
-def beside_the_base(rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor,
+def with_free_functions(rows: Rows, linear: Linear, watched: Tensor, stated: int, s: Tensor,
                     grams: Grams | None = None) -> tuple[LinearPart, LinearPart] | None:
     """Return the linear part with its free functions, twice as `linear_part` does; None where held-out recordings do not ask for them.
 

@@ -21,12 +21,12 @@ from nnhydro.errors import CampaignError
 class RowStore:
     """Parts of rows, one tuple of columns a recording, appended in order; `columns()` gives each column whole. A context manager.
 
-    `budget` bytes stay in memory; the files of what exceeds it lie in a folder made in `beside` (the system's place for temporary files by
-    default) and vanish with the store.
+    `budget` bytes stay in memory; the files of what exceeds it lie in a folder made in `directory` and vanish with the store. By default
+    that is the system's place for temporary files.
     """
 
     budget: int
-    beside: Path | None = None
+    directory: Path | None = None
     _parts: list[tuple[Tensor, ...]] = field(default_factory=list)
     _files: list[Any] = field(default_factory=list)
     _layout: list[tuple[np.dtype[Any], tuple[int, ...]]] = field(default_factory=list)  # of one row of each column
@@ -60,7 +60,7 @@ class RowStore:
 
     def _spill(self) -> None:
         if self._folder is None:
-            self._folder = tempfile.TemporaryDirectory(prefix=".nnhydro_rows.", dir=self.beside)
+            self._folder = tempfile.TemporaryDirectory(prefix=".nnhydro_rows.", dir=self.directory)
             self._files = [(Path(self._folder.name) / f"{i}.rows").open("wb") for i in range(len(self._layout))]
         for part in self._parts:
             for file, column in zip(self._files, part, strict=True):

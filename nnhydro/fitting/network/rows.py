@@ -102,8 +102,8 @@ def _of_segment(segment: Segment, arm: Arm, config: TrainingConfig, floor: Tenso
     chosen = row_numbers(segment)
     rows = torch.from_numpy(chosen.copy())
     x = features(view, config.features)
-    own = Rows(x.matrix()[rows].float(), x.parity().float(), view.scale[rows].float(), target[rows].float(), torch.zeros(len(rows)))
-    return own, linear_columns(view, x, law_of(config, arm), segment, chosen, free) if with_linear and len(rows) else None
+    found = Rows(x.matrix()[rows].float(), x.parity().float(), view.scale[rows].float(), target[rows].float(), torch.zeros(len(rows)))
+    return found, linear_columns(view, x, law_of(config, arm), segment, chosen, free) if with_linear and len(rows) else None
 
 
 def _store_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor: Tensor, base: TorqueModel | None, store: RowStore,
@@ -111,10 +111,10 @@ def _store_rows(chosen: Sequence[Unit], arm: Arm, config: TrainingConfig, floor:
     """Append every unit's rows to `store`; returns the parity and the last segment's linear part, with what all of them span."""
     parity, last = torch.zeros(0), None
     for number, unit in enumerate(chosen):
-        own = arm_of(unit, arm)
-        unit_base = None if base is None else on_arm(base, own)
+        unit_arm = arm_of(unit, arm)
+        unit_base = None if base is None else on_arm(base, unit_arm)
         for segment in unit.segments():
-            rows, linear = _of_segment(segment, own, config, floor, unit_base, with_linear, free)
+            rows, linear = _of_segment(segment, unit_arm, config, floor, unit_base, with_linear, free)
             if len(rows.x):
                 columns = [] if linear is None else [linear.columns]
                 store.append((rows.x, rows.scale, rows.target, torch.full((len(rows.x),), number), *columns))
@@ -127,9 +127,9 @@ def base_rows(chosen: Sequence[Unit], arm: Arm, base: TorqueModel) -> Tensor:
     """Return the torque (n, joints) N m of a baseline in the rows of the units `chosen`, as the sensor sees it, float32."""
     parts = []
     for unit in chosen:
-        own = on_arm(base, arm_of(unit, arm))
+        unit_base = on_arm(base, arm_of(unit, arm))
         for segment in unit.segments():
-            seen = tensor(segment.filter(own.torque(Motion.of(segment)).numpy()))
+            seen = tensor(segment.filter(unit_base.torque(Motion.of(segment)).numpy()))
             parts.append(seen[torch.from_numpy(row_numbers(segment))].float())
     return torch.cat(parts)
 

@@ -83,7 +83,7 @@ class JudgedRows:
 
     shape: tuple[int, int]  # joints, rows
     shared: list[tuple[Tensor, Tensor]]  # of a tier: places (k,) of the coefficients that joints share, and columns (k, joints rows) N m
-    own: list[tuple[Tensor, Tensor]]  # of a joint: places (k,) of its own coefficients, and columns (k, rows) N m
+    per_joint: list[tuple[Tensor, Tensor]]  # of a joint: places (k,) of its own coefficients, and columns (k, rows) N m
     loss: Callable[[Tensor], Tensor]  # (shares, recordings, joints) of torques (E, rows, joints) N m, stacking.py
 
     @staticmethod
@@ -98,9 +98,9 @@ class JudgedRows:
         scale, unit, mine = rows.scale[index].double(), rows.unit[index], watched[:, rows.unit[index]]
         target, left_out = rows.target_of(index, mine), float(watched.double().mean()) if fades else None
         places = [(tier[:linear.shared] == number).nonzero().ravel() for number in torch.unique(tier[:linear.shared])]
-        own = torch.arange(linear.shared, len(tier)).reshape(columns.shape[1], -1)
+        per_joint = torch.arange(linear.shared, len(tier)).reshape(columns.shape[1], -1)
         return JudgedRows((columns.shape[1], columns.shape[2]), [(place, columns[place].flatten(1)) for place in places],
-                          [(place, columns[linear.shared:, j].contiguous()) for j, place in enumerate(own)],
+                          [(place, columns[linear.shared:, j].contiguous()) for j, place in enumerate(per_joint)],
                           lambda torques: losses(target, held_out(torques, mine, scale, left_out), unit, SHARES if fades else (1.0,)))
 
     def losses(self, theta: Tensor) -> Tensor:
@@ -110,7 +110,7 @@ class JudgedRows:
         for place, columns in self.shared:
             if bool(each[:, place].any()):
                 torques.flatten(1).addmm_(each[:, place], columns)
-        for j, (place, columns) in enumerate(self.own):
+        for j, (place, columns) in enumerate(self.per_joint):
             if bool(each[:, place].any()):
                 torques[:, j] += each[:, place] @ columns
         each_set = torques.transpose(1, 2).contiguous().reshape(*theta.shape[:2], -1, self.shape[0])

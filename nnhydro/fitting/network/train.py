@@ -18,7 +18,7 @@ from nnhydro.fitting.network.base_choice import baseline_choice, on_best_base
 from nnhydro.fitting.network.fixed_to_tank import on_base, targets_without, without
 from nnhydro.fitting.network.gradient_fit import Progress, TrainingState, gradient_fit
 from nnhydro.fitting.network.linear_columns import Linear
-from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base
+from nnhydro.fitting.network.linear_part import LinearPart, with_free_functions
 from nnhydro.fitting.network.predictive_std import support, with_std, with_trust
 from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.fitting.network.rows import CHUNK, Rows, free_range, law_of, rows_and_linear, standardise, torque_rms, watched_units
@@ -85,15 +85,16 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
         centre, spread, lowest, highest = standardise(rows)
         stated = inertial_directions(arm).shape[1]
         grams = Grams.of(linear.columns, watched[:, rows.unit])
-        fixed, pulls = None, beside_the_base(rows, linear, watched, stated, rms, grams)
+        fixed, pulls = None, with_free_functions(rows, linear, watched, stated, rms, grams)
         if free is not None and pulls is not None:
             fixed = FreePart(free, pulls[1].free.contiguous())
             chosen, first = [without(unit, fixed, arm) for unit in chosen], bases[0]
             bases = hybrid_baselines(config, chosen, arm, how)
             rows = on_base(targets_without(rows, linear.columns, *pulls), first, bases[0], chosen, arm)
         linear = linear.without_free()
-        base, rows, (own, part) = on_best_base(bases, rows, linear, watched, stated, rms, chosen, arm, grams.first(linear.columns.shape[2]))
-        rows = _with_linear(rows, own, linear.columns)
+        law_grams = grams.first(linear.columns.shape[2])
+        base, rows, (trained, part) = on_best_base(bases, rows, linear, watched, stated, rms, chosen, arm, law_grams)
+        rows = _with_linear(rows, trained, linear.columns)
         resumed = checkpoint is not None and checkpoint.exists()
         layout = Ensemble.fresh((rows.x.shape[1], *config.hidden, arm.n_links), config.members, config.seed, config.layers == "parallel")
         state = TrainingState.load(checkpoint) if resumed and checkpoint is not None else TrainingState.fresh(layout)

@@ -58,8 +58,8 @@ def fit_state(loads: Loads, pairs: Sequence[Pair], fixed: Sequence[str] = ("rigi
     """
     require(len(pairs) > 0, "no motion with torque to identify from: give at least one slew", CampaignError)
     free = Loads({name: term for name, term in loads.terms.items() if name not in fixed})
-    held = Loads({name: term for name, term in loads.terms.items() if name in fixed})
-    rest = [(flow, tau - held.torque(flow)) for flow, tau in pairs]
+    fixed_loads = Loads({name: term for name, term in loads.terms.items() if name in fixed})
+    rest = [(flow, tau - fixed_loads.torque(flow)) for flow, tau in pairs]
     scale, rows = _joint_scale(rest), rows_of(free, rest)
     ends = np.cumsum([len(tau) for _, tau in rest])[:-1]
 

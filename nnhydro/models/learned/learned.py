@@ -34,14 +34,14 @@ from nnhydro.recordings.arm import Arm
 
 WIDENING = 3.0  # a feature a third of its half range outside, or a link a third faster than ever, doubles the deviation
 FAR = 3.0  # half ranges outside: beyond them all that can be said is that it is far
-BANK = [list(TRAVEL), list(LASTING), list(SWINGING), [COUNT, LENGTH]]  # what the strips' water remembers: a model is of one bank
+FILTERS = [list(TRAVEL), list(LASTING), list(SWINGING), [COUNT, LENGTH]]  # what the strips' water remembers: a model has one such set
 LEFT_OUT = "left_out"  # in the record of the fit: the share of the recordings that each member left out of it
 BASELINE, LAW, FREE, WATER = "baseline.", "law.", "free.", "water."  # before the names of a part's tensors
 
 
-def bank_of(trained: bool) -> list[Any]:
+def memory_filters(trained: bool) -> list[Any]:
     """Return what the strips' water remembers, with a trained memory beside the filters or without."""
-    return [*BANK, "trained"] if trained else BANK
+    return [*FILTERS, "trained"] if trained else FILTERS
 
 
 def reference_terms(arm: Arm, motion: Motion) -> dict[str, Tensor]:
@@ -207,7 +207,7 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         """Return names, bound, layout and the baseline."""
         base = self.baseline
         return {"features": list(self.feature_names), "bound": self.bound, "layers": len(self.ensemble.weights),
-                "law": None if self.law is None else list(self.law.names), "bank": bank_of(self.water is not None),
+                "law": None if self.law is None else list(self.law.names), "bank": memory_filters(self.water is not None),
                 "baseline": None if base is None else {"kind": base.kind, "arm": base.arm.document(), "model": base.document()}}
 
     def arrays(self) -> dict[str, Tensor]:

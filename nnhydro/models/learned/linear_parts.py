@@ -32,9 +32,9 @@ class StripLaw:
         """Return the sensor torques (E, n, joints) N m."""
         view = StripView(flow)
         z, of_three = strip_states(view, self.names)
-        held = torch.minimum(torch.maximum(z, self.lowest[:, None]), self.highest[:, None])
+        clamped = torch.minimum(torch.maximum(z, self.lowest[:, None]), self.highest[:, None])
         whole = torch.einsum("njp,ep->enj", body_columns(flow), self.body)
-        return whole + law_torque(view, held, of_three, self.coefficients, self.neurons) if self.names else whole
+        return whole + law_torque(view, clamped, of_three, self.coefficients, self.neurons) if self.names else whole
 
     def arrays(self) -> dict[str, Tensor]:
         """Return the tensors that a model file holds."""

@@ -68,8 +68,8 @@ class Ensemble:
 
     def times(self, factor: Tensor) -> "Ensemble":
         """Return the ensemble with its outputs multiplied by `factor` (E, 1, outputs)."""
-        own = factor.reshape(len(self.weights[-1]), 1, -1)
-        return Ensemble((*self.weights[:-1], self.weights[-1] * own), (*self.offsets[:-1], self.offsets[-1] * own), self.outputs)
+        each = factor.reshape(len(self.weights[-1]), 1, -1)
+        return Ensemble((*self.weights[:-1], self.weights[-1] * each), (*self.offsets[:-1], self.offsets[-1] * each), self.outputs)
 
     def __call__(self, x: Tensor) -> Tensor:
         """Return g (E, n, outputs) for the inputs x (n, inputs), or (E, n, inputs) where every member has its own."""
@@ -122,8 +122,8 @@ def odd_output(ensemble: Ensemble, x: Tensor, parity: Tensor) -> Tensor:
         x, first = x.index_select(2, order), first.index_select(1, order)
     sizes = [int((parity < 0).sum()), int((parity >= 0).sum())]
     (odd, even), (of_odd, of_even) = torch.split(x, sizes, dim=2), torch.split(first, sizes, dim=1)
-    turned, kept = torch.bmm(odd, of_odd), torch.baddbmm(ensemble.offsets[0], even, of_even)
-    h = _tanh(torch.cat([kept + turned, kept - turned], dim=1))
+    turned, straight = torch.bmm(odd, of_odd), torch.baddbmm(ensemble.offsets[0], even, of_even)
+    h = _tanh(torch.cat([straight + turned, straight - turned], dim=1))
     for weight, offset in zip(ensemble.weights[1:-1], ensemble.offsets[1:-1], strict=True):
         h = _tanh(torch.baddbmm(offset, h, weight))
     here, mirrored = h.chunk(2, dim=1)

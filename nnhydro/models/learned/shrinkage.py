@@ -16,8 +16,8 @@ FAINT = 1e-3  # of the scale: corrections below it are used whole
 
 def shrink(mean: Tensor, variance: Tensor, scale: Tensor) -> Tensor:
     """Return c of m N m, w^2 v (N m)^2 and S N m, all (n, joints)."""
-    own = mean**2 + (FAINT * scale) ** 2
-    return mean * own / (own + variance)
+    power = mean**2 + (FAINT * scale) ** 2
+    return mean * power / (power + variance)
 
 
 def jackknife(members: Tensor, left_out: float) -> Tensor:

@@ -53,8 +53,8 @@ class StripInputs:
         """Return what the strips at the points of every link see."""
         every, D = stations(flow), flow.D[:, None]
         x = every[:, POINTS]
-        bank = [z[..., POINTS] / D for z in memories(flow, every)[1]]
-        m, swung = (torch.stack(z).flatten(2) for z in ([bank[-1], *travel_memories(bank)], list(swinging_memories(bank))))
+        filters = [z[..., POINTS] / D for z in memories(flow, every)[1]]
+        m, swung = (torch.stack(z).flatten(2) for z in ([filters[-1], *travel_memories(filters)], list(swinging_memories(filters))))
         w, dw, V2 = m[0], ((flow.M[:, :, None] * x + flow.N[:, :, None]) / D).flatten(1), m.square().mean(dim=0)
         nu, known = (flow.nu / D**2).expand_as(x).flatten(), V2 + STILL**2
         V, X = known.sqrt(), dw / (QUICK * known)

@@ -94,9 +94,9 @@ class StripNet:
     def load(self, z: StripInputs, e: Tensor, r: Tensor, re: Tensor, im: Tensor) -> Tensor:
         """Return the load (n, s) (D/s)^2 of states re + i im (n, s, 2 k)."""
         x = z.x / self.spread
-        swung, kept = im.chunk(2, dim=-1)
+        swung, unturned = im.chunk(2, dim=-1)
         o = torch.cat([e, re, swung, x[..., -1:]], dim=-1) @ self.odd
-        v = torch.cat([kept, r], dim=-1) @ self.even + self.even_bias
+        v = torch.cat([unturned, r], dim=-1) @ self.even + self.even_bias
         y = ((torch.tanh(v + o) - torch.tanh(v - o)) / 2) @ self.out + x @ self.skip
         return z.speeds[..., 0] ** 2 * y[..., 0] + z.plain @ self.plain
 

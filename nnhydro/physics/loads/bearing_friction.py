@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import SIGN_WIDTH, own_joint, require_positive, smooth_sign
+from nnhydro.physics.joints import SIGN_WIDTH, diagonal_columns, require_positive, smooth_sign
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
 
 LOW = 2000.0  # cSt rpm: below it the film no longer thins with speed
@@ -56,4 +56,5 @@ class BearingFriction(LinearTerm):
         """Return d tau / d f_0, (n, joints, joints)."""
         qd = flow.motion.qd
         rpm = qd.abs() * 60 / (2 * pi)
-        return own_joint(bearing_torque(1.0, 1e3 * self.pitch_diameter_m, 1e6 * self.viscosity_m2_s, rpm) * smooth_sign(qd, self.v0_rad_s))
+        torque = bearing_torque(1.0, 1e3 * self.pitch_diameter_m, 1e6 * self.viscosity_m2_s, rpm)
+        return diagonal_columns(torque * smooth_sign(qd, self.v0_rad_s))

@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import SIGN_WIDTH, bent_sign, own_joint, require_bending, require_positive
+from nnhydro.physics.joints import SIGN_WIDTH, bent_sign, diagonal_columns, require_bending, require_positive
 from nnhydro.physics.load_term import ANY_SIZE, LinearTerm, Values, parameter
 from nnhydro.physics.motion import Motion
 
@@ -45,4 +45,4 @@ class CoulombTerm(LinearTerm):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d level, (n, joints, joints)."""
-        return own_joint(torch.stack([self.sign(flow.motion, joint) for joint in range(1, flow.arm.n_links + 1)], dim=1))
+        return diagonal_columns(torch.stack([self.sign(flow.motion, joint) for joint in range(1, flow.arm.n_links + 1)], dim=1))

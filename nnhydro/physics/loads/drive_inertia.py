@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import own_joint
+from nnhydro.physics.joints import diagonal_columns
 from nnhydro.physics.load_term import ANY_SIZE, LinearTerm, Values, parameter
 from nnhydro.physics.transmission import drive_rates
 
@@ -30,7 +30,7 @@ class DriveInertia(LinearTerm):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d inertia, (n, joints, joints)."""
-        own, arm = own_joint(drive_rates(flow.motion.qdd, flow.arm)), flow.arm
+        per_joint, arm = diagonal_columns(drive_rates(flow.motion.qdd, flow.arm)), flow.arm
         if arm.drive.kind == "direct":
-            return own
-        return torch.stack([own[:, 0] + own[:, 1], own[:, 1] / arm.drive.pulley_ratio], dim=1)
+            return per_joint
+        return torch.stack([per_joint[:, 0] + per_joint[:, 1], per_joint[:, 1] / arm.drive.pulley_ratio], dim=1)

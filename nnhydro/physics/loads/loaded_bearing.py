@@ -17,7 +17,7 @@ from typing import ClassVar, final
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import SIGN_WIDTH, own_joint, require_positive, smooth_sign
+from nnhydro.physics.joints import SIGN_WIDTH, diagonal_columns, require_positive, smooth_sign
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
 
 
@@ -47,4 +47,4 @@ class LoadedBearing(LinearTerm):
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d f_1, (n, joints, joints)."""
         per_factor = load_torque(1.0, self.c, self.load_N, self.capacity_N, self.pitch_diameter_m)
-        return own_joint(per_factor * smooth_sign(flow.motion.qd, self.v0_rad_s))
+        return diagonal_columns(per_factor * smooth_sign(flow.motion.qd, self.v0_rad_s))

@@ -18,7 +18,7 @@ from typing import ClassVar, final
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import SIGN_WIDTH, own_joint, require_positive, smooth_sign
+from nnhydro.physics.joints import SIGN_WIDTH, diagonal_columns, require_positive, smooth_sign
 from nnhydro.physics.load_term import LinearTerm, Values, parameter
 
 
@@ -47,4 +47,4 @@ class SealFriction(LinearTerm):
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d f_s, (n, joints, joints)."""
         per_coefficient = seal_torque(1.0, self.lip_load_N_per_m, self.shaft_radius_m, self.lips)
-        return own_joint(per_coefficient * smooth_sign(flow.motion.qd, self.v0_rad_s))
+        return diagonal_columns(per_coefficient * smooth_sign(flow.motion.qd, self.v0_rad_s))

@@ -15,7 +15,7 @@ from typing import ClassVar, final
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.joints import own_joint
+from nnhydro.physics.joints import diagonal_columns
 from nnhydro.physics.load_term import ANY_SIZE, LinearTerm, Values, parameter
 
 
@@ -29,4 +29,4 @@ class ViscousTerm(LinearTerm):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d b, (n, joints, joints)."""
-        return own_joint(flow.motion.qd)
+        return diagonal_columns(flow.motion.qd)

@@ -53,8 +53,8 @@ def with_tau_s(loads: Loads, tau_s: float, added_mass: float | None = None) -> L
         """Return `term` with its travel scale, where it has one."""
         if not any(f.name == "tau_s" for f in term.parameters()):
             return term
-        own = added_mass if added_mass is not None and "drag" not in term.kind else tau_s
-        changed: dict[str, Any] = {"tau_s": (own,)}
+        scale = added_mass if added_mass is not None and "drag" not in term.kind else tau_s
+        changed: dict[str, Any] = {"tau_s": (scale,)}
         return replace(term, **changed)
 
     return Loads({name: at_scale(term) for name, term in loads.terms.items()})

@@ -94,9 +94,9 @@ class StuckTorque(RecordingCheck):
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
                 what = f"keeps exactly {x[span[0]]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
-                held = span == (0, len(x)) and x[0] != 0
-                yield Oddity(reading.name, "note" if held else "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what,
-                             self.commanded if held else self.remedy)
+                always = span == (0, len(x)) and x[0] != 0
+                yield Oddity(reading.name, "note" if always else "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what,
+                             self.commanded if always else self.remedy)
 
     def _range_moved(self, reading: Reading, span: tuple[int, int]) -> float:
         q = reading.recording.q[slice(*span)]

@@ -55,7 +55,7 @@ def _has_line(x: Array, dt: float, edges: Array) -> tuple[NDArray[np.bool_], NDA
     return line, line & (largest > LARGE * power.sum() / 3)  # a line is three ordinates wide
 
 
-def _own_lines(part: Recording, edges: Array) -> NDArray[np.bool_]:
+def _external_lines(part: Recording, edges: Array) -> NDArray[np.bool_]:
     """Which bands hold a large line of some torque and none of any angle: what the arm does itself is no wave."""
     dt = float(part.t[1] - part.t[0])
     assert part.tau is not None
@@ -77,9 +77,9 @@ def highest_line(recordings: Iterable[Recording], above: float) -> float:
         for start, stop in stretches(r):
             part = resample(r, start, stop)
             if part.tau is not None and len(part) >= 8:
-                found |= _own_lines(part, np.asarray(edges, np.float64))
-        beside = found | np.roll(found, 1) | np.roll(found, -1)
-        shown, of = shown + beside, of + 1
+                found |= _external_lines(part, np.asarray(edges, np.float64))
+        widened = found | np.roll(found, 1) | np.roll(found, -1)
+        shown, of = shown + widened, of + 1
     there = np.flatnonzero(shown >= max(OFTEN * of, 2))
     return float(np.sqrt(edges[there[-1]] * edges[there[-1] + 1])) if len(there) else 0.0
 

@@ -93,7 +93,7 @@ def _acceleration_noise(f: Array, dt: float, levels: tuple[Array | None, ...], j
     return 1.0 / np.maximum(known, 1e-300)
 
 
-def _own_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint: int, power: int) -> Array:
+def _channel_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint: int, power: int) -> Array:
     """N(f) of the channel that is differentiated power / 2 times alone: what it shows below this is its own noise."""
     level = levels[len(levels) - 1 - power // 2]
     return np.zeros_like(f) if level is None else 2 * dt * level[joint] ** 2 * (2 * np.pi * f) ** power
@@ -157,7 +157,7 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
             nyquist = min(nyquist, 0.5 / dt)
             for number, x, power, levels, column in _channels(part):
                 f, S = acceleration_density(x, dt, power)
-                N = np.maximum(_acceleration_noise(f, dt, levels, column), _own_noise(f, dt, levels, column, power))
+                N = np.maximum(_acceleration_noise(f, dt, levels, column), _channel_noise(f, dt, levels, column, power))
                 at = np.digitize(f, edges) - 1
                 inside = (at >= 0) & (at < len(edges) - 1)
                 counted = [np.bincount(at[inside], w[inside] * part.duration, len(edges) - 1) for w in (S, N, np.ones_like(f))]

@@ -144,7 +144,7 @@ def map_file(root: Path) -> Path | None:
     return there[0] if there else None
 
 
-def map_beside(path: Path) -> ColumnMap | None:
+def campaign_map(path: Path) -> ColumnMap | None:
     """Return the mapping of the campaign that holds the file `path`, None where there is none."""
     found = map_file(path.absolute().parent.parent) if path.absolute().parent.name in FOLDERS else None
     return None if found is None else read_column_map(found)

@@ -6,7 +6,7 @@ from pathlib import Path
 from nnhydro.conventions import CHANNELS, CLOCK, TIME
 from nnhydro.errors import RecordingError, require
 from nnhydro.recordings.arm import Arm
-from nnhydro.recordings.readers.column_map import ColumnMap, in_stated_units, map_beside, map_columns
+from nnhydro.recordings.readers.column_map import ColumnMap, campaign_map, in_stated_units, map_columns
 from nnhydro.recordings.readers.csv_file import read_csv
 from nnhydro.recordings.readers.from_columns import NamedColumns, recording_from_columns, steady_from_columns
 from nnhydro.recordings.readers.hdf5_file import read_hdf5
@@ -60,7 +60,7 @@ def _state(path: Path) -> list[tuple[str, int, int, int]]:
 def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, steady: bool) -> tuple[NamedColumns, Origin]:
     """Columns under our names and in SI, and where they came from."""
     read = _reader(path)
-    column_map = map_beside(path) if column_map is None else column_map
+    column_map = campaign_map(path) if column_map is None else column_map
     names = channel_names(arm, torque)
     sources = {} if column_map is None else column_map.sources(steady)
     if not torque:

@@ -190,8 +190,8 @@ def recording_from_columns(named: NamedColumns, arm: Arm, name: str, origin: Ori
             "base that turns is not understood: remove the column where the base stands still", RecordingError)
     belt = arm.drive.angle2 == "absolute"
     spread, repeated = spread_stamps(t)
-    told = (f"{count_text(repeated, 'time stamp')} that repeat ({repeated / len(t):.1%}) spread until the next",) if repeated else ()
-    steps = (*named.steps, *told, *(("second angle: motor's to joint's",) if belt else ()))
+    remark = (f"{count_text(repeated, 'time stamp')} that repeat ({repeated / len(t):.1%}) spread until the next",) if repeated else ()
+    steps = (*named.steps, *remark, *(("second angle: motor's to joint's",) if belt else ()))
     return Recording(name, spread, _relative(q, arm), tau=_joints(named, "tau", arm, where, required=True) if torque else None,  # type: ignore[arg-type]
                      qd=_relative(_joints(named, "qd", arm, where), arm), qdd=_relative(_joints(named, "qdd", arm, where), arm),
                      **_surroundings(named, where),

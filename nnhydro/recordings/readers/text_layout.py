@@ -41,14 +41,14 @@ class Layout:
     @property
     def said(self) -> tuple[str, ...]:
         """What a reader should know of how the file was read."""
-        told = [] if not self.above else [f"{self.above} line{'s' if self.above > 1 else ''} above the header passed over"]
+        remarks = [] if not self.above else [f"{self.above} line{'s' if self.above > 1 else ''} above the header passed over"]
         if self.encoding not in ("utf-8", "utf-8-sig"):
-            told.append(f"text in {self.encoding}")
+            remarks.append(f"text in {self.encoding}")
         if self.decimal == ",":
-            told.append("decimal commas")
+            remarks.append("decimal commas")
         if self.units:
-            told.append("units from the row below the header")
-        return tuple(told)
+            remarks.append("units from the row below the header")
+        return tuple(remarks)
 
 
 def _delimiter(line: str) -> str:

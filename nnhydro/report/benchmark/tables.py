@@ -14,11 +14,11 @@ PERFECT = "(a perfect model)"
 def _title(result: BenchmarkResult) -> str:
     """What was held out, and how, in one line."""
     steady = sum(unit.steady for unit in result.units)
-    held = count_text(len(result.units) - steady, "recording")
-    held += f" and {sum(len(t) for campaign in result.campaigns for t in campaign.steady)} steady runs" if steady else ""
+    counts = count_text(len(result.units) - steady, "recording")
+    counts += f" and {sum(len(t) for campaign in result.campaigns for t in campaign.steady)} steady runs" if steady else ""
     if result.protocol == DEFAULT:
-        return f"Held-out torque error: {held}, each held out once in {len(result.folds)} folds"
-    return f"Held-out torque error: {held}, {protocol_called(result.protocol).meaning}"
+        return f"Held-out torque error: {counts}, each held out once in {len(result.folds)} folds"
+    return f"Held-out torque error: {counts}, {protocol_called(result.protocol).meaning}"
 
 
 def models_sheet(result: BenchmarkResult, document: dict[str, Any], perfect: bool = True) -> Sheet:

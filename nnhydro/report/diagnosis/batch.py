@@ -10,7 +10,7 @@ from nnhydro.effects.plugin import load_plugin
 from nnhydro.errors import NnhydroError
 from nnhydro.recordings.campaign import verify_campaign
 from nnhydro.report.diagnosis.page import write_diagnosis
-from nnhydro.runtime.own_files import named_faults
+from nnhydro.runtime.user_code import named_faults
 from nnhydro.runtime.workers import HERE, Workers, spread
 
 

@@ -32,9 +32,9 @@ def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None
     """The finding, the chart of its law, of its numbers, of its alternatives, and these as a sheet."""
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
     rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= LEAST_WEIGHT]
-    own = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
+    weight = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
     chart = intervals(f"Parameters of {f['effect']} with 95 % intervals", numbers) if numbers else None
-    alternatives = bars(f"Weight of {f['effect']} and of its alternatives", [(f["effect"], own), *rows]) if rows else None
+    alternatives = bars(f"Weight of {f['effect']} and of its alternatives", [(f["effect"], weight), *rows]) if rows else None
     title = "" if law is None else f"Torque of {f['effect']} at joint {law.joint} over {law.driver}"
     return f, None if law is None else page_figure(law_figure([("", law)], FOUND), title), chart, alternatives, alternatives_sheet(f)
 

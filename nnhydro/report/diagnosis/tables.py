@@ -60,8 +60,8 @@ def recalibrated_sheet(document: Document) -> Sheet | None:
         return None
     links = max(len(values) for values in found.values())
     headings = {"cd": "C_D [-]", "cm": "C_M [-]"}
-    own = document["mismatch"].get("error_as_given") is None
-    whose = "coefficients of the baseline" if own else "changes of the simulation's coefficients"
+    absolute = document["mismatch"].get("error_as_given") is None
+    whose = "coefficients of the baseline" if absolute else "changes of the simulation's coefficients"
     return Sheet(f"Recalibrated {whose} (no missing physics)", (
         Column("link", list(range(1, links + 1))),
         *(Column(headings.get(name, name), [*values, *[None] * (links - len(values))], "{:.3f}", name) for name, values in found.items())))

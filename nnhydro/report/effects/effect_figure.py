@@ -105,12 +105,12 @@ def _change(hypothesis: Effect, seen: SensorView, peak: Tensor) -> tuple[float, 
 
 def _driver(effect: type[Effect], motion: Motion, tau: Tensor, joint: int) -> tuple[str, Array]:
     """What the difference is drawn against: the first of `depends_on` that a motion has."""
-    own = max(joint, 0)
+    at = max(joint, 0)
     channels: dict[str, tuple[str, Tensor]] = {
-        "q": (f"angle $q_{own + 1}$ [rad]", motion.q[:, own]), "qd": (f"rate of joint {own + 1} [rad/s]", motion.qd[:, own]),
-        "qdd": (f"acceleration of joint {own + 1} [rad/s$^2$]", motion.qdd[:, own]),
-        "tau": (f"torque of joint {own + 1} [N m]", tau[:, own]),
-        "tau of the other joint": (f"torque of joint {2 - own} [N m]", tau[:, 1 - own]),
+        "q": (f"angle $q_{at + 1}$ [rad]", motion.q[:, at]), "qd": (f"rate of joint {at + 1} [rad/s]", motion.qd[:, at]),
+        "qdd": (f"acceleration of joint {at + 1} [rad/s$^2$]", motion.qdd[:, at]),
+        "tau": (f"torque of joint {at + 1} [N m]", tau[:, at]),
+        "tau of the other joint": (f"torque of joint {2 - at} [N m]", tau[:, 1 - at]),
     }
     channels["w"] = channels["dw"] = ("rate of the whole arm [rad/s]", motion.qd.sum(1))
     for word in effect.signature.depends_on:

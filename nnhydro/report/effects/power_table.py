@@ -6,7 +6,7 @@ from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
 from nnhydro.errors import count_text
 from nnhydro.sheet import Column, Sheet, percent
 
-OWN = 1e-3  # visible share below which an effect is the baseline's own
+ABSORBED = 1e-3  # visible share below which an effect is the baseline's own
 
 
 def _shape(at: dict[str, float]) -> str:
@@ -37,12 +37,12 @@ def power_verdict(document: dict[str, Any]) -> str:
     rows = document["effects"]
     effects = list(dict.fromkeys(r["effect"] for r in rows))
     unseen = [e for e in effects if all(r["smallest_size"] is None for r in rows if r["effect"] == e)]
-    own = [e for e in unseen if all(r["visible_share"] < OWN for r in rows if r["effect"] == e)]
-    hidden = [e for e in unseen if e not in own]
+    absorbed = [e for e in unseen if all(r["visible_share"] < ABSORBED for r in rows if r["effect"] == e)]
+    hidden = [e for e in unseen if e not in absorbed]
     alone = {e: [r for r in rows if r["effect"] == e and r["smallest_size"] is not None] for e in effects}
     alike = [e for e in effects if alone[e] and all(r["likeness"] > EQUIVALENT_COSINE for r in alone[e])]
     parts = [f"{count_text(document['recordings'], 'recording')} can reveal {len(effects) - len(unseen)} of {len(effects)} effects"]
     parts += [f"at no size {', '.join(hidden)}"] if hidden else []
-    parts += [f"the fit of the baseline absorbs {', '.join(own)}"] if own else []
+    parts += [f"the fit of the baseline absorbs {', '.join(absorbed)}"] if absorbed else []
     parts += [f"they cannot distinguish {', '.join(alike)} from the most similar effect"] if alike else []
     return "; ".join(parts) + "."

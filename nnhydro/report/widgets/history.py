@@ -48,9 +48,9 @@ def _line(x: Array, y: Array, across: Scale, up: Scale, most: int) -> str:
     return path(across.pixels(a), up.pixels(b)) if len(a) else ""
 
 
-def _marks(x: Array, y: Array, across: Scale, up: Scale, half: float, beside: float) -> str:
-    """Single runs of a steady table as path data: dashes of `half` pixels to each side, `beside` pixels off."""
-    return " ".join(f"M{round(FINE * (a + beside - half))} {round(FINE * b)}h{round(2 * half * FINE)}"
+def _marks(x: Array, y: Array, across: Scale, up: Scale, half: float, offset: float) -> str:
+    """Single runs of a steady table as path data: dashes of `half` pixels to each side, `offset` pixels off."""
+    return " ".join(f"M{round(FINE * (a + offset - half))} {round(FINE * b)}h{round(2 * half * FINE)}"
                     for a, b in zip(across.pixels(x), up.pixels(y), strict=True))
 
 

@@ -77,7 +77,7 @@ def test_what_lies_in_one_recording_alone_is_no_noise_and_the_verdict_names_the_
 def test_what_no_parameter_of_the_model_explains_in_one_recording_is_told_of_that_recording():
     rest = diagnosed("a stop in one run").remainder
     assert rest.recordings == ("run02",)
-    assert not rest.own_parameters
+    assert not rest.parameters_differ
 
 
 @pytest.mark.slow
@@ -96,7 +96,7 @@ def test_a_joint_that_sticks_at_rest_has_dry_friction_and_no_breakaway_beside_it
 def test_recordings_in_which_the_model_has_other_parameters_are_no_noise_and_the_verdict_says_so():
     told = diagnosed("filling")
     assert told.detected
-    assert told.remainder.own_parameters
+    assert told.remainder.parameters_differ
     assert "run07" in told.remainder.recordings
     assert "Mass, drag or added mass in run07" in told.verdict()
     for healthy in ("healthy", "noise ratio 10", "noise AR 0.95"):

@@ -149,7 +149,7 @@ def test_what_remains_is_told_with_what_it_depends_on_where_it_is_worth_telling(
 def test_what_no_law_explains_is_told_with_where_it_lies_and_the_recordings_whose_parameters_differ(recordings, own, told):
     place = Location(1, 1.0, "", {"q1_rad": [0.2, 0.6]}, [0.0, 1.0], ["a", "b"], follows=0.3)
     made = diagnosis(0.001, remains=True)
-    made = replace(made, remainder=replace(made.remainder, recordings=recordings, own_parameters=own, place=place))
+    made = replace(made, remainder=replace(made.remainder, recordings=recordings, parameters_differ=own, place=place))
     assert made.verdict().endswith(told)
     hum = diagnosis(0.001, hums=["a hum of 1 N m"])
     assert "depends" not in replace(hum, remainder=replace(hum.remainder, place=place)).verdict(), "a hum is told as a hum"

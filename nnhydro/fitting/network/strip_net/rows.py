@@ -89,12 +89,12 @@ def join_runs(runs: Sequence[StripRun]) -> tuple[StripInputs, Tensor, Tensor, Te
     """Return the strips of several runs side by side: time steps, whether the flow has lasted where they begin, and throughout."""
     longest = max(len(run.keep) for run in runs)
 
-    def beside(parts: list[Tensor]) -> Tensor:
+    def side_by_side(parts: list[Tensor]) -> Tensor:
         return torch.cat([nn.functional.pad(z, (0, 0) * (z.dim() - 1) + (0, longest - len(z))) for z in parts], dim=1)
 
     def flags(name: str) -> Tensor:
         return torch.cat([torch.full((run.given.x.shape[1],), getattr(run, name)) for run in runs])[None, :, None]
 
-    x, r, speeds, plain = (beside([getattr(run.given, f.name) for run in runs]) for f in fields(StripInputs))
-    way = beside([run.way.expand(-1, run.given.x.shape[1], 1) for run in runs])
+    x, r, speeds, plain = (side_by_side([getattr(run.given, f.name) for run in runs]) for f in fields(StripInputs))
+    way = side_by_side([run.way.expand(-1, run.given.x.shape[1], 1) for run in runs])
     return StripInputs(x, r, speeds, plain), way, flags("moves"), flags("steady")

@@ -60,11 +60,11 @@ def remains(r: Tensor, apart: Tensor, group: Tensor) -> Tensor:
 
 def _replacement(net: StripNet, base: TorqueModel, unit: Unit, arm: Arm) -> Tensor:
     """What a net puts in place of the base in the rows of a unit, as the sensor sees it, and how far it may be used, (n, joints + 1)."""
-    own, parts = on_arm(base, arm_of(unit, arm)), []
+    unit_base, parts = on_arm(base, arm_of(unit, arm)), []
     for segment in unit.segments():
         motion = Motion.of(segment)
-        flow = Flow(own.arm, motion)
-        apart = rigid_torque(flow) + net.torque(flow) - own.torque(motion)
+        flow = Flow(unit_base.arm, motion)
+        apart = rigid_torque(flow) + net.torque(flow) - unit_base.torque(motion)
         both = torch.cat([tensor(segment.filter(apart.numpy())), net.validity(flow)], dim=1)
         parts.append(both[torch.from_numpy(row_numbers(segment))])
     return torch.cat(parts).float()

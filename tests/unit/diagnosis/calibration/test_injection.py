@@ -47,7 +47,7 @@ def test_an_injected_effect_adds_its_torque_and_nothing_else(of):
     bare, loaded = (inject(of, noise, None, z, effects, 3) for effects in ([], [(PLAIN, np.array([0.4]))]))
     np.testing.assert_allclose(loaded.y - bare.y, 0.4 * of.X[PLAIN][..., 0], atol=1e-12)
     np.testing.assert_allclose(loaded.tau - loaded.y, of.tau - of.y, atol=1e-12, err_msg="what the baseline holds at z = 0 stays")
-    rest = (bare.y - of.Y @ z) / np.sqrt(noise.own)
+    rest = (bare.y - of.Y @ z) / np.sqrt(noise.noise_variance)
     assert (rest**2).mean() == pytest.approx(1.0, abs=0.1)
 
 

@@ -46,7 +46,7 @@ def left(one):
 def test_the_probability_of_a_special_cause_falls_with_the_share_that_it_leaves(rest):
     one = hidden(rest)
     want = LISTED / (1 + (max(left(one), 0.0) / TRUSTED_RATIO) ** 4)
-    assert one.unknown_beside(one.score((0,)), [0]) > FEW_NATS
+    assert one.nats_of_unknown(one.score((0,)), [0]) > FEW_NATS
     assert listed_probability(one, one.score((0,)), 0) == pytest.approx(want)
 
 
@@ -79,7 +79,7 @@ def test_a_standard_term_of_another_form_than_its_variable_acts_in_is_not_named(
 
 def test_what_other_variables_do_is_no_evidence_against_a_standard_term():
     one = standard(other=0.6)
-    assert one.unknown_beside(one.score((0,)), [0]) > FEW_NATS
+    assert one.nats_of_unknown(one.score((0,)), [0]) > FEW_NATS
     assert listed_probability(one, one.score((0,)), 0) == pytest.approx(LISTED, abs=1e-3)
 
 

@@ -73,8 +73,8 @@ def test_what_another_joint_holds_does_not_silence_a_law_that_takes_all_of_its_o
     one = search(of, LAWS, X, level=0.02**2)
     none, alone = one.score(()), one.score((0,))
     assert alone.unknown_nats > LEAVES * none.unknown_nats, "most remains, at the other joint"
-    assert one.unknown_beside(alone, [0]) < 0.1 * one.unknown_beside(none, [0])
-    assert one.unknown_beside(none, [0]) + none.fit.log_evidence > alone.fit.log_evidence - alone.unknown_nats
+    assert one.nats_of_unknown(alone, [0]) < 0.1 * one.nats_of_unknown(none, [0])
+    assert one.nats_of_unknown(none, [0]) + none.fit.log_evidence > alone.fit.log_evidence - alone.unknown_nats
     assert decide(one, one.run(), 0).claimed.chosen == (0,)
 
 

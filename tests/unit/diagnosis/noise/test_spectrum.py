@@ -76,7 +76,7 @@ def test_of_white_noise_the_level_is_found_and_every_recording_is_as_loud(level)
     of = long(3, noise=level)
     noise = rounds(of, first_noise(of))
     moving = of.problem.frequency > 0
-    assert noise.own[moving].mean() == pytest.approx(level**2, rel=0.15)
+    assert noise.noise_variance[moving].mean() == pytest.approx(level**2, rel=0.15)
     np.testing.assert_allclose(noise.sigma2, 1.0, rtol=0.4)
 
 
@@ -216,7 +216,7 @@ def test_the_level_of_the_noise_is_that_which_was_added(name):
         spectrum = np.abs(np.fft.rfft(dirty.tau[:, 0] - clean.tau[:, 0])) ** 2 / len(dirty.tau) * 2 / len(dirty.tau)
         f = np.fft.rfftfreq(len(dirty.tau), 0.01)
         added.append(spectrum[f <= of.problem.edge].sum())
-    assert np.sqrt(noise.own.sum() / of.time) == pytest.approx(np.sqrt(np.mean(added)), rel=0.3)
+    assert np.sqrt(noise.noise_variance.sum() / of.time) == pytest.approx(np.sqrt(np.mean(added)), rel=0.3)
 
 
 def test_coloured_noise_falls_with_frequency_and_white_noise_does_not():
@@ -240,9 +240,9 @@ def test_noise_is_not_taken_for_an_unknown_law(name):
 def test_every_row_has_a_variance_that_is_finite_and_more_than_that_of_the_noise_alone():
     of, noise, _ = estimated("noise ratio 10")
     assert np.isfinite(noise.v).all()
-    assert (noise.v > noise.own).all()
+    assert (noise.v > noise.noise_variance).all()
     assert noise.v.shape == of.y.shape
-    assert first_noise(of).own.min() > 0
+    assert first_noise(of).noise_variance.min() > 0
 
 
 def test_bands_hold_the_mean_of_a_block_apart_and_grow_with_frequency():
@@ -258,7 +258,7 @@ def test_the_scale_of_the_torque_scales_the_noise():
         from dataclasses import replace
 
         of = designed(Campaign.of(ARM, [replace(r, tau=factor * r.tau) for r in campaign("noise ratio 3").recordings()]))
-        return first_noise(of).own.sum()
+        return first_noise(of).noise_variance.sum()
 
     assert level(10.0) > 20 * level(1.0)
 

@@ -95,12 +95,12 @@ def test_where_nothing_is_driven_parameters_move_across_the_scale_alone():
     rng = np.random.default_rng(0)
     r = BASE.prior.F.shape[1]
     direction = rng.standard_normal(r) * (np.arange(r) < r - 1)
-    across = BASE.with_held(direction).prior
+    across = BASE.with_fixed(direction).prior
     assert across.F.shape[1] == r - 1
     z = np.linalg.lstsq(BASE.prior.F, across.F, rcond=None)[0]
     np.testing.assert_allclose(direction @ z, 0.0, atol=1e-9)
     np.testing.assert_allclose(z.T @ z, np.eye(r - 1), atol=1e-9, err_msg="known no better and no worse than before")
-    assert BASE.with_held(np.zeros(r)) is BASE
+    assert BASE.with_fixed(np.zeros(r)) is BASE
 
 
 def test_further_values_change_no_parameter():

@@ -21,7 +21,7 @@ def test_it_is_ridge_regression_on_the_rows_divided_by_their_noise():
     fit = fit_at(one, one.score((0, 2)), v)
     D = np.concatenate([of.Y, X[..., [0, 3]]], axis=2).reshape(of.y.size, -1) / np.sqrt(v).reshape(-1, 1)
     wanted = np.linalg.solve(D.T @ D + np.diag([1, 1, RHO**-2, RHO**-2]), D.T @ (of.y / np.sqrt(v)).ravel())
-    np.testing.assert_allclose(fit.posterior.mean[fit.own], wanted, rtol=1e-6)
+    np.testing.assert_allclose(fit.posterior.mean[fit.coefficients], wanted, rtol=1e-6)
     np.testing.assert_allclose(fit.z, wanted[:2], rtol=1e-6)
     np.testing.assert_allclose(fit.residual.ravel(), (of.y / np.sqrt(v)).ravel() - D @ wanted, atol=1e-6)
 
@@ -32,7 +32,7 @@ def test_a_law_that_is_there_has_its_value_and_what_is_left_is_the_noise():
     of = design(3, groups=6, rows=100, joints=1, planted=0.8 * X[..., 0], noise=0.1)
     one = search(of, LAWS, X, level=0.01)
     fit = best_fit(one, one.score((0,)))
-    assert abs(fit.posterior.mean[fit.own][2] - 0.8) < 0.03
+    assert abs(fit.posterior.mean[fit.coefficients][2] - 0.8) < 0.03
     assert 0.9 < np.sqrt((fit.residual**2).mean()) < 1.1, "in units of the noise that it finds"
 
 
@@ -44,7 +44,7 @@ def test_the_noise_of_the_search_does_not_move_it():
     for level in (0.04, 4.0):
         one = search(of, LAWS, X, level=level)
         fit = best_fit(one, one.score((1,)))
-        means.append(fit.posterior.mean[fit.own])
+        means.append(fit.posterior.mean[fit.coefficients])
     np.testing.assert_allclose(means[0], means[1], rtol=1e-9)
 
 
@@ -69,7 +69,8 @@ def test_of_a_machine_that_nothing_drives_baseline_values_are_those_over_the_fac
     assert driven.scale_factor == 1.0
     of.undriven, of.weight_shares = True, lambda laws: np.full(len(laws), 0.4)
     free = fit_at(one, one.score((0,)), driven.whitened.v)
-    assert free.scale_factor == pytest.approx(1 - 0.4 * free.posterior.mean[free.own[2]]), "two fifths of the law's torque lift the weight"
+    law = free.posterior.mean[free.coefficients[2]]
+    assert free.scale_factor == pytest.approx(1 - 0.4 * law), "two fifths of the law's torque lift the weight"
     assert abs(free.scale_factor - 1.0) > 0.01
     one.view.library.scale[:] = 0.5
     np.testing.assert_allclose(fit_at(one, one.score((0,)), driven.whitened.v).weight, [0.2], err_msg="the column is scaled, and its share")

@@ -11,7 +11,7 @@ from rigs import arm
 
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
-from nnhydro.diagnosis.search.linearisation import calibrated_beside, extend_library, extra_starts, is_stale, scaled_values
+from nnhydro.diagnosis.search.linearisation import calibrated_with, extend_library, extra_starts, is_stale, scaled_values
 from nnhydro.effects.hypotheses.joint_elasticity import RESONANCES
 from nnhydro.models.baselines import baseline
 from nnhydro.models.strip_theory import StripTheory
@@ -27,8 +27,8 @@ def test_instruments_are_taken_at_the_reading_of_the_baseline_with_the_loads_fou
     design, search = found.design, found.search
     keys = [search.key(k) for k in range(len(search.view.library.hypotheses))]
     rubs, late = keys.index(("coulomb_friction", 1)), keys.index(("sensor_timing", 0))
-    both, alone = (calibrated_beside(search, search.score(chosen), None) for chosen in ((rubs, late), (late,)))
-    assert calibrated_beside(search, search.score((rubs,)), None) is None, "without an instrument nothing is asked of the reading"
+    both, alone = (calibrated_with(search, search.score(chosen), None) for chosen in ((rubs, late), (late,)))
+    assert calibrated_with(search, search.score((rubs,)), None) is None, "without an instrument nothing is asked of the reading"
     motion = Motion.at([[0.3]] * 2, [[0.5], [-0.5]], [[0.0]] * 2)
     forward, back = (made.loads.torque(Flow(design.problem.arm, motion))[:, 0] for made in (both, alone))
     rubbing = (forward - back)[0] - (forward - back)[1]

@@ -65,7 +65,7 @@ def test_a_small_standard_term_beside_a_large_unknown_is_asked_for_no_more_than_
     of.y = of.y + 0.05 * X[..., 0] + smooth[:, ::-1][:, :2]
     one = search(of, laws, X, level=0.05**2)
     now, then = one.score(()), one.score((0,))
-    before, after = (one.unknown_beside(scored, [0]) for scored in (now, then))
+    before, after = (one.nats_of_unknown(scored, [0]) for scored in (now, then))
     assert after > 0.5 * before
     theirs = imitated_nats(one.view, then, 0) if standard else before
     left = max(theirs - (before - after), 0.0)

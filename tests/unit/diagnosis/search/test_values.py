@@ -94,7 +94,7 @@ def test_an_interval_is_no_narrower_than_the_evidence_that_grants_laws_their_for
     quiet = fit_at(one, scored, 1e-4 * one.whitened.v)
     evidence = without_unknown(one.whitened, one.view.join((0,))).covariance(np.array([len(one.whitened.b)]))[0, 0]
     one.best_fits[scored.chosen] = quiet
-    assert values_of(one, scored, 0).covariance[0, 0] >= evidence > 10 * quiet.posterior.covariance(quiet.own)[-1, -1]
+    assert values_of(one, scored, 0).covariance[0, 0] >= evidence > 10 * quiet.posterior.covariance(quiet.coefficients)[-1, -1]
 
 
 def test_an_error_of_the_baseline_s_form_widens_where_noise_tells_nothing():
@@ -198,10 +198,10 @@ def test_a_fit_that_explains_nearly_all_does_not_hang_on_the_form_of_the_rest():
     loud = np.where(np.arange(len(one.whitened.v)) % 3 == 0, 1.0, 1e-4)[:, None] * np.ones_like(one.whitened.v)
     coarse = Search(WeightedLibrary(WhiteRows(one.whitened.design, one.whitened.unknown, loud), one.view.library), one.start)
     fit = best_fit(coarse, coarse.score((0,)))
-    assert fit.posterior.mean[fit.own][-1] == pytest.approx(0.8, abs=0.002)
+    assert fit.posterior.mean[fit.coefficients][-1] == pytest.approx(0.8, abs=0.002)
     assert np.median(fit.whitened.v) == pytest.approx(1e-4, rel=0.2), "the noise that is left, not what was granted"
     told = values_of(coarse, coarse.score((0,)), 0)
-    assert told.covariance[0, 0] > fit.posterior.covariance(fit.own)[-1, -1], "its interval is that of the noise that was granted"
+    assert told.covariance[0, 0] > fit.posterior.covariance(fit.coefficients)[-1, -1], "its interval is that of the noise that was granted"
 
 
 def test_the_best_fit_of_a_set_is_found_once():

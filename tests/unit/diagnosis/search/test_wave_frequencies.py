@@ -17,14 +17,21 @@ from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.wave_frequencies import across_held_links, at_lines, at_own_lines, line_frequencies, lines_at_peak, own_lines
+from nnhydro.diagnosis.search.wave_frequencies import (
+    across_fixed_links,
+    at_lines,
+    at_lines_per_recording,
+    line_frequencies,
+    lines_at_peak,
+    lines_per_recording,
+)
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 
 def test_the_line_of_a_wave_is_found_in_what_the_baseline_leaves():
     design = design_on(problem_of(campaign("held in a wave")), None)
     assert min(abs(f - 0.965) for f in line_frequencies(design)) < 0.005
-    assert across_held_links(design) == (), "it is held at another angle in every recording"
+    assert across_fixed_links(design) == (), "it is held at another angle in every recording"
 
 
 def test_across_a_link_that_is_held_is_a_right_angle_from_it():
@@ -32,7 +39,7 @@ def test_across_a_link_that_is_held_is_a_right_angle_from_it():
 
     of = campaign("held in a wave")
     still = [replace(r, q=0 * r.q + 0.4) for r in of.recordings()]
-    (direction,) = across_held_links(design_on(problem_of(Campaign.of(of.arm, still)), None))
+    (direction,) = across_fixed_links(design_on(problem_of(Campaign.of(of.arm, still)), None))
     assert direction == pytest.approx(0.4 + np.pi / 2)
 
 
@@ -47,9 +54,9 @@ def test_a_wave_is_tried_at_every_line_from_every_side_and_what_has_no_frequency
 
 def test_where_the_waves_differ_each_recording_has_its_line():
     design = design_on(problem_of(campaign("held in other waves")), None)
-    found = own_lines(design)
+    found = lines_per_recording(design)
     assert [found[g] for g in range(6)] == pytest.approx(OTHER_WAVES, abs=0.005)
-    assert own_lines(design_on(problem_of(campaign("held in a wave")), None)) == {}, "one line in all"
+    assert lines_per_recording(design_on(problem_of(campaign("held in a wave")), None)) == {}, "one line in all"
 
 
 def test_a_line_at_which_each_recording_moves_is_no_wave_of_its_own():
@@ -61,12 +68,12 @@ def test_a_line_at_which_each_recording_moves_is_no_wave_of_its_own():
     for recording, f in zip(of.recordings(), OTHER_WAVES, strict=True):
         w, t = 2 * np.pi * f, recording.t[:, None]
         driven.append(replace(recording, q=recording.q + 0.3 * np.sin(w * t), qd=0.3 * w * np.cos(w * t), qdd=-0.3 * w**2 * np.sin(w * t)))
-    assert own_lines(design_on(problem_of(Campaign.of(of.arm, driven)), None)) == {}
+    assert lines_per_recording(design_on(problem_of(Campaign.of(of.arm, driven)), None)) == {}
 
 
 def test_the_law_of_lines_of_their_own_pays_for_every_line_it_could_have_had():
     design = design_on(problem_of(campaign("held in other waves")), None)
-    made = at_own_lines(enumerate_hypotheses(arm(1), (3.0,)), design)
+    made = at_lines_per_recording(enumerate_hypotheses(arm(1), (3.0,)), design)
     assert {h.key[0] for h in made} == {"wave_orbital"}
     assert all("frequency" not in h.spans and h.log_tried > 6 * np.log(10) for h in made), "20 s and more than 0.5 Hz, six times"
     assert [made[0].effect_in(g).frequency[0] for g in range(6)] == [made[0].lines[g] for g in range(6)]
@@ -86,7 +93,7 @@ def test_a_line_that_is_a_third_of_the_resolution_off_is_moved_to_its_peak():
     """20 s: a resolution of 0.05 Hz."""
     design = design_on(problem_of(campaign("held in other waves")), None)
     _, whitened, sizes, model = calibrated_noise(design, unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2]))))
-    wave = at_own_lines(enumerate_hypotheses(design.problem.arm, (3.0,)), design)[0]
+    wave = at_lines_per_recording(enumerate_hypotheses(design.problem.arm, (3.0,)), design)[0]
     across = wave.with_nonlinear({"direction": (np.pi / 2,)}, {"direction": (np.pi / 4, 3 * np.pi / 4)})
     off = replace(across, lines={g: f + (-1) ** g * 0.017 for g, f in across.lines.items()})
     search = Search(WeightedLibrary(whitened, Library.of(design, (off,), model)), sizes)

@@ -7,7 +7,7 @@ from problems import dense, design, law, library, search, whitened, written_out
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.model.evidence import posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
-from nnhydro.diagnosis.search.weighted_library import OWN_SCREENED, WeightedLibrary
+from nnhydro.diagnosis.search.weighted_library import PER_RECORDING_SCREENED, WeightedLibrary
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
 
@@ -65,14 +65,14 @@ def test_a_value_of_each_recording_s_own_has_columns_only_where_its_law_acts():
 
 
 def test_laws_with_own_values_that_never_gained_much_are_not_asked_again():
-    laws = tuple(law(f"own{k}", per_recording=True) for k in range(OWN_SCREENED + 5))
+    laws = tuple(law(f"own{k}", per_recording=True) for k in range(PER_RECORDING_SCREENED + 5))
     of = design(23, groups=3, rows=10)
     of.y = of.y + library(of, laws).columns(7)[..., 0] * np.array([3.0, -2.0, 4.0])[of.problem.group_of][:, None]
     view = search(of, laws, library(of, laws).parts[0]).view
     fit = posterior(view.whitened, None, none(view.whitened).vector(view.whitened))
     first, second = view.gains((), fit), view.gains((), fit)
     asked = np.isfinite(second)
-    assert asked.sum() == OWN_SCREENED
+    assert asked.sum() == PER_RECORDING_SCREENED
     assert first[~asked].max() <= first[asked].min()
     assert int(np.argmax(second)) == 7
     np.testing.assert_allclose(second[asked], first[asked])

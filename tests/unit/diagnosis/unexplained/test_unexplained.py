@@ -66,7 +66,7 @@ def test_the_p_of_no_unknown_halves_its_nats_and_pays_for_every_size():
 def rest_of(one, after, floor, fitted, monkeypatch, loud=(), nats=0.0):
     """What is left beside the empty set at given errors: held out, of noise alone, fitted to all."""
     monkeypatch.setattr(unexplained, "fitted_error", lambda *_: fitted)
-    monkeypatch.setattr(unexplained, "recordings_of_own_parameters", lambda *_: ())
+    monkeypatch.setattr(unexplained, "recordings_with_changed_parameters", lambda *_: ())
     monkeypatch.setattr(unexplained, "unlike_recordings", lambda *_: loud)
     monkeypatch.setattr(unexplained, "strongest", lambda *_: None)
     monkeypatch.setattr(unexplained, "_whiten", lambda *_: [])

@@ -7,7 +7,7 @@ import torch
 
 from nnhydro.features.strip_law.law import ARM, REMEMBERED, SURROUNDED
 from nnhydro.fitting.linear.normal_equations import CLOSED
-from nnhydro.fitting.network.linear_part import LinearPart, beside_the_base, linear_part
+from nnhydro.fitting.network.linear_part import LinearPart, linear_part, with_free_functions
 from nnhydro.fitting.network.rows import Rows
 from nnhydro.fitting.network.tier_choice import choice_of_each, chosen_weights
 
@@ -155,11 +155,11 @@ def test_free_functions_are_learned_where_the_mirror_does_not_hold_and_left_out_
     free = torch.randn(len(rows.x), 1, 2, generator=generator).expand(-1, JOINTS, -1)
     wide = SimpleNamespace(columns=torch.cat([linear.columns, free], dim=2), law_size=LAW, shared=SHARED, free_size=2, tiers=linear.tiers)
     s = rows.target.double().pow(2).mean(dim=0).sqrt()
-    assert beside_the_base(rows, wide, watched, STATED, s) is None
-    assert beside_the_base(rows, linear, watched, STATED, s) is None, "there are none"
+    assert with_free_functions(rows, wide, watched, STATED, s) is None
+    assert with_free_functions(rows, linear, watched, STATED, s) is None, "there are none"
     rows.target.add_(free @ torch.tensor([2.0, -1.0]))
-    assert beside_the_base(rows, wide, torch.zeros_like(watched), STATED, s) is None, "nobody watches"
-    found = beside_the_base(rows, wide, watched, STATED, s)
+    assert with_free_functions(rows, wide, torch.zeros_like(watched), STATED, s) is None, "nobody watches"
+    found = with_free_functions(rows, wide, watched, STATED, s)
     assert found is not None
     unseen, used = found
     torch.testing.assert_close(used.free.mean(dim=0), torch.tensor([[2.0, 2.0], [-1.0, -1.0]]).double(), rtol=0.0, atol=0.05)

@@ -11,7 +11,7 @@ REMEDY = "correct the file and run again"
 _FILES: dict[str, Path] = {}  # by the name under which Python knows a file, as the user gave it
 
 
-def own_file(path: Path) -> None:
+def register_user_file(path: Path) -> None:
     """Take `path` for a file of the user's own code."""
     _FILES[str(path.resolve())] = path
 

@@ -1,0 +1,61 @@
+"""Pages of studies: their tables are those that the studies print from their results files."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+TRAINING = Path(__file__).resolve().parents[2] / "training"
+
+
+def study(place):
+    """The module of a study, which is no part of a package."""
+    spec = importlib.util.spec_from_file_location(place.replace("/", "_").removesuffix(".py"), TRAINING / place)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def results(place):
+    return json.loads((TRAINING / place).read_text(encoding="utf-8"))
+
+
+def page(name):
+    return (TRAINING / name / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_page_of_real_rigs_has_every_stored_rig():
+    run = study("real_rigs/run.py")
+    stored = [results(f"real_rigs/{name}") for name in run.STORED]
+    rigs = [rig for document in stored for rig in document["rigs"]]
+    assert run.table(rigs) in page("real_rigs")
+    right, half, silent = (sum(document["count"].get(verdict, 0) for document in stored) for verdict in ("right", "half", "silent"))
+    assert right + half + silent == len(rigs)
+    assert f"Of {len(rigs)} rigs, {right} are right, {half} are half right, {silent} have no name, and none is wrong." in page("real_rigs")
+
+
+def test_the_page_of_real_rigs_counts_the_varied_trials_and_the_wrong_names_as_stored():
+    of, out = results("real_rigs/varied.json")["count"], results("real_rigs/family_out.json")["summary"]
+    text = " ".join(page("real_rigs").split())
+    assert f"Of {sum(of.values())} trials {of['right']} are right, {of['half']} is half right, and {of['wrong']} is wrong." in text
+    assert f"raised an alarm on {out['an alarm']} rigs and gave {out['a wrong name']} a wrong name" in text
+
+
+def test_the_page_of_the_ablation_is_the_one_that_the_study_writes():
+    assert study("ablation/run.py").page(results("ablation/results.json")) == page("ablation")
+
+
+def test_the_page_of_the_strangers_has_every_stored_campaign(monkeypatch):
+    monkeypatch.syspath_prepend(TRAINING.parent / "tests")
+    assert study("strangers/run.py").table(results("strangers/results.json")["kinds"]) in page("strangers")
+
+
+def test_the_page_of_reliability_has_every_stored_count():
+    assert study("reliability/table.py").table(results("reliability/results.json")) in page("reliability")
+
+
+def test_the_page_of_independent_arms_has_the_summaries_of_one_version():
+    documents = [results(f"independent_arms/results_{name}.json") for name in ("planted", "healthy-4000", "family-out")]
+    assert len({document["versions"]["nnhydro"] for document in documents}) == 1
+    for document in documents:
+        for counted, share in document["summary"].items():
+            assert f"| {counted} | {share} |" in page("independent_arms")
