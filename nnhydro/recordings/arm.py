@@ -130,14 +130,20 @@ class Arm(Settings):
     @model_validator(mode="before")
     @classmethod
     def _carriage_needs_no_shape(cls, value: Any) -> Any:
-        """Fill in what a dry carriage on a linear axis has no use for: the shape of its link."""
+        """Fill in what a carriage on a linear axis has no use for: mass centre and inertia, whatever they are, and in air the shape."""
         if not (isinstance(value, dict) and _slides(value.get("joints")) and isinstance(value.get("links"), list | tuple)):
             return value
         fluid = value.get("fluid")
         dry = isinstance(fluid, dict) and fluid.get("density_kg_m3") == 0
         shape = {"length_m": 1.0, "diameter_m": 0.1} if dry else {}
-        whole = {"com_m": 0.0, "inertia_kg_m2": 0.0, **shape}
-        return {**value, "links": [{**whole, **link} if isinstance(link, dict) else link for link in value["links"]]}
+        useless = {"com_m": 0.0, "inertia_kg_m2": 0.0}
+
+        def axis_link(link: dict[str, Any]) -> dict[str, Any]:
+            """Return a link whose mass alone counts; what is no number is left to be refused."""
+            numbers = {key: x for key, x in useless.items() if isinstance(link.get(key, x), int | float)}
+            return {**shape, **useless, **link, **numbers}
+
+        return {**value, "links": [axis_link(link) if isinstance(link, dict) else link for link in value["links"]]}
 
     @field_validator("name")
     @classmethod
@@ -182,8 +188,6 @@ class Arm(Settings):
                              "its own")
         if self.drive.kind == "remote":
             raise ValueError("a linear axis has no belt to a second joint: use 'drive: direct'")
-        if self.links[0].com_m != 0 or self.links[0].inertia_kg_m2 != 0:
-            raise ValueError("on a linear axis only the moving mass counts: remove com_m and inertia_kg_m2 of the link")
         return self
 
     @property

@@ -124,8 +124,37 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
             break
     model = calibrated_with(search, best, model)
     smallest = with_smallest_waves(search, best, model)
-    relinearised = _relinearise_per_recording(smallest.search, smallest.best, model)
-    return at_best_values(relinearised.search, relinearised.best, model)
+    found = _relinearise_per_recording(smallest.search, smallest.best, model)
+    for _ in range(rounds):
+        before = found.best
+        found = at_best_values(found.search, before, model)
+        found, model = _relinearise(found, model)
+        if found.best.score < before.score + ONE_DEVIATION:
+            break
+    return found
+
+
+def _relinearise(found: GrownSearch, model: StripTheory) -> tuple[GrownSearch, StripTheory]:
+    """Return the set with its instruments about their values on the calibrated baseline, and this: each was fitted beside the other.
+
+    Where an instrument changes much of the torque, as a long lag does, coefficients and values agree only after some rounds.
+    """
+    for _ in range(PER_RECORDING_ROUNDS):
+        search, best = found.search, found.best
+        model = calibrated_with(search, best, model)
+        about = {k: h.linearised_at(scaled_values(search.view, best, k), model) for k in best.chosen
+                 if isinstance((h := search.view.library.hypotheses[k]).effect, InstrumentEffect) and not h.per_recording}
+        if not about:
+            break
+        start = len(search.view.library.hypotheses)
+        search = extend_library(search, best, list(about.values()), model)
+        now = search.score((*(k for k in best.chosen if k not in about), *range(start, start + len(about))))
+        if now.score < best.score:
+            break
+        found = GrownSearch(search, now)
+        if now.score < best.score + ONE_DEVIATION:
+            break
+    return found, model
 
 
 def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:

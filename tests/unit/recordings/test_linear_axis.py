@@ -211,10 +211,15 @@ def test_a_hybrid_learns_a_linear_axis(wet):
     assert float((model.torque(at) - truth).abs().mean()) < 1.1 * float((base - truth).abs().mean())
 
 
+def test_of_a_linear_axis_the_mass_alone_counts_wherever_its_centre_lies():
+    plain, stated = (axis(links=[{"mass_kg": 1.0, **more}]) for more in ({}, {"com_m": 0.3, "inertia_kg_m2": 0.5}))
+    assert plain == stated
+
+
 @pytest.mark.parametrize(("changes", "words"), [
     ({"links": [{"mass_kg": 1.0}, {"mass_kg": 1.0}], "joints": [{"type": "prismatic"}, {}]}, "describe each axis as an arm of its own"),
     ({"joints": [{"type": "prismatic"}, {"type": "prismatic"}]}, "joints has 2 entries for 1 joint:"),
-    ({"links": [{"mass_kg": 1.0, "com_m": 0.3}]}, "only the moving mass counts"),
+    ({"links": [{"mass_kg": 1.0, "com_m": "far"}]}, "com_m"),
     ({"friction": [{"coulomb_Nm": 1.0}]}, "friction of a linear axis is coulomb_N"),
     ({"fluid": {"density_kg_m3": 1000.0}}, "length_m"),
     ({"joints": [{"type": "slide"}]}, "joints")])
