@@ -125,7 +125,7 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
     model = calibrated_with(search, best, model)
     smallest = with_smallest_waves(search, best, model)
     found = _relinearise_per_recording(smallest.search, smallest.best, model)
-    for _ in range(rounds):
+    for _ in range(max(rounds, 1)):
         before = found.best
         found = at_best_values(found.search, before, model)
         found, model = _relinearise(found, model)
@@ -205,11 +205,14 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
 
 
 def with_finer_singles(search: Search, model: StripTheory) -> Search:
-    """Return the search with finer values of the law that is best alone, and of those that exclude it, a law of its family at its place.
+    """Return the search with finer values of the law that is best alone, and of sensor effects of its family at its place.
 
-    What a law about zero leaves, others would be found for; and of two that cannot both be there, each is judged at its best values.
+    What a law about zero leaves, others would be found for. Of two that exclude each other each is judged at its best values; the columns
+    of loads are near them on the grid, those of sensor effects about none may mislead.
     """
     singles = search.singles()
-    for single in (s for s in singles if search.place(s.chosen[0]) == search.place(singles[0].chosen[0])):
-        search = refine(search, single, model).search
+    for i, (k,) in enumerate(single.chosen for single in singles):
+        rival = search.place(k) == search.place(singles[0].chosen[0]) and isinstance(search.view.library.hypotheses[k].effect, InstrumentEffect)
+        if i == 0 or rival:
+            search = refine(search, singles[i], model).search
     return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled

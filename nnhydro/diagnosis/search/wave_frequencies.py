@@ -96,13 +96,13 @@ def _in_directions(law: Hypothesis, headings: Sequence[float]) -> tuple[Hypothes
 
 
 def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
-    """Return the hypotheses that have a frequency of their own once more at each of `frequencies`, Hz, one of each other shape.
+    """Return the hypotheses with a frequency and a phase of each recording once more at each of `frequencies`, Hz, one of each other shape.
 
     What has a direction is tried in the directions `headings`, rad, too.
     """
     made: dict[tuple[Any, ...], Hypothesis] = {}
     for h in hypotheses:
-        if "frequency" not in h.spans:
+        if "frequency" not in h.spans or not h.per_recording:
             continue
         for f in frequencies:
             line = h.with_nonlinear({"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})

@@ -25,9 +25,11 @@ class DragCrisis(LoadEffect):
     id = "drag_crisis"
     family = "drag_law"
     name = "drag crisis"
-    mechanism = "Above a critical Reynolds number the boundary layer turns turbulent, the wake narrows, and C_D falls to a half or a quarter."
+    mechanism = ("Above a critical Reynolds number the boundary layer turns turbulent, the wake narrows, and C_D falls to a half or a "
+                 "quarter.")
     equation = "C_D -> C_D - drop (1 + tanh((log10 Re - log10 Re_c)/width))/2,   Re = |w| D / nu of each strip"
-    source = "Achenbach (1968), J. Fluid Mech. 34, 625: C_D falls between Re = 2e5 and 4e5, earlier on rough cylinders; the tanh is ours"
+    source = ("Achenbach (1968), J. Fluid Mech. 34, 625, from general knowledge: C_D falls at Re = 2e5 to 4e5, earlier on rough cylinders; "
+              "the tanh is ours")
     signature = Signature(
         depends_on=("w",), parity="odd", region="speeds beyond which the drag grows more slowly, or falls; at the fast tip first",
         excited_by="towing at many speeds, well below and above the crisis",

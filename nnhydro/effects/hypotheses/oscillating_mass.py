@@ -26,8 +26,10 @@ class OscillatingMass(LoadEffect):
     family = "inertia"
     name = "mass that swings on a link"
     mechanism = "Liquid in a tank, a hanging load or a soft tool swings: below its frequency it moves with the link, above it stays behind."
-    equation = "tau = J_n^T m (s' - a),  s' = -(2 pi f)^2 y - 4 pi f zeta y',  y' = s - w;  w, a: normal velocity and acceleration of the end"
-    source = "Den Hartog (1956), Mechanical Vibrations, section 3.2 (vibration absorber); normal to the link, without rotation of its frame"
+    equation = ("tau = J_n^T m (s' - a),  s' = -(2 pi f)^2 y - 4 pi f zeta y',  y' = s - w;  w, a: normal velocity and acceleration of "
+                "the link's end")
+    source = ("Den Hartog (1956), Mechanical Vibrations, section 3.2, the vibration absorber: from general knowledge, not checked; the "
+              "frame's rotation is left out")
     signature = Signature(
         depends_on=("qdd", "t"), parity="odd", region="about one frequency; ringing after a stop",
         excited_by="oscillations below, at and above its frequency; stops with holds after them",
@@ -100,12 +102,11 @@ def _stepped(Z: Pair, before: Tensor, now: Tensor, root: complex, dt: Tensor) ->
 
 
 def _run(t: Tensor, w: Tensor, root: complex) -> Pair:
-    """Z - w (n,) at even times `t` (n,), from a mass that moves with the link."""
+    """D = Z - w (n,) at even times `t` (n,), from a mass that moves with the link."""
     from scipy.signal import lfilter
 
     p = root * float(t[-1] - t[0]) / (len(t) - 1)
     E, rate = np.exp(p), w.numpy()
     change = np.diff(rate, prepend=rate[:1])
-    # what Z is short of w: D_k = E D_(k-1) - (E - 1)/p change_k
     short = lfilter([1.0], [1.0, -E], -(E - 1) / p * change)
-    return tensor(short.real), tensor(short.imag)
+    return tensor(short.real), tensor(short.imag)  # E D_(k-1) - (E - 1)/p change_k

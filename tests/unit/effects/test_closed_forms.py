@@ -8,11 +8,14 @@ import pytest
 import torch
 from hypotheses import made, steady
 from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
+from scipy.integrate import solve_ivp
+from stepped import long_run
 
 from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER
 from nnhydro.effects.hypotheses.link_interference import shadow
 from nnhydro.effects.quantity import Quantity, format_quantity, intervals
+from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.normal_drag import NormalDrag
@@ -245,6 +248,51 @@ def test_a_crisis_of_drag_has_two_bends(steep):
     assert left[0] < left[1] / 3
     whole = made("reynolds_drag", a, slope=(0.0,), bend=(0.0,), turn=(0.0,))
     assert [law.linear_names() for law in whole.narrower()] == [("slope", "bend")], "the parabola is tried besides"
+
+
+def test_beyond_the_crisis_the_drag_has_fallen_by_the_drop_and_far_below_by_nothing():
+    a, law = arm(1), made("drag_crisis", arm(1), drop=(0.6,), critical=(4e4,), width=(0.1,))
+    tows = {u0: Flow(a, steady([[0.0]], 0.0, 0.0, u0)) for u0 in (0.05, 4e4 * 1e-6 / 0.07, 8.0)}
+    for fallen, tow in zip((0.0, 0.5, 1.0), tows.values(), strict=True):
+        assert_close(law.torque(tow), NormalDrag((-0.6 * fallen,)).torque(tow), rtol=1e-7, atol=1e-9)
+    assert "C_D falls by 0.6 about" in law.statement()
+    assert float(law.torque(Flow(a, steady([[0.0]], 0.0, 0.0, 0.0))).abs().max()) == 0.0
+
+
+@pytest.mark.parametrize(("frequency", "damping"), [(0.8, 0.08), (3.0, 0.5)])
+def test_a_mass_that_swings_obeys_its_equation_of_motion_and_a_stiff_one_moves_with_the_link(frequency, damping):
+    t = np.linspace(0, 6, 1201)
+    q, w, a = 0.4 * (1 - np.cos(2 * t)), 0.8 * np.sin(2 * t), 1.6 * np.cos(2 * t)
+    motion = Motion(*map(tensor, (t, q[:, None], w[:, None], a[:, None], 0 * t, 0 * t)))
+    rig, omega = arm(1), 2 * pi * frequency
+    length = float(rig.L[0])
+
+    def fall(time, x):
+        """y' = s - L w, s' = -omega^2 y - 2 zeta omega y'."""
+        slip = x[1] - length * 0.8 * np.sin(2 * time)
+        return [slip, -(omega**2) * x[0] - 2 * damping * omega * slip]
+
+    x = solve_ivp(fall, (0, 6), [0.0, 0.0], t_eval=t, rtol=1e-10, atol=1e-12).y
+    s = -(omega**2) * x[0] - 2 * damping * omega * (x[1] - length * w)
+    swings = made("oscillating_mass", rig, 1, mass=(1.5,), frequency=(frequency,), damping=(damping,))
+    assert_close(swings.torque(Flow(rig, motion))[:, 0], tensor(1.5 * length * (s - length * a)), atol=2e-4)
+    stiff = made("oscillating_mass", rig, 1, mass=(1.5,), frequency=(50.0,), damping=(0.7,))
+    late = slice(200, None)
+    assert float(stiff.torque(Flow(rig, motion))[late].abs().max()) < 0.01 * 1.5 * length**2 * 1.6
+
+
+def test_a_mass_that_swings_is_the_same_stepped_through_time_as_over_a_run():
+    rig = arm(2)
+    t = torch.arange(400, dtype=torch.float64) * 0.01
+    motion = long_run(400, dt=0.01)
+    law = made("oscillating_mass", rig, 2, mass=(1.0,), frequency=(1.3,), damping=(0.1,))
+    whole, carried, stepped = law.torque(Flow(rig, motion)), None, []
+    for k in range(len(t)):
+        memory = StepMemory(torch.full((1,), 0.01, dtype=torch.float64), carried)
+        row = Motion(*(x[k:k + 1] for x in (motion.t, motion.q, motion.qd, motion.qdd, motion.u0, motion.du0)), carried=memory)
+        stepped.append(law.torque(Flow(rig, row)))
+        carried = memory.after
+    assert_close(torch.cat(stepped), whole, atol=1e-9)
 
 
 def test_a_tilted_plane_pulls_as_gravity_would():

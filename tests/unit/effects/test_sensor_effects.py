@@ -38,6 +38,23 @@ def test_a_low_pass_of_a_sine_has_its_gain_and_phase():
     assert torch.equal(time_delay(tensor(t), out[:, None], 0.0)[:, 0], out)
 
 
+def test_a_low_pass_begins_as_the_motion_does_and_not_as_the_noise_of_its_first_row():
+    """Derivatives at one noisy row would begin it with 400 times the noise where the lag is 7 rows long."""
+    t = np.linspace(0, 4, 401)
+    x = 2.0 + 3.0 * t - 0.5 * t**2
+    late = first_order_lag(tensor(t), tensor(x)[:, None], 0.075)[:, 0]
+    assert_close(late, tensor(x - 0.075 * (3.0 - t) - 0.075**2), atol=1e-10)
+    noisy = tensor(0.01 * np.random.default_rng(1).standard_normal((401, 1)))
+    assert float(first_order_lag(tensor(t), noisy, 0.075).abs().max()) < 0.02
+
+
+def test_lags_that_are_long_are_tried_from_where_they_are_and_not_of_tables():
+    still = of_time(np.zeros(3), np.zeros(3))
+    effect = made("sensor_timing", arm(1), low_pass=(1.0,))
+    assert [start.lag[0] for start in effect.extra_starts(of_time(np.linspace(0, 1, 50), np.zeros(50)))] == [0.05, 0.15]
+    assert effect.extra_starts(replace(still, flow=replace(still.flow, motion=replace(still.motion, steady=True)))) == ()
+
+
 def test_delay_and_low_pass_are_told_apart():
     q = made("sensor_timing", arm(1), lag=(0.03,), low_pass=(2 / 3,)).quantities()
     assert (q["delay"].value, q["low_pass"].value) == pytest.approx((0.01, 0.02))
