@@ -102,7 +102,8 @@ def tree() -> str:
         return f"`{name}` {found}" if name else f"files beside the folders {found}"
 
     rows = [f"| {before} | {', '.join(map(count, after))} |" for before, after in BEFORE]
-    rows += [f"| {name}: {before} | {figures()[name]} |" for name, before in FIGURES_BEFORE.items()]
+    now = figures()
+    rows += [f"| {name}: {before} | {now[name]} |" for name, before in FIGURES_BEFORE.items()]
     return "\n".join(["| before | after |", "| --- | --- |", *rows]) + "\n"
 
 
