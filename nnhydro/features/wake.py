@@ -107,40 +107,78 @@ def next_state(w: Tensor, dt: Tensor, D: Tensor, nu: float, state: Tensor) -> Te
 
 def _filter_states(w: Array, dt: Array, D: Array, nu: float, start: Array) -> Array:
     """The states (n, STATES, links, s) m/s, row by row; w (n, links, s) m/s, dt (n,) s, D (links, 1) m: lags p - w, m - p, v - w decay."""
-    count = len(TRAVEL)
+    count, steps = len(TRAVEL), dt[1:, None, None]
     found = np.empty((len(w), STATES, *w.shape[1:]))
-    found[0, :-1], found[:, -1] = start, w
+    found[:, -1] = w
     p, m, v = found[:, :count], found[:, count:2 * count], found[:, 2 * count:-3]
     change, square = np.diff(w, axis=0), (0.5 * (w[1:] + w[:-1])) ** 2
-    per_way = -dt[1:, None, None, None] / (np.asarray(TRAVEL)[:, None, None] * D)
-    rates = np.minimum(-dt[1:, None, None, None] * nu / (np.asarray(LASTING)[:, None, None] * D**2), -TINY)
-    fades = np.expm1(rates)
-    moved = change[:, None] * (fades / rates)
-    first, second, third = p[0] - w[0], m[0] - p[0], v[0] - w[0]
-    for k in range(len(change)):
-        rate = np.minimum(np.sqrt(m[k] * m[k] + square[k]) * per_way[k], -TINY)
-        fade = np.expm1(rate)
-        turn, stay, before = fade / rate, fade + 1.0, first
-        first = first * stay - change[k] * turn
-        second = second * stay - (first - before + change[k]) * turn
-        third = third + third * fades[k] - moved[k]
-        np.add(first, w[k + 1], out=p[k + 1])
-        np.add(p[k + 1], second, out=m[k + 1])
-        np.add(third, w[k + 1], out=v[k + 1])
-    found[:, -3], found[:, -2] = _swinging(w, dt, D, start)
+    _two_stages(w, change, square, -steps[:, None] / (np.asarray(TRAVEL)[:, None, None] * D), start, p, m)
+    _over_time(change, np.minimum(-steps[:, None] * nu / (np.asarray(LASTING)[:, None, None] * D**2), -TINY), start - w[0], v)
+    v += w[:, None]
+    _swinging(w, change, square, steps / D, start, found[:, -3], found[:, -2])
     return found
 
 
-def _swinging(w: Array, dt: Array, D: Array, start: Array) -> tuple[Array, Array]:
-    """a and b (n, links, s) m/s, row by row; the lag z - w turns and decays."""
-    z, rate = np.empty(w.shape, dtype=complex), complex(*SWINGING)
-    z[0] = start
-    square, change = (0.5 * (w[1:] + w[:-1])) ** 2, np.diff(w, axis=0)
-    for k in range(len(change)):
-        x = np.maximum(np.sqrt(square[k] + np.abs(z[k]) ** 2) * dt[k + 1] / D, TINY) * rate
-        fade = np.expm1(-x)
-        z[k + 1] = w[k + 1] + (z[k] - w[k]) * (1 + fade) + change[k] * fade / x
-    return z.real, z.imag
+def _two_stages(w: Array, change: Array, square: Array, per_way: Array, start: Array, p: Array, m: Array) -> None:
+    """Fill p and m (n, k, links, s) of rates `per_way` (n - 1, k, links, 1) a way; every row in the memory of the one before it."""
+    p[0] = m[0] = start
+    first, second = p[0] - w[0], np.zeros_like(p[0])
+    rate, fade, turn, part = np.empty((4, *first.shape))
+    for before, here, after, c, q, way, to in zip(m[:-1], p[1:], m[1:], change, square, per_way, w[1:], strict=True):
+        np.multiply(before, before, out=rate)
+        np.add(rate, q, out=rate)
+        np.sqrt(rate, out=rate)
+        np.multiply(rate, way, out=rate)
+        np.minimum(rate, -TINY, out=rate)
+        np.expm1(rate, out=fade)
+        np.divide(fade, rate, out=turn)
+        np.multiply(first, fade, out=part)  # the change of the first lag but for that of the speed, then with it
+        np.subtract(part, np.multiply(c, turn, out=rate), out=part)
+        np.add(first, part, out=first)
+        np.add(first, to, out=here)
+        np.add(part, c, out=part)
+        np.multiply(part, turn, out=part)
+        np.subtract(np.multiply(second, fade, out=fade), part, out=part)
+        np.add(second, part, out=second)
+        np.add(here, second, out=after)
+
+
+def _over_time(change: Array, rate: Array, start: Array, lag: Array) -> None:
+    """Fill lag (n, k, links, s), which fades at `rate` (n - 1, k, links, 1) whatever the motion: a linear recursion, solved at once."""
+    from scipy.linalg.lapack import dtbtrs
+
+    fade = np.expm1(rate)
+    lag[0] = start
+    np.multiply(change[:, None], -fade / rate, out=lag[1:])
+    stays = np.ones((2, len(lag)))
+    for k, link in np.ndindex(lag.shape[1:3]):
+        stays[1, :-1] = -1.0 - fade[:, k, link, 0]
+        lag[:, k, link], _ = dtbtrs(stays, lag[:, k, link], uplo="L", diag="U")
+
+
+def _swinging(w: Array, change: Array, square: Array, per_diameter: Array, start: Array, a: Array, b: Array) -> None:
+    """Fill a and b (n, links, s) m/s, row by row; the lag z - w turns and decays."""
+    a[0], b[0] = start, 0.0
+    lag, moved = (start - w[0]).astype(complex), change.astype(complex)
+    rate, part = np.empty((2, *lag.shape))
+    x, fade = np.empty((2, *lag.shape), dtype=complex)
+    for real, imaginary, next_real, next_imaginary, c, q, step, to in zip(a[:-1], b[:-1], a[1:], b[1:], moved, square, per_diameter, w[1:],
+                                                                         strict=True):
+        np.multiply(real, real, out=rate)
+        np.add(rate, np.multiply(imaginary, imaginary, out=part), out=rate)
+        np.add(rate, q, out=rate)
+        np.sqrt(rate, out=rate)
+        np.multiply(rate, step, out=rate)
+        np.maximum(rate, TINY, out=rate)
+        np.multiply(rate, -SWINGING[0], out=x.real)
+        np.multiply(rate, -SWINGING[1], out=x.imag)
+        np.expm1(x, out=fade)
+        np.divide(fade, x, out=x)
+        np.multiply(lag, fade, out=fade)
+        np.subtract(fade, np.multiply(c, x, out=x), out=x)
+        np.add(lag, x, out=lag)
+        np.add(lag.real, to, out=next_real)
+        next_imaginary[...] = lag.imag
 
 
 def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
