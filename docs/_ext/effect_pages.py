@@ -4,7 +4,8 @@ from pathlib import Path
 
 from nnhydro.effects.catalogue import ACTS, card, catalogue
 from nnhydro.effects.effect import Effect
-from nnhydro.report.effects.effect_figure import draw
+from nnhydro.report.effects.effect_figure import picture
+from nnhydro.report.figure_file import DPI
 
 PARITY = {"odd": "gives the mirrored torque", "even": "gives the same torque", "mixed": "gives a torque of its own: it has a direction"}
 
@@ -82,7 +83,7 @@ def write_pages(folder: Path) -> None:
     for name, effect in effects.items():
         _changed(folder / f"{name}.md", page(effect, set(effects)))
         if not (folder / f"{name}.png").exists():
-            draw(effect, folder / f"{name}.png")
+            picture(effect).savefig(folder / f"{name}.png", dpi=DPI)  # no page shows the SVG or the CSV
 
 
 def setup(app):

@@ -24,6 +24,7 @@ from nnhydro.report.figure_file import new_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 SHARE = 0.25  # of the largest torque
@@ -126,8 +127,8 @@ def _dress(ax: "Axes", **labels: Any) -> None:
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def draw(effect: type[Effect], path: Path) -> Path:
-    """Write the picture of `effect` to the PNG file `path`, and beside it as SVG and its data as CSV."""
+def picture(effect: type[Effect]) -> "Figure":
+    """Return the figure of `effect`: the torque without and with it, and the difference."""
     motion, without, with_it, joint = illustrate(effect)
     t, before, after = motion.t.numpy(), without[:, joint].numpy(), with_it[:, joint].numpy()
     figure = new_figure(10, 4.2)
@@ -140,6 +141,12 @@ def draw(effect: type[Effect], path: Path) -> Path:
     right.plot(driver, after - before, ".", color=COLOUR, markersize=3)
     _dress(right, xlabel=label, ylabel="difference [N m]")
     figure.suptitle(f"{effect.name} ({effect.id}), illustrative size", fontsize=11)
+    return figure
+
+
+def draw(effect: type[Effect], path: Path) -> Path:
+    """Write the picture of `effect` to the PNG file `path`, and beside it as SVG and its data as CSV."""
+    figure = picture(effect)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         save_figure(figure, path)
