@@ -1,5 +1,6 @@
 """Settings of all tests: repeatable examples, one thread, the folder of shared rigs on the path, and long files first."""
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -36,6 +37,12 @@ def pytest_collection_modifyitems(config, items):
         seconds = QUICK if mark is None else mark.kwargs.get("seconds", SLOW)
         cost[item.path] = cost.get(item.path, 0.0) + seconds
     items.sort(key=lambda item: -cost[item.path])
+
+
+def pytest_collection_finish():
+    """Leave what lasts as long as the tests out of the search for rings of garbage, which took a twentieth of their time."""
+    gc.freeze()
+    gc.set_threshold(10_000, 10, 10)
 
 
 @pytest.fixture(scope="session")
