@@ -125,12 +125,13 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
     model = calibrated_with(search, best, model)
     smallest = with_smallest_waves(search, best, model)
     found = _relinearise_per_recording(smallest.search, smallest.best, model)
-    for _ in range(max(rounds, 1)):
+    found = at_best_values(found.search, found.best, model)
+    for _ in range(rounds):
         before = found.best
-        found = at_best_values(found.search, before, model)
         found, model = _relinearise(found, model)
         if found.best.score < before.score + ONE_DEVIATION:
             break
+        found = at_best_values(found.search, found.best, model)
     return found
 
 
@@ -210,9 +211,9 @@ def with_finer_singles(search: Search, model: StripTheory) -> Search:
     What a law about zero leaves, others would be found for. Of two that exclude each other each is judged at its best values; the columns
     of loads are near them on the grid, those of sensor effects about none may mislead.
     """
-    singles = search.singles()
-    for i, (k,) in enumerate(single.chosen for single in singles):
-        rival = search.place(k) == search.place(singles[0].chosen[0]) and isinstance(search.view.library.hypotheses[k].effect, InstrumentEffect)
-        if i == 0 or rival:
-            search = refine(search, singles[i], model).search
+    best, *others = search.singles()
+    place, laws = search.place(best.chosen[0]), search.view.library.hypotheses
+    rivals = [s for s in others if search.place(s.chosen[0]) == place and isinstance(laws[s.chosen[0]].effect, InstrumentEffect)]
+    for single in (best, *rivals):
+        search = refine(search, single, model).search
     return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled

@@ -44,7 +44,7 @@ class OscillatingMass(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d mass, (n, joints, 1)."""
-        w, a = (x[:, self.joint - 1] for x in flow.arm_memo.of("ends of links", lambda: ends(flow)))
+        w, a = (x[:, self.joint - 1] for x in flow.arm_memo.of("ends of links", lambda: end_motion(flow)))
         force = torch.zeros_like(flow.phi)
         force[:, self.joint - 1] = self._acceleration(flow, w) - a
         return flow.normal_columns(force, force * flow.L).sum(-1, keepdim=True)
@@ -66,7 +66,7 @@ class OscillatingMass(LoadEffect):
 
             def following(old: Tensor) -> Tensor:
                 """Return Z and w (n, 3) after a step from `old`."""
-                re, im = _stepped((old[:, 0], old[:, 1]), old[:, 2], w, root, motion.carried.dt)  # type: ignore[union-attr]
+                re, im = _step((old[:, 0], old[:, 1]), old[:, 2], w, root, motion.carried.dt)  # type: ignore[union-attr]
                 return torch.stack([re, im, w], dim=1)
 
             Z = motion.carried.value(name, lambda: torch.stack([w, torch.zeros_like(w), w], dim=1), following)
@@ -84,13 +84,13 @@ class OscillatingMass(LoadEffect):
                 f"{text['damping']}: liquid in a tank, a hanging load or a soft tool.")
 
 
-def ends(flow: Flow) -> Pair:
+def end_motion(flow: Flow) -> Pair:
     """Return the velocity and the acceleration of the outer end of each link across it, (n, links) m/s and m/s^2."""
     dry = replace(flow, water=None, motion=replace(flow.motion, current=None))
     return dry.B + dry.A * dry.L, dry.N + dry.M * dry.L
 
 
-def _stepped(Z: Pair, before: Tensor, now: Tensor, root: complex, dt: Tensor) -> Pair:
+def _step(Z: Pair, before: Tensor, now: Tensor, root: complex, dt: Tensor) -> Pair:
     """Z after a step: E Z + (1 - E) w_before + (1 + p - E) (w_now - w_before) / p,   p = lambda dt, E = exp(p)."""
     fade, turn = torch.exp(root.real * dt), root.imag * dt
     re, im = fade * torch.cos(turn), fade * torch.sin(turn)

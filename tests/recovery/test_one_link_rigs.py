@@ -1,0 +1,106 @@
+"""One-link rigs of a simulator of its own, which shares no code with the package: what is hidden is named alone, with its values."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from scipy.integrate import solve_ivp
+from scipy.signal import lfilter
+
+import nnhydro
+
+LENGTH, DIAMETER, MASS, COM, INERTIA = 0.85, 0.075, 3.4, 0.4, 0.22
+RATE, CD, CM = 100.0, 1.1, 1.0
+AT_JOINT = INERTIA + MASS * COM**2 + 1000 * np.pi / 4 * DIAMETER**2 * LENGTH**3 / 3 * CM  # kg m^2
+DRAG = 500 * DIAMETER * LENGTH**4 / 4 * CD  # N m s^2
+MOTIONS = [((0.5, 0.45), (0.1, 0.9)), ((0.2, 0.9), (0.1, 0.3)), ((0.3, 0.3), (0.12, 1.3)), ((0.15, 1.6), (0.2, 0.5)), ((0.25, 0.7), (0.08, 1.9)),
+           ((0.6, 0.25), (0.05, 1.5))]  # rad, Hz
+
+
+def motion(parts, seconds=20.0, rate=RATE):
+    """Angle, rate and acceleration of a sum of sines that begins and ends at rest."""
+    t = np.arange(0, seconds, 1 / rate)
+    ramp = np.clip(np.minimum(t, seconds - t) / 2, 0, 1)
+    q = (ramp**3 * (10 - 15 * ramp + 6 * ramp**2)) * sum(a * np.sin(2 * np.pi * f * t + k) for k, (a, f) in enumerate(parts))
+    qd = np.gradient(q, t, edge_order=2)
+    return SimpleNamespace(t=t, q=q, qd=qd, qdd=np.gradient(qd, t, edge_order=2))
+
+
+def rigid(m):
+    """The torque of a rigid link, N m."""
+    return AT_JOINT * m.qdd + DRAG * np.abs(m.qd) * m.qd
+
+
+def lagged(m):
+    """The torque behind a first-order filter of 75 ms, by the trapezoidal rule."""
+    rows = 2 * 0.075 * RATE
+    return lfilter([1, 1], [1 + rows, 1 - rows], rigid(m))
+
+
+def sprung(m):
+    """The torque of a spring of 800 N m/rad with damping between the encoder and the link."""
+    def fall(t, x):
+        torque = 800.0 * (np.interp(t, m.t, m.q) - x[0]) + 1.6 * (np.interp(t, m.t, m.qd) - x[1])
+        return [x[1], (torque - DRAG * abs(x[1]) * x[1]) / AT_JOINT]
+
+    x = solve_ivp(fall, (0, m.t[-1]), [m.q[0], m.qd[0]], t_eval=m.t, max_step=0.01, rtol=1e-6, atol=1e-8).y
+    return 800.0 * (m.q - x[0]) + 1.6 * (m.qd - x[1])
+
+
+def sloshing(m):
+    """The torque where 1 kg of the mass swings at 0.78 Hz, 0.82 m from the joint."""
+    omega = 2 * np.pi * 0.78
+    x = solve_ivp(lambda t, x: [x[1], -2 * 0.08 * omega * x[1] - omega**2 * x[0] - 0.82 * np.interp(t, m.t, m.qdd)], (0, m.t[-1]), [0, 0],
+                  t_eval=m.t, max_step=0.02, rtol=1e-6, atol=1e-8).y
+    slip = -2 * 0.08 * omega * x[1] - omega**2 * x[0]
+    return rigid(m) + 1.0 * 0.82 * slip
+
+
+def write_arm(folder):
+    """Write what the rig's owner states of it."""
+    link = {"length_m": LENGTH, "diameter_m": DIAMETER, "mass_kg": MASS, "com_m": COM, "inertia_kg_m2": INERTIA, "known_to": 0.015}
+    (folder / "arm.yaml").write_text(yaml.safe_dump({"schema": "nnhydro/arm/1", "name": "one link", "links": [link],
+                                                     "fluid": {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1.0e-6}}))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("torque", "effect", "values"), [
+    (lagged, "sensor_timing", {"lag": 0.075, "low_pass": 0.075}),
+    (sprung, "joint_elasticity", {"stiffness": 800.0}),
+    (sloshing, "oscillating_mass", {"mass": 0.82**2 / LENGTH**2, "frequency": 0.78, "damping": 0.08}),
+])
+def test_a_long_lag_a_soft_drive_and_a_mass_that_swings_are_named_alone_with_their_values(torque, effect, values, tmp_path):
+    write_arm(tmp_path)
+    (tmp_path / "recordings").mkdir()
+    rng = np.random.default_rng(5)
+    for k, parts in enumerate(MOTIONS):
+        m = motion(parts)
+        tau = torque(m)
+        tau = tau + 0.01 * np.sqrt((tau**2).mean()) * lfilter([1], [1, -0.6], rng.standard_normal(len(tau)))
+        pd.DataFrame({"t_s": m.t, "q1_rad": m.q, "tau1_Nm": tau}).to_csv(tmp_path / "recordings" / f"run{k}.csv", index=False)
+    found = nnhydro.diagnose(tmp_path)
+    assert [f.effect for f in found.findings] == [effect], found.verdict()
+    for name, true in values.items():
+        told = found.findings[0].parameters[name]
+        assert told.value == pytest.approx(true, rel=0.05), name
+
+
+@pytest.mark.slow
+def test_a_drag_crisis_is_named_of_tows_with_its_reynolds_number(tmp_path):
+    write_arm(tmp_path)
+    (tmp_path / "steady").mkdir()
+    rng, rows = np.random.default_rng(3), []
+    for q in (0.0, 0.5, -0.5, 0.9):
+        for u in np.linspace(0.4, 3.6, 12):
+            w = u * np.cos(q)
+            cd = 0.58 + 0.62 / (1 + np.exp((np.log10(w * DIAMETER / 1e-6) - 5.1) / 0.05))
+            tau = 500 * DIAMETER * cd * w**2 * LENGTH**2 / 2
+            rows.append((q, 0.0, u, tau + 0.01 * tau * rng.standard_normal()))
+    pd.DataFrame(rows, columns=["q1_rad", "dq1_rad_s", "u0_m_s", "tau1_Nm"]).to_csv(tmp_path / "steady" / "tow.csv", index=False)
+    found = nnhydro.diagnose(tmp_path)
+    assert [f.effect for f in found.findings] == ["drag_crisis"], found.verdict()
+    told = found.findings[0].parameters
+    assert told["critical"].value == pytest.approx(10**5.1, rel=0.03)
+    assert told["drop"].value == pytest.approx(0.62, rel=0.1)
