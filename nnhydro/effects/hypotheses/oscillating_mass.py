@@ -13,6 +13,7 @@ from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effe
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
 
+TINY = 1e-300
 Pair = tuple[Tensor, Tensor]  # real and imaginary part
 
 
@@ -94,7 +95,7 @@ def _step(Z: Pair, before: Tensor, now: Tensor, root: complex, dt: Tensor) -> Pa
     """Z after a step: E Z + (1 - E) w_before + (1 + p - E) (w_now - w_before) / p,   p = lambda dt, E = exp(p)."""
     fade, turn = torch.exp(root.real * dt), root.imag * dt
     re, im = fade * torch.cos(turn), fade * torch.sin(turn)
-    p_re, p_im, size = root.real * dt, root.imag * dt, abs(root) ** 2 * dt**2
+    p_re, p_im, size = root.real * dt, root.imag * dt, (abs(root) ** 2 * dt**2).clamp(min=TINY)
     up, across = 1 + p_re - re, p_im - im
     change = now - before
     return (re * Z[0] - im * Z[1] + (1 - re) * before + (up * p_re + across * p_im) / size * change,
