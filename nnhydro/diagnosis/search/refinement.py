@@ -206,14 +206,14 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
 
 
 def with_finer_singles(search: Search, model: StripTheory) -> Search:
-    """Return the search with finer values of the law that is best alone, and of sensor effects of its family at its place.
+    """Return the search with finer values of the law that is best alone, and of those at its place that leave less to the unknown.
 
-    What a law about zero leaves, others would be found for. Of two that exclude each other each is judged at its best values; the columns
-    of loads are near them on the grid, those of sensor effects about none may mislead.
+    What a law about zero leaves, others would be found for. Of two laws that exclude each other, as a place holds one law of a family, the
+    one that leaves less may be best at values between those of the grid.
     """
     best, *others = search.singles()
-    place, laws = search.place(best.chosen[0]), search.view.library.hypotheses
-    rivals = [s for s in others if search.place(s.chosen[0]) == place and isinstance(laws[s.chosen[0]].effect, InstrumentEffect)]
+    place = search.place(best.chosen[0])
+    rivals = [s for s in others if search.place(s.chosen[0]) == place and s.unknown_nats < best.unknown_nats]
     for single in (best, *rivals):
         search = refine(search, single, model).search
     return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled
