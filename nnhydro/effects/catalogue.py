@@ -73,7 +73,7 @@ def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | 
             grids |= {name: tuple(slow * value for value in grids[name]) for name in effect.rate_scaled}
         found += [_with(law, dict(zip(grids, point, strict=True)))
                   for law in (started, *started.narrower()) for point in product(*grids.values())]
-    return tuple(found)
+    return tuple(dict.fromkeys(found))  # a law without a parameter is one law, whatever its grid
 
 
 def _with(started: Effect, shape: Mapping[str, float]) -> Effect:

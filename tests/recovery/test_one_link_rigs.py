@@ -100,7 +100,7 @@ def test_a_drag_crisis_is_named_of_tows_with_its_reynolds_number(tmp_path):
             rows.append((q, 0.0, u, tau + 0.01 * tau * rng.standard_normal()))
     pd.DataFrame(rows, columns=["q1_rad", "dq1_rad_s", "u0_m_s", "tau1_Nm"]).to_csv(tmp_path / "steady" / "tow.csv", index=False)
     found = nnhydro.diagnose(tmp_path)
-    assert [f.effect for f in found.findings] == ["drag_crisis"], found.verdict()
+    assert [f.effect for f in found.findings] == ["reynolds_drag"], found.verdict()
     told = found.findings[0].parameters
     assert told["critical"].value == pytest.approx(10**5.1, rel=0.03)
     assert told["drop"].value == pytest.approx(0.62, rel=0.1)

@@ -165,8 +165,8 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
             grids = cls.grids() | {name: (0.0, *values) for name, values in details.items()}
             same = [other for other in points if other.joint == point.joint]
             for effect in _shapes(point, details):
-                values = {name: sorted({getattr(other, name)[0] for other in same} | set(grids[name] if name in details else ()))
-                          for name in grids if getattr(effect, name)}
+                values = {name: sorted({x for other in same for x in getattr(other, name)[:1]} |
+                                       set(grids[name] if name in details else ())) for name in grids if getattr(effect, name)}
                 spans = {name: grid_neighbours(values[name], getattr(effect, name)[0]) for name in values}
                 made.append(Hypothesis(effect, len(same), spans))
     return tuple(made)

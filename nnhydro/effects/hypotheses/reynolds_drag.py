@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import torch
 from torch import Tensor
@@ -11,6 +11,7 @@ from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parame
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import strip_columns, unit_drag
+from nnhydro.recordings.arm import Arm
 
 REFERENCE = 3e4  # Re of a link of 6 cm at 0.5 m/s
 LOWEST = 1e2  # below, the load is too small to matter
@@ -21,14 +22,16 @@ STRIPS = 20  # a link
 @final
 @dataclass(frozen=True)
 class ReynoldsDrag(LoadEffect):
-    """C_D of every strip is a parabola in log10 of its own Reynolds number, or a cubic, which levels off on both sides."""
+    """C_D of every strip is a parabola in log10 of its own Reynolds number, or a cubic, or falls by a step: the drag crisis."""
 
     id = "reynolds_drag"
     family = "drag_law"
     name = "drag that depends on the Reynolds number"
-    mechanism = "Where the flow separates from the link depends on speed times size over viscosity; near the drag crisis C_D falls steeply."
-    equation = "C_D -> C_D + a r + b r^2 + c r^3,  c = 0 in a parabola,  r = log10(Re / 3e4),  Re = |w| D / nu of each strip"
-    source = "Wieselsberger's curve C_D(Re), as used in the package's table; parabola and cubic are ours"
+    mechanism = "Where the flow separates from the link depends on speed times size over viscosity; in the drag crisis C_D falls steeply."
+    equation = ("C_D -> C_D + a r + b r^2 + c r^3 - d (1 + tanh((r - r_c)/width))/2,  c = d = 0 in a parabola, d = 0 in a cubic, "
+                "a = b = c = 0 in a crisis,  r = log10(Re / 3e4),  Re = |w| D / nu of each strip")
+    source = ("Wieselsberger's curve C_D(Re), as used in the package's table; crisis at Re = 2e5 to 4e5, earlier on rough cylinders: "
+              "Achenbach (1968), J. Fluid Mech. 34, 625, from general knowledge; parabola, cubic and tanh are ours")
     signature = Signature(
         depends_on=("w",), parity="odd", region="drag that grows with another power of speed than 2, at the fast tip first",
         excited_by="the same posture towed at many speeds", mistaken_for=("drag_form", "viscous_friction", "tip_drag", "flow_memory"),
@@ -38,20 +41,37 @@ class ReynoldsDrag(LoadEffect):
 
     slope: Values = parameter("1", 0.0, (-3.0, 3.0), "change of C_D per factor of ten in Re", per="arm")
     bend: Values = parameter("1", 0.0, (-3.0, 3.0), "curvature of C_D over log10 Re", per="arm")
-    turn: Values = parameter("1", 0.0, (-10.0, 10.0), "change of the curvature: a crisis has two bends", per="arm", absent=True)
+    turn: Values = parameter("1", 0.0, (-10.0, 10.0), "change of the curvature", per="arm", absent=True)
+    drop: Values = parameter("1", 0.5, (0.0, 2.0), "how far C_D falls in a crisis", per="arm", absent=True)
+    critical: Values = parameter("1", 2e5, (1e4, 2e6), "Reynolds number in the middle of its fall", per="arm", linear=False,
+                                 grid=(5e4, 1e5, 2e5, 4e5), absent=True)
+    width: Values = parameter("1", 0.1, (0.02, 0.5), "decades of Re from the middle to where an eighth of the fall is left", per="arm",
+                              linear=False, grid=(0.07, 0.2), absent=True)
+
+    @classmethod
+    def at_start(cls, arm: Arm, **options: Any) -> "ReynoldsDrag":
+        """Return the cubic."""
+        return replace(super().at_start(arm, **options), drop=(), critical=(), width=())
 
     def narrower(self) -> tuple["ReynoldsDrag", ...]:
-        """Return the parabola alone."""
-        return (replace(self, turn=()),)
+        """Return the parabola alone, and the crisis alone."""
+        start: dict[str, Any] = {f.name: (f.metadata["start"],) for f in self.parameters() if f.name in ("drop", "critical", "width")}
+        return replace(self, turn=()), replace(self, slope=(), bend=(), turn=(), **start)
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (slope, bend, turn), (n, joints, 3), or of the first two alone."""
+        """Return d tau / d (slope, bend, turn, drop), (n, joints, 4), less what this law leaves out."""
         strips = Strips.of(flow, STRIPS)
         Re = strips.w.abs() * flow.D[:, None] / flow.nu
         r = torch.log10(Re.clamp(min=LOWEST) / REFERENCE)
-        return strip_columns(strips, unit_drag(strips), torch.stack([r**k for k in range(1, 3 + len(self.turn))], dim=-1)).sum(2)
+        shapes = [r**k for k in range(1, 1 + len(self.slope + self.bend + self.turn))]
+        if self.drop:
+            shapes.append(-(1 + torch.tanh(torch.log10(Re.clamp(min=LOWEST) / self.critical[0]) / self.width[0])) / 2)
+        return strip_columns(strips, unit_drag(strips), torch.stack(shapes, dim=-1)).sum(2)
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
+        if self.drop:
+            return (f"C_D depends on the Reynolds number: it falls by {text['drop']} about {text['critical']}, within {text['width']} "
+                    "decades to either side (drag crisis).")
         turns = f", turn {text['turn']}" if "turn" in text else ""
         return f"C_D changes by {text['slope']} per decade of the Reynolds number at 3e4 (bend {text['bend']}{turns})."
