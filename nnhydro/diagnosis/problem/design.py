@@ -34,6 +34,7 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
 
 Array = NDArray[np.float64]
+EXCITED = 0.99  # share of the inertia's torque below the highest frequency at which a motion makes anything swing
 SMOOTHED = 7  # frequencies over which a variance is averaged
 
 
@@ -171,6 +172,15 @@ class Design:
         return made
 
     @property
+    def excited(self) -> float:
+        """The frequency, Hz, below which the share EXCITED of the inertia's torque lies, all joints alike."""
+        power = (self._weight_and_inertia[..., 1] ** 2).sum(axis=0)
+        shares = (self._weight_and_inertia[..., 1] ** 2 / np.maximum(power, 1e-300)).sum(axis=1)
+        order = np.argsort(self.problem.frequency)
+        below = np.cumsum(shares[order])
+        return float(self.problem.frequency[order][np.searchsorted(below, EXCITED * below[-1])]) if below[-1] > 0 else 0.0
+
+    @property
     def largest_part(self) -> Array:
         """The largest part of the model, (n, joints): weight or inertia."""
         return self._weight_and_inertia[..., 0 if self.heavy else 1]
@@ -259,10 +269,15 @@ def design_on(problem: Problem, baseline: str | None) -> Design:
 
 
 def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
-    """Return every hypothesis that makes sense for the arm and the torques of `design`; what has a frequency has it within the band."""
+    """Return every hypothesis that makes sense for the arm and the torques of `design`.
+
+    What has a frequency has it within the band; what swings with the motion within the frequencies that the motion excites.
+    """
     measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
     angles, rates = (np.concatenate([getattr(s.segment, name)[s.segment.keep] for s in design.problem.stretches]) for name in ("q", "qd"))
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
                                 tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
                                 tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()))
-    return tuple(h for h in made if "frequency" not in h.spans or getattr(h.effect, "frequency")[0] < design.problem.edge)  # noqa: B009
+    edge, excited = design.problem.edge, design.excited
+    return tuple(h for h in made if "frequency" not in h.spans
+                 or getattr(h.effect, "frequency")[0] < (edge if h.per_recording else excited))  # noqa: B009

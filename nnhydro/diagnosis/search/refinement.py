@@ -206,14 +206,13 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
 
 
 def with_finer_singles(search: Search, model: StripTheory) -> Search:
-    """Return the search with finer values of the law that is best alone, and of those at its place that leave less to the unknown.
+    """Return the search with finer values of the law that is best alone, and of the one that leaves least to the unknown.
 
-    What a law about zero leaves, others would be found for. Of two laws that exclude each other, as a place holds one law of a family, the
-    one that leaves less may be best at values between those of the grid.
+    What a law about zero leaves, others would be found for. A law that leaves less than the best may be better at values between those of
+    the grid.
     """
-    best, *others = search.singles()
-    place = search.place(best.chosen[0])
-    rivals = [s for s in others if search.place(s.chosen[0]) == place and s.unknown_nats < best.unknown_nats]
-    for single in (best, *rivals):
-        search = refine(search, single, model).search
+    singles = search.singles()
+    least = min(singles, key=lambda s: s.unknown_nats)  # the best itself where both leave the same
+    for single in dict.fromkeys((singles[0].chosen, least.chosen)):
+        search = refine(search, search.score(single), model).search
     return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled
