@@ -13,6 +13,7 @@ from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of, hypotheses_for, relevant_share
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.effects.effect import REGISTER
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
@@ -119,3 +120,13 @@ def test_a_grip_that_is_lost_is_sought_where_the_joint_turns_slowly(added, tried
     stretches = tuple(replace(s, segment=replace(s.segment, qd=s.segment.qd + added)) for s in design.problem.stretches)
     turned = replace(design, problem=replace(design.problem, stretches=stretches))
     assert ("stribeck_friction" in {h.key[0] for h in hypotheses_for(turned)}) is tried
+
+
+def test_what_swings_with_the_motion_is_tried_where_the_motion_excites_it():
+    design = of(edge=6.0)
+    swinging = {h.effect.frequency[0] for h in hypotheses_for(design) if h.key[0] == "oscillating_mass"}
+    assert swinging
+    assert max(swinging) < design.excited < 6.0
+    assert any(f > design.excited for f in REGISTER["oscillating_mass"].grids()["frequency"]), "the grid goes on"
+    energy, slow = design._weight_and_inertia[..., 1] ** 2, design.problem.frequency <= design.excited
+    assert 0.98 < energy[slow].sum() / energy.sum() < 1.0
