@@ -24,7 +24,7 @@ class OscillatingMass(LoadEffect):
     """A damped spring between the end of a link and a part of the mass that arm.yaml states."""
 
     id = "oscillating_mass"
-    family = "inertia"
+    family = "transmission"  # a spring with a load on it: beside a soft drive at the same place it cannot be told
     name = "mass that swings on a link"
     mechanism = "Liquid in a tank, a hanging load or a soft tool swings: below its frequency it moves with the link, above it stays behind."
     equation = ("tau = J_n^T m (s' - a),  s' = -(2 pi f)^2 y - 4 pi f zeta y',  y' = s - w;  w, a: normal velocity and acceleration of "

@@ -12,7 +12,7 @@ from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.motion import tensor
 
-LAGS = (0.05, 0.15)  # s
+LAG = 0.05  # s, from which a search may start
 MEMORY = 3.0  # time constants after which a low-pass has forgotten
 
 
@@ -45,8 +45,8 @@ class SensorTiming(InstrumentEffect):
         return -seen.rate[..., None]
 
     def extra_starts(self, seen: SensorView) -> tuple["SensorTiming", ...]:
-        """Return lags that are long against the motion's periods: about none the torque's slope says little of them."""
-        return () if seen.motion.steady else tuple(replace(self, lag=(lag,)) for lag in LAGS)
+        """Return a lag that is long against quick motions: about none the torque's slope says little of it."""
+        return () if seen.motion.steady else (replace(self, lag=(LAG,)),)
 
     def split(self) -> tuple[float, float]:
         """Return delay and time constant T in s."""
