@@ -3,6 +3,7 @@
     added_mass     C_M, where the baseline has none
     rotor_inertia  J ddq of the joint's own gear-side rotor
     payload_mass   a point mass at the tip (plain) or a few centimetres beyond it (other)
+    oscillating_mass  y'' + 2 zeta omega y' + omega^2 y = -a across the end of a link, in place of a rigid mass: force m y''
 """
 
 from __future__ import annotations
@@ -60,3 +61,27 @@ def payload_mass(rng: Generator, arm: TrueArm) -> Draft:
             return np.column_stack([cross(place - F.P[:, j], force) for j in range(tau.shape[1])])
         return Cause("payload_mass", None, "other" if beyond else "plain", "a mass at the tip", {"mass": (a, "kg")}, load=load)
     return Draft(make, 1e-3, 0.8 * sum(k.mass for k in arm.links))
+
+
+@hides("oscillating_mass")
+def oscillating_mass(rng: Generator, arm: TrueArm) -> Draft:
+    """Draw the link on which a part of the mass swings, how fast, and how soon it comes to rest."""
+    from scipy.signal import lsim
+
+    link, omega, zeta = draw_joint(rng, arm), 2 * np.pi * float(rng.uniform(0.4, 1.2)), float(rng.uniform(0.04, 0.2))
+
+    def make(a: float) -> Cause:
+        """Return the cause whose mass is `a` kg."""
+        def load(run: TrueRun, tau: Array) -> Array:
+            """Return the extra joint torques (n, joints) N m."""
+            F = frames_of(run, arm)
+            across = F.nrm[:, link - 1]
+            push = -(F.A[:, link] * across).sum(axis=1)
+            even = np.linspace(0.0, run.t[-1] - run.t[0], len(run.t))
+            _, y, _ = lsim(([1.0, 0.0, 0.0], [1.0, 2 * zeta * omega, omega**2]), push, even)
+            force = a * np.asarray(y)[:, None] * across
+            return np.column_stack([cross(F.P[:, link] - F.P[:, j], force) if j < link else np.zeros(len(force))
+                                    for j in range(tau.shape[1])])
+        values = {"mass": (a, "kg"), "frequency": (omega / 2 / np.pi, "Hz"), "damping": (zeta, "1")}
+        return Cause("oscillating_mass", link, "plain", "liquid in a tank swings on a link", values, load=load)
+    return Draft(make, 1e-3, 0.5 * sum(k.mass for k in arm.links))
