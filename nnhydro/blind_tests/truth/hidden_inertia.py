@@ -63,7 +63,7 @@ def payload_mass(rng: Generator, arm: TrueArm) -> Draft:
     return Draft(make, 1e-3, 0.8 * sum(k.mass for k in arm.links))
 
 
-@hides("oscillating_mass")
+@hides("oscillating_mass", by_name=True)
 def oscillating_mass(rng: Generator, arm: TrueArm) -> Draft:
     """Draw the link on which a part of the mass swings, how fast, and how soon it comes to rest."""
     from scipy.signal import lsim

@@ -34,7 +34,7 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
 
 Array = NDArray[np.float64]
-EXCITED = 0.99  # share of the inertia's torque below the highest frequency at which a motion makes anything swing
+EXCITED = 0.99  # share of the inertia's torque below the quickest part of a motion, and above its slowest
 SMOOTHED = 7  # frequencies over which a variance is averaged
 
 
@@ -172,13 +172,14 @@ class Design:
         return made
 
     @property
-    def excited(self) -> float:
-        """The frequency, Hz, below which the share EXCITED of the inertia's torque lies, all joints alike."""
+    def excited(self) -> tuple[float, float]:
+        """The frequencies, Hz, below and above which the share 1 - EXCITED of the inertia's torque lies, all joints alike."""
         power = (self._weight_and_inertia[..., 1] ** 2).sum(axis=0)
         shares = (self._weight_and_inertia[..., 1] ** 2 / np.maximum(power, 1e-300)).sum(axis=1)
         order = np.argsort(self.problem.frequency)
         below = np.cumsum(shares[order])
-        return float(self.problem.frequency[order][np.searchsorted(below, EXCITED * below[-1])]) if below[-1] > 0 else 0.0
+        low, high = (int(np.searchsorted(below, share * below[-1])) for share in (1 - EXCITED, EXCITED))
+        return (float(self.problem.frequency[order[low]]), float(self.problem.frequency[order[high]])) if below[-1] > 0 else (0.0, 0.0)
 
     @property
     def largest_part(self) -> Array:
@@ -271,13 +272,18 @@ def design_on(problem: Problem, baseline: str | None) -> Design:
 def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm and the torques of `design`.
 
-    What has a frequency has it within the band; what swings with the motion within the frequencies that the motion excites.
+    What has a frequency has it within the band; what swings with the motion between the slowest and the quickest parts of the motion.
     """
     measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
     angles, rates = (np.concatenate([getattr(s.segment, name)[s.segment.keep] for s in design.problem.stretches]) for name in ("q", "qd"))
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
                                 tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
                                 tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()))
-    edge, excited = design.problem.edge, design.excited
-    return tuple(h for h in made if "frequency" not in h.spans
-                 or getattr(h.effect, "frequency")[0] < (edge if h.per_recording else excited))  # noqa: B009
+    band, excited = (-np.inf, design.problem.edge), design.excited
+
+    def within(h: Hypothesis) -> bool:
+        """Return whether the frequency of a hypothesis, if it has one, can show."""
+        low, high = band if h.per_recording else excited
+        return "frequency" not in h.spans or low <= getattr(h.effect, "frequency")[0] < high  # noqa: B009
+
+    return tuple(filter(within, made))

@@ -45,8 +45,8 @@ class SensorTiming(InstrumentEffect):
         return -seen.rate[..., None]
 
     def extra_starts(self, seen: SensorView) -> tuple["SensorTiming", ...]:
-        """Return a lag that is long against quick motions: about none the torque's slope says little of it."""
-        return () if seen.motion.steady else (replace(self, lag=(LAG,)),)
+        """Return a low-pass that is long against quick motions: about none the torque's slope says little of it."""
+        return (replace(self, lag=(LAG,)),) if self.low_pass[0] == 1.0 and not seen.motion.steady else ()
 
     def split(self) -> tuple[float, float]:
         """Return delay and time constant T in s."""
@@ -89,7 +89,7 @@ def first_order_lag(t: Tensor, x: Tensor, lag: float) -> Tensor:
     from scipy.interpolate import CubicSpline
     from scipy.signal import lfilter
 
-    if len(t) < 4 or lag <= 0.0:
+    if len(t) < 4 or not lag > 0.0:
         return x
     times, spline = t.numpy(), CubicSpline(t.numpy(), x.numpy())
     dt = (times[-1] - times[0]) / (len(times) - 1)

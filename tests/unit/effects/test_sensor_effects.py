@@ -52,6 +52,7 @@ def test_a_long_lag_is_tried_from_where_it_is_and_not_of_tables():
     still = of_time(np.zeros(3), np.zeros(3))
     effect = made("sensor_timing", arm(1), low_pass=(1.0,))
     assert [start.lag[0] for start in effect.extra_starts(of_time(np.linspace(0, 1, 50), np.zeros(50)))] == [0.05]
+    assert made("sensor_timing", arm(1), low_pass=(0.0,)).extra_starts(of_time(np.linspace(0, 1, 50), np.zeros(50))) == ()
     assert effect.extra_starts(replace(still, flow=replace(still.flow, motion=replace(still.motion, steady=True)))) == ()
 
 
