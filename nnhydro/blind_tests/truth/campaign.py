@@ -100,7 +100,7 @@ def choose(rng: Generator, wish: Wish, links: int) -> tuple[str, ...] | None:
     if effect != "random" and effect not in registry.names(effect.rpartition(":")[0], links):
         return None
     never = ("added_mass",) if wish.acts == "always" else ("added_mass", "torque_drift")
-    others = [name for name in registry.drawn(links) if name not in (effect, *never)]
+    others = [name for name in registry.random_names(links) if name not in (effect, *never)]
     first = (str(rng.choice(others)),) if effect == "random" else (effect,)
     more = rng.permutation([name for name in others if name not in first])[: wish.effects - 1]
     return (*first, *(str(name) for name in more))

@@ -46,7 +46,7 @@ def names(kind: str = "", links: int = 2) -> tuple[str, ...]:
     return tuple(name for name in makers() if name.rpartition(":")[0] == kind and (links > 1 or name not in _TWO_LINKS))
 
 
-def drawn(links: int) -> tuple[str, ...]:
+def random_names(links: int) -> tuple[str, ...]:
     """Return the effects of the catalogue that are hidden at random on an arm of `links` links."""
     return tuple(name for name in names("", links) if name not in _BY_NAME)
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nnhydro.blind_tests.truth.registry import drawn, makers, takes_belt
+from nnhydro.blind_tests.truth.registry import makers, random_names, takes_belt
 from nnhydro.blind_tests.truth.visibility import Yardstick
 from nnhydro.blind_tests.truth.world import Array, Cause, Generator
 
@@ -35,7 +35,7 @@ def nearest(rng: Generator, reference: Yardstick, found: Sequence[tuple[Cause, f
     left: list[dict[str, float]] = [{} for _ in found]
     if not found:
         return left
-    for name in drawn(len(reference.arm.links)):
+    for name in random_names(len(reference.arm.links)):
         if name == "added_mass" or (reference.arm.belt and not takes_belt(name)):
             continue
         for _ in range(DRAWS):
