@@ -11,7 +11,7 @@ from nnhydro.diagnosis.decision.heldout_errors import Proof
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
-from nnhydro.diagnosis.unexplained.residual_location import SHOWN, Location
+from nnhydro.diagnosis.unexplained.residual_location import SHOWN, Location, few_names
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.models.stated_terms import STATED_COULOMB, stated_values
 from nnhydro.models.torque_model import TorqueModel
@@ -82,7 +82,7 @@ class DiagnosisResult:
         if self.remainder.lines:
             return ""
         few, differ, place = self.remainder.recordings, self.remainder.parameters_differ, self.remainder.place
-        there = f"{', '.join(few[:SHOWN])}{' and others' if len(few) > SHOWN else ''}"
+        there = few_names(few)
         lies = f"lies in {there}" if few and not differ else "" if place is None else place.sentence
         why = f" Mass, drag or added mass in {there} differ from those of the other recordings." if differ else ""
         return f"{f' {subject} {lies}.' if lies else ''}{why}"

@@ -110,6 +110,19 @@ def test_water_at_rest_only_takes_energy_by_drag():
     assert (np.sum(water_torque(run, arm) * run.qd, axis=1) >= -1e-12).all()
 
 
+@pytest.mark.parametrize(("quick", "left"), [(40.0, -1.0), (0.02, 0.0)])
+def test_a_mass_that_swings_stays_behind_quick_motions_and_goes_with_slow_ones(quick, left):
+    """Its inertia m L^2 is taken off the joint where the link moves far quicker than it swings; where far slower, nothing changes."""
+    cause = draft("oscillating_mass", joint=2).make(0.3)
+    omega = quick * 2 * np.pi * cause.parameters["frequency"][0]
+    t = np.linspace(0, 6 * 2 * np.pi / omega, 6001)
+    still, a = np.zeros_like(t), 0.1 * np.sin(omega * t)
+    both = [np.column_stack([still, x]) for x in (a, 0.1 * omega * np.cos(omega * t), -(omega**2) * a)]
+    more = cause.load(TrueRun("swing", t, *both, still, still), np.zeros((len(t), 2)))
+    inertia = 0.3 * ARM.links[1].length ** 2 * both[2][:, 1]
+    np.testing.assert_allclose(more[1000:, 1], left * inertia[1000:], atol=0.05 * np.abs(inertia).max())
+
+
 def mirrored(run):
     q = np.column_stack([np.pi - run.q[:, 0], *-run.q[:, 1:].T])
     return replace(run, q=q, qd=-run.qd, qdd=-run.qdd)

@@ -135,25 +135,32 @@ def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = RO
     return found
 
 
+def _about_values(search: Search, now: ScoredSet, model: StripTheory, per_recording: bool) -> GrownSearch | None:
+    """Return the set with its instruments about their values on `model`: those with values of each recording, or the others.
+
+    None where it has no such instruments.
+    """
+    laws = search.view.library.hypotheses
+    about = {k: laws[k].linearised_at(scaled_values(search.view, now, k), model) for k in now.chosen
+             if isinstance(laws[k].effect, InstrumentEffect) and laws[k].per_recording == per_recording}
+    if not about:
+        return None
+    grown = extend_library(search, now, list(about.values()), model)
+    return GrownSearch(grown, grown.score((*(k for k in now.chosen if k not in about), *range(len(laws), len(laws) + len(about)))))
+
+
 def _relinearise(found: GrownSearch, model: StripTheory) -> tuple[GrownSearch, StripTheory]:
     """Return the set with its instruments about their values on the calibrated baseline, and this: each was fitted beside the other.
 
     Where an instrument changes much of the torque, as a long lag does, coefficients and values agree only after some rounds.
     """
-    for _ in range(PER_RECORDING_ROUNDS):
-        search, best = found.search, found.best
-        model = calibrated_with(search, best, model)
-        about = {k: h.linearised_at(scaled_values(search.view, best, k), model) for k in best.chosen
-                 if isinstance((h := search.view.library.hypotheses[k]).effect, InstrumentEffect) and not h.per_recording}
-        if not about:
+    for _ in range(ROUNDS):
+        model = calibrated_with(found.search, found.best, model)
+        now = _about_values(found.search, found.best, model, per_recording=False)
+        if now is None or now.best.score < found.best.score:
             break
-        start = len(search.view.library.hypotheses)
-        search = extend_library(search, best, list(about.values()), model)
-        now = search.score((*(k for k in best.chosen if k not in about), *range(start, start + len(about))))
-        if now.score < best.score:
-            break
-        found = GrownSearch(search, now)
-        if now.score < best.score + ONE_DEVIATION:
+        before, found = found, now
+        if found.best.score < before.best.score + ONE_DEVIATION:
             break
     return found, model
 
@@ -165,17 +172,13 @@ def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:
 
 def _relinearise_per_recording(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return the best set with the columns of members that have values of each recording's own about these, by Newton's method."""
-    found, now = GrownSearch(search, best), best
+    found = now = GrownSearch(search, best)
     for _ in range(PER_RECORDING_ROUNDS):
-        relinearised = {k: h.linearised_at(scaled_values(search.view, now, k), model) for k in now.chosen
-               if (h := search.view.library.hypotheses[k]).per_recording and isinstance(h.effect, InstrumentEffect)}
-        if not relinearised:
+        following = _about_values(now.search, now.best, model, per_recording=True)
+        if following is None:
             break
-        start = len(search.view.library.hypotheses)
-        search = extend_library(search, now, list(relinearised.values()), model)
-        now = search.score((*(k for k in now.chosen if k not in relinearised), *range(start, start + len(relinearised))))
-        if now.score > found.best.score:
-            found = GrownSearch(search, now)
+        now = following
+        found = max(found, now, key=lambda grown: grown.best.score)
     return found
 
 

@@ -21,6 +21,11 @@ MUCH_EXPLAINED = 0.25  # share from which a sentence says that the residual depe
 SHOWN = 4  # names of recordings in a sentence
 
 
+def few_names(recordings: Sequence[str]) -> str:
+    """Return the names of recordings as a part of a sentence, the first SHOWN of many."""
+    return f"{', '.join(recordings[:SHOWN])}{' and others' if len(recordings) > SHOWN else ''}"
+
+
 @final
 @dataclass(frozen=True)
 class Location:
@@ -37,7 +42,7 @@ class Location:
     @property
     def sentence(self) -> str:
         """On which state the residual depends, or in which recordings it lies; empty where neither is plain."""
-        few = f"{', '.join(self.recordings[:SHOWN])}{' and others' if len(self.recordings) > SHOWN else ''}"
+        few = few_names(self.recordings)
         if self.follows < MUCH_EXPLAINED:
             return f"lies in {few}" if few else ""
         (name, (low, high)), = self.conditions.items()

@@ -41,6 +41,7 @@ class OscillatingMass(LoadEffect):
     mass: Values = parameter("kg", 0.5, ANY_SIZE, "mass that swings, taken at the end of the link", per="arm")
     frequency: Values = parameter("Hz", 1.0, (0.05, 50.0), "its natural frequency f", per="arm", linear=False,
                                   grid=(0.3, 0.45, 0.7, 1.0, 1.5, 2.3, 3.5, 5.0))
+    # less damped, its resonance is as narrow as the line of a motion of eight periods, 1/(2 pi 8): not told from this line
     damping: Values = parameter("1", 0.05, (0.02, 0.9), "damping ratio zeta", per="arm", linear=False, grid=(0.03, 0.15))
 
     def columns(self, flow: Flow) -> Tensor:
