@@ -24,13 +24,20 @@ def sentences(text):
             yield from re.split(r"(?<=[.!?:;])\s+|(?<=[.!?]\))\s+", plain)
 
 
+def cells(text):
+    """The sentences in the cells of the tables of a page."""
+    rows = [line for line in re.sub(r"```.*?```", "", text, flags=re.DOTALL).splitlines() if line.startswith("| ")]
+    return [sentence for row in rows for cell in re.split(r"(?<!\\)\|", row.strip("| ")) for sentence in sentences(cell)]
+
+
 def words(sentence):
     return sum(bool(re.search(r"\w", word)) for word in sentence.split())
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_sentence_has_25_words_at_most(path):
-    assert [s for s in sentences(path.read_text(encoding="utf-8")) if words(s) > MOST] == []
+    text = path.read_text(encoding="utf-8")
+    assert [s for s in (*sentences(text), *cells(text)) if words(s) > MOST] == []
 
 
 def messages(path):
@@ -55,6 +62,7 @@ def test_a_message_has_25_words_a_sentence_at_most():
 def test_sentences_are_counted():
     text = "One two\nthree. [Four five](six.md), `seven eight`!\n\n| a | table |\n- A, b\n- c: d"
     assert [words(sentence) for sentence in sentences(text)] == [3, 3, 2, 1, 1]
+    assert [words(cell) for cell in cells(text)] == [1, 1]
 
 
 def test_every_command_is_summed_up_in_a_line(capsys):
