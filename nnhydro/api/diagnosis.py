@@ -1,4 +1,4 @@
-"""What the baseline leaves out of the recordings: found, named, with numbers and the proof."""
+"""What the baseline omits: the effects with numbers, and the proof."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Diagnosis(ResultView):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """The effects that were left out, the strongest first."""
+        """The effects that the baseline omits, the strongest first."""
         return tuple(self.result.findings)
 
     @property
@@ -66,11 +66,11 @@ class Diagnosis(ResultView):
 
 def diagnose(campaign: Campaign | str | Path, baseline: str | Path | None = None, cutoff_hz: float | None = None, seed: int = 0,
              report: Callable[[str], None] | None = None, rehearsals: int = 0, limits: str | Path | None = None) -> Diagnosis:
-    """Return what the baseline leaves out of the recordings of `campaign`.
+    """Return what the baseline omits, by the recordings of `campaign`.
 
     `baseline` is a physics model by name, the folder of any model, or "column": the user's own simulation in tau1_sim_Nm, ...; constant,
     or rigid where the arm is dry, by default. `report=print` shows progress. `rehearsals`: how often findings and their
-    alternatives are injected into these motions, which limits each confidence to the share of right names. `limits` is a file with what
+    rivals are injected into these motions, which limits each confidence to the share of right names. `limits` is a file with what
     the rig can do, for the motion to record next. Raises ConfigError for an unknown baseline or limits that do not fit the arm,
     CampaignError or RecordingError where the data cannot be used.
     """

@@ -1,4 +1,4 @@
-"""The catalogue of what a simulation may leave out."""
+"""The catalogue of what a simulation may omit."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Catalogue(ResultView):
 
     def verdict(self) -> str:
         """Return how many effects are known."""
-        return f"{len(self)} effects that a simulation may leave out."
+        return f"{len(self)} effects that a simulation may omit."
 
     def sheets(self) -> tuple[Sheet, ...]:
         """Return one row an effect."""

@@ -1,4 +1,4 @@
-"""`nnhydro diagnose`: what the baseline leaves out of the recordings."""
+"""`nnhydro diagnose`: what the baseline omits."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -54,7 +54,7 @@ def _many(asked: "list[DiagnosisRequest]", workers: "Workers", json: bool) -> No
         emit({"campaigns": {outcome.asked.campaign.name: outcome.document for outcome in outcomes}})
     else:
         rows = [[outcome.asked.campaign.name, *_links(outcome), outcome.verdict] for outcome in outcomes]
-        table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "left out"], rows, (True,) * 5)
+        table("Campaigns", ["campaign", "L/D", "C_D", "C_M", "verdict"], rows, (True,) * 5)
     failed = [f"{outcome.asked.campaign}: {outcome.verdict}" for outcome in outcomes if outcome.document is None]
     if failed:
         raise CampaignError(f"{len(failed)} of {count_text(len(outcomes), 'campaign')} could not be diagnosed; the first: {failed[0]}")
@@ -121,7 +121,7 @@ def diagnose(
     seed: int = typer.Option(0, "--seed", help="Random seed of the subset of recordings and of the simulated "
                              "campaigns that set the threshold."),
     rehearse: int = typer.Option(0, "--rehearse", min=0, max=1000, help="Calibrate the confidence by simulation: inject each finding and "
-                                 "its alternatives N times into these motions, and repeat the diagnosis."),
+                                 "its rivals N times into these motions, and repeat the diagnosis."),
     limits: Path | None = typer.Option(None, "--limits", help="YAML file with what the rig can do (q_rad, dq_rad_s, ddq_rad_s2, u0_m_s, "
                                        "tau_Nm, seconds), for the motion to record next; by default the ranges of the recordings."),
     column_map: Path | None = MAP,
@@ -131,7 +131,7 @@ def diagnose(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Find the physics that a model leaves out.
+    """Find the physics that a model omits.
 
     Says whether model and recordings differ, and where. Names the missing effect, its size, and the error of the corrected model.
     """

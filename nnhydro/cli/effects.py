@@ -1,4 +1,4 @@
-"""`nnhydro effects`: the catalogue of what may be left out of a simulation."""
+"""`nnhydro effects`: the catalogue of what a simulation may omit."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""`diagnose`: is there a mismatch, where, what physics was left out, the model with it, the proof.
+"""`diagnose`: is there a mismatch, where, what physics was omitted, the model with it, the proof.
 
 prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> decide -> findings, corrected model, proof, what remains.
 """
@@ -98,7 +98,7 @@ def _explore(design: Design, without: Sequence[str],
 
 @one_thread()
 def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> SearchedCampaign:
-    """Return what the baseline of `design` leaves out on its rows."""
+    """Return what the baseline of `design` omits on its rows."""
     noise, search, best, model = _explore(design, without)
     return SearchedCampaign(design, noise, search, decide(search, best, seed), model, search.score(()))
 
@@ -107,7 +107,7 @@ def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> Sea
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
              without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
              rehearsals: int = 0, limits: Limits | None = None) -> DiagnosisResult:
-    """Return what the baseline leaves out of the recordings of `campaign`; `without` takes effects out of the catalogue.
+    """Return what the baseline omits, by the recordings of `campaign`; `without` takes effects out of the catalogue.
 
     Of more than `most` recordings the others take no part. `cutoff_hz` is the upper edge of the band, by default from the data.
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
@@ -156,7 +156,7 @@ class DiagnosisOptions:
     seed: int = 0  # of subsets of recordings and of null draws
     cutoff_hz: float | None = None  # from the data
     without: tuple[str, ...] = ()  # effects that are taken out of the catalogue
-    rehearsals: int = 0  # draws of each finding and of each alternative that calibrate the confidence
+    rehearsals: int = 0  # draws of each finding and of each rival that calibrate the confidence
     limits: Limits | None = None  # what the rig can do; the ranges of the recordings
 
     def diagnose(self, campaign: Campaign, progress: Callable[[str], None] = lambda line: None) -> DiagnosisResult:

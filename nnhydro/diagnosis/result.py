@@ -26,7 +26,7 @@ TOO_NOISY = 1 / 3  # of the torque: above such a noise floor nothing is said to 
 @final
 @dataclass(frozen=True, eq=False)
 class DiagnosisResult:
-    """The mismatch between a baseline and a campaign: is there one, where, what was left out, and the proof."""
+    """The mismatch between a baseline and a campaign: is there one, where, what is omitted, and the proof."""
 
     baseline: TorqueModel
     corrected: TorqueModel

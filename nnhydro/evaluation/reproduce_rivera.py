@@ -5,7 +5,7 @@ figure of his can be compared. The study asks his questions of a campaign. Error
 no network was shown.
 
     measured torques     inputs x layers, neurons x layers, training set
-    analytic torques     of the campaign's motions: gain matrix against the analytic one, and arms of another L/D left out
+    analytic torques     of the campaign's motions: gain matrix against the analytic one, and arms of another L/D held out
 
 An analytic torque is that of fitted constants; on arms of another diameter its coefficients follow Wieselsberger's C_D(L/D).
 """
@@ -64,7 +64,7 @@ NOT_IN_TEXT: Final = (
 @final
 @dataclass(frozen=True, eq=False)
 class RiveraReproduction:
-    """Errors by choice, gains (n, joints, links) of network and analytic model by input, and one recording left out."""
+    """Errors by choice, gains (n, joints, links) of network and analytic model by input, and one recording held out."""
 
     inputs: dict[str, dict[str, float]]  # set, layers
     neurons: dict[int, dict[str, float]]  # neurons, layers
@@ -72,7 +72,7 @@ class RiveraReproduction:
     constant: float  # error of fitted constants on the same recordings
     gains: dict[str, tuple[Array, Array]]  # network, analytic
     gain_error: dict[str, float]
-    slenderness: dict[float, float]  # factor on L/D of the arm left out
+    slenderness: dict[float, float]  # factor on L/D of the arm held out
     held_out: str
     t: Array
     measured: Array
@@ -120,7 +120,7 @@ def _gains(network: Any, truth: Any, at: Motion) -> dict[str, tuple[Array, Array
 
 
 def _slenderness(choice: Identifier, fitted: Sequence[Unit], left: Sequence[Unit], base: StripTheory) -> dict[float, float]:
-    """Error on each arm left out of the training, on motions left out too."""
+    """Error on each arm held out of the training, on motions held out too."""
     arms = {factor: of_slenderness(base.arm, factor) for factor in SLENDER}
 
     def training_set(chosen: Sequence[Unit], factor: float) -> TrainingSet:
@@ -172,4 +172,4 @@ def table(result: RiveraReproduction) -> list[tuple[str, str, str]]:
     rows += [(f"trained on {n} recordings or groups of runs", percent(e), "") for n, e in result.training.items()]
     rows.append(("fitted constants, for comparison", percent(result.constant), ""))
     rows += [(f"gain matrix d tau/d {name} off the analytic one", percent(e), "") for name, e in result.gain_error.items()]
-    return rows + [(f"arm of {x:g} times the L/D left out", percent(e), "") for x, e in result.slenderness.items()]
+    return rows + [(f"arm of {x:g} times the L/D held out", percent(e), "") for x, e in result.slenderness.items()]

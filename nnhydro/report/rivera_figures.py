@@ -83,7 +83,7 @@ def gains(result: RiveraReproduction, stem: Path) -> list[Path]:
 
 
 def torques(result: RiveraReproduction, stem: Path) -> list[Path]:
-    """A recording left out: torque of each joint, measured and by the network."""
+    """A recording held out: torque of each joint, measured and by the network."""
     joints = result.measured.shape[1]
     figure = new_figure(9.0, 2.2 * joints)
     for j, ax in enumerate(figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]):
@@ -98,14 +98,14 @@ def torques(result: RiveraReproduction, stem: Path) -> list[Path]:
 
 
 def slenderness(result: RiveraReproduction, stem: Path) -> list[Path]:
-    """The error on an arm of an L/D that was left out."""
+    """The error on an arm of an L/D that was held out."""
     figure = new_figure(5.0, 3.4)
     ax = figure.subplots()
     place = np.arange(len(result.slenderness))
     bars = ax.bar(place, [100 * error for error in result.slenderness.values()], 0.5, color="0.45", label="network")
     ax.bar_label(bars, fmt="%.1f", fontsize=9, padding=2)
     ax.set_xticks(place, [f"{factor:g}" for factor in result.slenderness])
-    ax.set(xlabel="L/D of the arm left out, over the campaign's [-]", ylabel="error on analytic torques [%]")
+    ax.set(xlabel="L/D of the arm held out, over the campaign's [-]", ylabel="error on analytic torques [%]")
     return save_figure(figure, stem)
 
 

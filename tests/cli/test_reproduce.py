@@ -41,7 +41,7 @@ def test_the_identifier_of_rivera_is_studied_on_the_campaign_that_ships_with_the
     out = tmp_path / "study"
     assert run(["reproduce", "rivera", "--epochs", "2", "--out", str(out)]) == 0
     text = capsys.readouterr().out
-    for part in ("inputs: dimensional, angle", "64 neurons", "gain matrix d tau/d qdd", "L/D left out", "no figure of his can be compared"):
+    for part in ("inputs: dimensional, angle", "64 neurons", "gain matrix d tau/d qdd", "L/D held out", "no figure of his can be compared"):
         assert part in text
     found = json.loads((out / "reproduction.json").read_text())
     assert set(found["neurons"]) == {"4", "8", "16", "32", "64"}

@@ -27,7 +27,7 @@ from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 STEP = 1e-5  # rad, of the numerical derivative
-RIVALS = ("gp", "boosted-trees", "mlp-raw")
+COMPARATORS = ("gp", "boosted-trees", "mlp-raw")
 HEAD = """# An arm without mirror symmetry
 
 A line or cable fixed to the tank pulls at the tip of the arm of `datasets/ns_tank`, or its second link is bent.

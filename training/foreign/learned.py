@@ -76,7 +76,7 @@ def page(results: dict[str, Any]) -> str:
     if bases:
         lines += ["", f"Hybrid: median {np.median(floors):.1f} noise floors ({len(floors)} campaigns)." if floors else "",
                   f"Over the best baseline: at most {max(bases):.2f}; above 1.05 in {sum(b > 1.05 for b in bases)} of {len(bases)}.",
-                  f"Mean rank among baselines and rivals: {np.mean(ranks):.1f} (1 is best)."]
+                  f"Mean rank among baselines and comparators: {np.mean(ranks):.1f} (1 is best)."]
     return "\n".join([*lines, ""])
 
 

@@ -1,9 +1,9 @@
-"""Confidence by rehearsal: draw this campaign again with its findings, and with their alternatives, and count what would be named.
+"""Confidence by rehearsal: draw this campaign again with its findings, and with their rivals, and count what would be named.
 
     y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a scenario        confidence <= (hits + 1/2) / (hits + misnamed + 1)
 
-hits: draws of the finding that name it; misnamed: as many draws of an alternative that name the finding all the same. A draw includes the
-unexplained residual. It is named by the score of the claimed set, of the set without the finding, and with each alternative in its place.
+hits: draws of the finding that name it; misnamed: as many draws of a rival that name the finding all the same. A draw includes the
+unexplained residual. It is named by the score of the claimed set, of the set without the finding, and with each rival in its place.
 Causes outside the catalogue are not drawn: the confidence of the posterior, which knows the unexplained residual, stays the upper bound.
 Source: simulation-based calibration in the manner of Talts et al. (2018), arXiv:1804.06788; the ratio (Jeffreys' prior) is ours.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from nnhydro.diagnosis.calibration.injection import predict_whitened, with_torque
 from nnhydro.diagnosis.constants import LEAST_GAIN
-from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, alternatives
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, rivals_of
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.scored_set import ScoredSet
@@ -59,7 +59,7 @@ def _true_members(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[in
 def rehearse(search: Search, claimed: ScoredSet, draws: int, seed: int,
              progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
     """Return what was planted and what was named, `draws` times a scenario, as diagnosis.json holds it."""
-    others = {k: alternatives(search, claimed, k)[1] for k in claimed.chosen}
+    others = {k: rivals_of(search, claimed, k)[1] for k in claimed.chosen}
     rivals = {k: tuple(a.number for a in found) for k, found in others.items()}
     unlike = {k: tuple(a.number for a in found if a.cosine <= EQUIVALENT_COSINE) for k, found in others.items()}
     rows, rehearsed = [], scenarios(search, claimed, unlike)

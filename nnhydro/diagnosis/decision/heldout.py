@@ -54,7 +54,7 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
 
 
 def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:
-    """Return log p(left-out fold | the others) of every set, (folds, sets)."""
+    """Return log p(held-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
     off, granted = none(whole).vector(whole), FORM**2 * all(found.chosen for found in sets)
     fold = fold_of_rows(view, seed)

@@ -40,7 +40,7 @@ class Residual:
 @final
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """Errors on left-out recordings before and after, per finding left out, and the residuals of baseline and corrected model."""
+    """Errors on held-out recordings before and after, and without each finding, and the residuals of baseline and corrected model."""
 
     before: float
     after: float

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, LEAST_GAIN, RHO
 from nnhydro.diagnosis.experiment.motions import CandidateMotion
-from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, alternatives, parameter_count
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, parameter_count, rivals_of
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.columns import columns_on
 from nnhydro.diagnosis.problem.design import Design
@@ -56,7 +56,7 @@ def discrimination_of(search: Search, claimed: ScoredSet) -> DiscriminationProbl
     """
     hypotheses = search.view.library.hypotheses
     for k in claimed.chosen:
-        inside = [a for a in alternatives(search, claimed, k)[1] if a.equivalent and not hypotheses[a.number].per_recording]
+        inside = [a for a in rivals_of(search, claimed, k)[1] if a.equivalent and not hypotheses[a.number].per_recording]
         if inside and not hypotheses[k].per_recording:
             members = (k, *(a.number for a in inside))
             rest = tuple(x for x in claimed.chosen if x != k and not hypotheses[x].per_recording)

@@ -19,7 +19,7 @@ EQUIVALENT_SHARE = FORM / 2  # of all that a finding gains: an effect of the sam
 
 @final
 @dataclass(frozen=True, eq=False)
-class Alternative:
+class Rival:
     """An effect that could take a finding's place: nats behind it, its weight, whether the data cannot tell it from the finding."""
 
     number: int
@@ -76,7 +76,7 @@ def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
     """
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
-        _, others = alternatives(search, found, k)
+        _, others = rivals_of(search, found, k)
         near = [a.number for a in others if a.equivalent and a.deficit < LEAST_GAIN
                 and parameter_count(search, a.number) < parameter_count(search, k) and _signals(search, a.number) <= _signals(search, k)
                 and not search.view.library.hypotheses[a.number].effect.general]
@@ -112,7 +112,7 @@ def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
     return [i for among in laws.values() for i in search.most_gaining(base, among, 1)]
 
 
-def alternatives(search: Search, found: ScoredSet, k: int) -> tuple[float, list[Alternative]]:
+def rivals_of(search: Search, found: ScoredSet, k: int) -> tuple[float, list[Rival]]:
     """Return the confidence in the name of member `k`, its equivalents included, and what could take its place, best first."""
     rest = tuple(x for x in found.chosen if x != k)
     base = search.score(rest)
@@ -134,6 +134,6 @@ def alternatives(search: Search, found: ScoredSet, k: int) -> tuple[float, list[
         no_wider = parameter_count(search, r) <= parameter_count(search, k)  # a general law holds the finding's own
         alike = no_wider and cosine > EQUIVALENT_COSINE and deficit < EQUIVALENT_SHARE * max(search.gain(base, found), 0.0)
         equivalent = search.admits(base, s) and (deficit < LEAST_GAIN or alike)
-        made.append(Alternative(r, deficit, weight / total, cosine, equivalent))
+        made.append(Rival(r, deficit, weight / total, cosine, equivalent))
     inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total
     return float(inside * listed_probability(search, found, k)), sorted(made, key=lambda a: a.deficit)

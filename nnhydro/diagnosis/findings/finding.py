@@ -1,4 +1,4 @@
-"""A finding: one effect that the baseline omits, its parameters with intervals, its alternatives, and its sentence.
+"""A finding: one effect that the baseline omits, its parameters with intervals, its alternatives and rivals, and its sentence.
 
 Values are those of the fit without the unknown: the unknown is what is orthogonal to the named effects and must not take from their size.
 Intervals hold the posterior's spread, the scatter of the recordings (search.values), and how nonlinear values are known beside the linear
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.baseline_spread import spread_by_baseline
-from nnhydro.diagnosis.findings.equivalence import Alternative, alternatives
-from nnhydro.diagnosis.findings.sheets import alternatives_sheet, parameters_sheet
+from nnhydro.diagnosis.findings.equivalence import Rival, rivals_of
+from nnhydro.diagnosis.findings.sheets import parameters_sheet, rivals_sheet
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.scored_set import ScoredSet
@@ -87,9 +87,9 @@ class Finding(ResultView):
         return self.statement
 
     def sheets(self) -> tuple[Sheet, ...]:
-        """Return the parameters with their intervals, and the alternatives."""
+        """Return the parameters with their intervals, and the rivals."""
         document = self.document()
-        return parameters_sheet([document]), alternatives_sheet(document)
+        return parameters_sheet([document]), rivals_sheet(document)
 
     @property
     def persists(self) -> bool:
@@ -123,10 +123,10 @@ class Finding(ResultView):
                 "heldout": {"error_before": self.error_without, "error_after": self.error_with}, "rivals": self.rivals} | acts
 
 
-def _rival(search: Search, alternative: Alternative) -> dict[str, Any]:
-    effect, joint = search.key(alternative.number)
-    return {"effect": effect, "joint": joint or None, "support": float(alternative.weight), "behind": round(alternative.deficit, 2),
-            "likeness": round(alternative.cosine, 3)}
+def _rival(search: Search, rival: Rival) -> dict[str, Any]:
+    effect, joint = search.key(rival.number)
+    return {"effect": effect, "joint": joint or None, "support": float(rival.weight), "behind": round(rival.deficit, 2),
+            "likeness": round(rival.cosine, 3)}
 
 
 def findings_of(search: Search, found: ScoredSet) -> list[Finding]:
@@ -150,7 +150,7 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     spans = quantity_intervals(effect, values)
     text = search.view.library.design.problem.arm.text  # a linear axis reads m and N
     parameters = {name: Parameter(q.value, text(q.unit), spans[name]) for name, q in effect.quantities().items() if name in spans}
-    confidence, others = alternatives(search, found, k)
+    confidence, others = rivals_of(search, found, k)
     inside = [a for a in others if a.equivalent]
     equivalence_set = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
     families = {effect.family, *(search.view.library.hypotheses[a.number].effect.family for a in inside)}

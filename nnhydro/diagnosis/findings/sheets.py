@@ -1,4 +1,4 @@
-"""Findings as sheets, made from their entries in diagnosis.json: their parameters, their alternatives."""
+"""Findings as sheets, made from their entries in diagnosis.json: their parameters, their rivals."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -27,9 +27,9 @@ def _weight(share: float) -> str:
     return "< 0.001" if share < 0.0005 else f"{share:.3f}"
 
 
-def alternatives_sheet(finding: Document) -> Sheet:
-    """Return the alternatives of the finding and their posterior weights."""
+def rivals_sheet(finding: Document) -> Sheet:
+    """Return the rivals of the finding and their posterior weights."""
     rows = finding["rivals"]
-    return Sheet(f"Alternatives to {finding['effect']}", (
-        Column("alternative", [r["effect"] for r in rows], key="rival", words=True),
+    return Sheet(f"Rivals of {finding['effect']}", (
+        Column("rival", [r["effect"] for r in rows], words=True),
         Column("joint", [place(r.get("joint")) for r in rows]), Column("weight", [r["support"] for r in rows], _weight, "support")))

@@ -1,1 +1,1 @@
-"""What a simulation may leave out: one hypothesis a file, which is its whole registration."""
+"""What a simulation may omit: one hypothesis a file, which is its whole registration."""

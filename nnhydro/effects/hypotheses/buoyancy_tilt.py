@@ -49,4 +49,4 @@ class BuoyancyTilt(LoadEffect):
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
         return (f"A constant force of {text['force']} pulls the arm in the direction {text['direction']} from +X: the plane is not level, "
-                "or buoyancy is left out.")
+                "or buoyancy is omitted.")

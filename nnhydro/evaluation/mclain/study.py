@@ -1,6 +1,6 @@
-"""Compare coefficient models on a few motions: each motion left out in turn, errors by phase of the motion.
+"""Compare coefficient models on a few motions: each motion held out in turn, errors by phase of the motion.
 
-    error = sum |tau - model| / sum |tau|      over the compared rows of all left-out motions, and of one phase
+    error = sum |tau - model| / sum |tau|      over the compared rows of all held-out motions, and of one phase
 
 A row is compared where the carriage moves faster than a share of the motion's peak: near rest nothing is left to divide by.
 Phases: speeding up, steady, slowing down, and all that comes after the first reversal. Source: McLain & Rock (1998), footnote 1 (error);
@@ -69,7 +69,7 @@ class Candidate:
     name: str
     loads: Loads
     grid: tuple[Array, ...] = ()
-    weights: Array | None = None  # of the penalty, the best chosen on left-out motions of the fit
+    weights: Array | None = None  # of the penalty, the best chosen on held-out motions of the fit
     fitted: bool = True
 
 
@@ -111,7 +111,7 @@ def _fit(rows: _Rows, motions: Sequence[TowedMotion]) -> Loads:
 @final
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Errors of one candidate: pooled over left-out motions, by motion and by phase."""
+    """Errors of one candidate: pooled over held-out motions, by motion and by phase."""
 
     error: float
     by_motion: dict[str, float]

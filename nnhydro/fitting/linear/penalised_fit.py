@@ -1,9 +1,9 @@
-"""Least squares with a penalty whose weight the data choose: by generalised cross-validation or on recordings left out.
+"""Least squares with a penalty whose weight the data choose: by generalised cross-validation or on recordings held out.
 
     theta(lambda) = argmin |y - X theta|^2 + lambda c |P theta - q|^2,    c = |X|^2 / |P|^2 makes lambda a pure number
 
     GCV(lambda)      = n |y - X theta|^2 / (n - trace(X (X'X + lambda c P'P)^-1 X'))^2      neighbouring rows independent
-    left out(lambda) = sum over blocks of |y_b - X_b theta without b|^2                     blocks (recordings) independent
+    held out(lambda) = sum over blocks of |y_b - X_b theta without b|^2                     blocks (recordings) independent
 
 Rows of a recording are not independent: GCV then takes too small a weight. Where there are a few recordings, leave them out.
 Source: Craven & Wahba's GCV [MEM]; the scaling is ours.
@@ -27,7 +27,7 @@ from nnhydro.physics.loads.travel_drag import BsplineDrag, StateDrag
 Array = NDArray[np.float64]
 WEIGHTS: Final = np.geomspace(1e-8, 1e2, 41)
 DRAGS, INERTIAS = (StateDrag, BsplineDrag), (StateAddedMass, BsplineAddedMass)
-CRITERIA: Final = ("gcv", "left out")
+CRITERIA: Final = ("gcv", "held out")
 
 
 @final
@@ -74,7 +74,7 @@ def _score_gcv(blocks: Array, samples: int, penalty: Array) -> float:
     return samples * misfit / (samples - freedom) ** 2
 
 
-def _score_left_out(blocks: Array, penalty: Array) -> float:
+def _score_held_out(blocks: Array, penalty: Array) -> float:
     total = 0.0
     for b in range(len(blocks)):
         theta = solve(np.delete(blocks, b, axis=0), penalty).theta
@@ -82,18 +82,18 @@ def _score_left_out(blocks: Array, penalty: Array) -> float:
     return total
 
 
-def penalised_fit(blocks: Array, samples: int, penalty: Array, criterion: str = "left out", weights: Array = WEIGHTS) -> PenalisedFit:
+def penalised_fit(blocks: Array, samples: int, penalty: Array, criterion: str = "held out", weights: Array = WEIGHTS) -> PenalisedFit:
     """Return the fit to reduced `blocks` (blocks, p + 1, p + 1) of `samples` rows with the weight that scores best.
 
-    `penalty` holds the rows [P | q]; raises ConfigError for an unknown criterion, or where "left out" has a single block.
+    `penalty` holds the rows [P | q]; raises ConfigError for an unknown criterion, or where "held out" has a single block.
     """
     require(criterion in CRITERIA, f"criterion {criterion!r}: one of {', '.join(CRITERIA)}")
-    require(criterion == "gcv" or len(blocks) > 1, "a single recording cannot be left out: give more, or criterion 'gcv'")
+    require(criterion == "gcv" or len(blocks) > 1, "a single recording cannot be held out: give more, or criterion 'gcv'")
     unit = float(np.linalg.norm(blocks[:, :, :-1])) / max(float(np.linalg.norm(penalty[:, :-1])), 1e-300)
 
     def score(weight: float) -> float:
         rows = weight**0.5 * unit * penalty
-        return _score_gcv(blocks, samples, rows) if criterion == "gcv" else _score_left_out(blocks, rows)
+        return _score_gcv(blocks, samples, rows) if criterion == "gcv" else _score_held_out(blocks, rows)
 
     scores = np.array([score(float(weight)) for weight in weights])
     best = float(weights[int(np.argmin(scores))])
@@ -101,6 +101,6 @@ def penalised_fit(blocks: Array, samples: int, penalty: Array, criterion: str = 
 
 
 def penalised_over_scales(at: Reduced, grid: Sequence[Array], penalty: Array, weights: Array) -> tuple[tuple[float, ...], PenalisedFit]:
-    """Return the travel scales on the `grid` and the weight that together predict left-out blocks best, and the fit with them."""
-    found = [(nu, penalised_fit(at(nu), 1, penalty, "left out", weights)) for nu in (tuple(map(float, x)) for x in product(*grid))]
+    """Return the travel scales on the `grid` and the weight that together predict held-out blocks best, and the fit with them."""
+    found = [(nu, penalised_fit(at(nu), 1, penalty, "held out", weights)) for nu in (tuple(map(float, x)) for x in product(*grid))]
     return min(found, key=lambda candidate: float(candidate[1].scores.min()))

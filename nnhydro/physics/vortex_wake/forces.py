@@ -31,7 +31,7 @@ def inline_force(rho: float, radius: float, U: float, dU: float, z_k: Complex, G
 
 
 def feeding_force(rho: float, q_sheet: Real, dGamma_k: Real) -> float:
-    """Give the in-line force that (18) leaves out: the pressure step across the sheets that feed growing vortices, N/m.
+    """Give the in-line force that (18) omits: the pressure step across the sheets that feed growing vortices, N/m.
 
         F_feed = - rho sum q_sheet,k dGamma_k/dt
 

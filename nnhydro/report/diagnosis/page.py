@@ -1,4 +1,4 @@
-"""The page of a diagnosis: the verdict first, then findings and their alternatives, where, the curves, what remains."""
+"""The page of a diagnosis: the verdict first, then findings and their rivals, where, the curves, what remains."""
 
 from collections.abc import Sequence
 from itertools import zip_longest
@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from nnhydro.diagnosis.findings.sheets import alternatives_sheet, place
+from nnhydro.diagnosis.findings.sheets import place, rivals_sheet
 from nnhydro.diagnosis.result import NEXT, DiagnosisResult
 from nnhydro.models.storage import save_model
 from nnhydro.recordings.campaign import Campaign
@@ -25,18 +25,18 @@ from nnhydro.runtime.files import json_text, whole_folder
 from nnhydro.sheet import Sheet
 
 Document = dict[str, Any]
-LEAST_WEIGHT = 0.005  # weight of an alternative that is drawn; the table has all
+LEAST_WEIGHT = 0.005  # weight of a rival that is drawn; the table has all
 
 
 def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
-    """The finding, the chart of its law, of its numbers, of its alternatives, and these as a sheet."""
+    """The finding, the chart of its law, of its numbers, of its rivals, and these as a sheet."""
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
     rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= LEAST_WEIGHT]
     weight = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
     chart = intervals(f"Parameters of {f['effect']} with 95 % intervals", numbers) if numbers else None
-    alternatives = bars(f"Weight of {f['effect']} and of its alternatives", [(f["effect"], weight), *rows]) if rows else None
+    rivals = bars(f"Weight of {f['effect']} and of its rivals", [(f["effect"], weight), *rows]) if rows else None
     title = "" if law is None else f"Torque of {f['effect']} at joint {law.joint} over {law.driver}"
-    return f, None if law is None else page_figure(law_figure([("", law)], FOUND), title), chart, alternatives, alternatives_sheet(f)
+    return f, None if law is None else page_figure(law_figure([("", law)], FOUND), title), chart, rivals, rivals_sheet(f)
 
 
 def _rest(document: Document) -> str:

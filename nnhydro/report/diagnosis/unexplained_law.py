@@ -1,4 +1,4 @@
-"""What no finding explains, drawn: the residual on left-out recordings over its most telling input, in bins, with a 95 % interval.
+"""What no finding explains, drawn: the residual on held-out recordings over its most telling input, in bins, with a 95 % interval.
 
     mean  m = sum_u n_u m_u / n,    half = t s,   s^2 = R / (R - 1) sum_u (n_u / n)^2 (m_u - m)^2
 

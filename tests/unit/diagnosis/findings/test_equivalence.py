@@ -3,7 +3,7 @@
 import numpy as np
 from problems import design, law, search
 
-from nnhydro.diagnosis.findings.equivalence import alternatives, replace_special_laws
+from nnhydro.diagnosis.findings.equivalence import replace_special_laws, rivals_of
 
 
 def fitted(sense):
@@ -41,7 +41,7 @@ def test_a_standard_term_for_which_the_finding_may_be_taken_is_a_rival_however_m
         if alike:
             named[0].effect.signature.mistaken_for = ("dry",)
         one = search(of, tuple(named), X)
-        _, others = alternatives(one, one.score((0,)), 0)
+        _, others = rivals_of(one, one.score((0,)), 0)
         assert len(others) >= 4
         assert (1 in [a.number for a in others]) == alike
         assert len({one.key(a.number) for a in others}) == len(others), "the best law of each effect alone"

@@ -1,6 +1,6 @@
 """The tables of a finding: a row a parameter, a row an alternative, whatever acts on the whole arm in words."""
 
-from nnhydro.diagnosis.findings.sheets import alternatives_sheet, parameters_sheet
+from nnhydro.diagnosis.findings.sheets import parameters_sheet, rivals_sheet
 
 FINDING = {"effect": "coulomb_friction", "joint": 2, "parameters": {"level": {"value": 0.3, "unit": "N m", "ci95": [0.2, 0.4]}},
            "rivals": [{"effect": "tip_drag", "joint": None, "support": 0.0001},
@@ -13,4 +13,4 @@ def test_every_parameter_has_a_row_with_its_interval_and_unit():
 
 
 def test_alternatives_are_listed_with_their_weights_and_the_whole_arm_by_its_name():
-    assert alternatives_sheet(FINDING).rows() == [["tip_drag", "arm", "< 0.001"], ["stribeck_friction", "2", "0.200"]]
+    assert rivals_sheet(FINDING).rows() == [["tip_drag", "arm", "< 0.001"], ["stribeck_friction", "2", "0.200"]]

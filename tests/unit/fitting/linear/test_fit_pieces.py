@@ -10,7 +10,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from nnhydro.fitting.linear import least_squares
-from nnhydro.fitting.linear.penalised_fit import WEIGHTS, _score_gcv, _score_left_out, bend_rows, penalised_fit, penalised_over_scales
+from nnhydro.fitting.linear.penalised_fit import WEIGHTS, _score_gcv, _score_held_out, bend_rows, penalised_fit, penalised_over_scales
 from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduce, separable
 from nnhydro.fitting.linear.variable_projection import solve as solve_rows
 from nnhydro.fitting.travel import state_dependent
@@ -40,7 +40,7 @@ def test_the_left_out_score_is_the_misfit_of_blocks_to_fits_without_them(weight)
     rows = weight * PENALTY
     theta = [ridge(np.delete(X, b, 0).reshape(-1, 3), np.delete(y, b, 0).ravel(), rows) for b in range(4)]
     own = sum(float(((y[b] - X[b] @ theta[b]) ** 2).sum()) for b in range(4))
-    assert _score_left_out(blocks, rows) == pytest.approx(own, rel=1e-9)
+    assert _score_held_out(blocks, rows) == pytest.approx(own, rel=1e-9)
 
 
 @pytest.mark.parametrize("weight", [0.1, 10.0])
@@ -56,7 +56,7 @@ def test_a_weight_is_a_pure_number_and_the_best_of_those_tried_is_chosen():
     X, y, blocks = tables()
     found = penalised_fit(blocks, 120, PENALTY, weights=np.array([1e-4, 1e-2, 1.0, 100.0]))
     unit = np.linalg.norm(X) / np.linalg.norm(PENALTY[:, :-1])
-    scores = [_score_left_out(blocks, np.sqrt(w) * unit * PENALTY) for w in (1e-4, 1e-2, 1.0, 100.0)]
+    scores = [_score_held_out(blocks, np.sqrt(w) * unit * PENALTY) for w in (1e-4, 1e-2, 1.0, 100.0)]
     np.testing.assert_allclose(found.scores, scores, rtol=1e-6)
     assert found.weight == (1e-4, 1e-2, 1.0, 100.0)[int(np.argmin(scores))]
     np.testing.assert_allclose(found.theta, ridge(X.reshape(-1, 3), y.ravel(), np.sqrt(found.weight) * unit * PENALTY), rtol=1e-6)

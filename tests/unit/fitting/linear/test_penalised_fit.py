@@ -63,9 +63,9 @@ def test_a_sum_without_curves_and_an_unknown_criterion_are_refused():
     with pytest.raises(ConfigError, match="state_loads"):
         bend_rows(Loads({"drag": NormalDrag((1.0,))}))
     blocks, samples, P, _ = bumps(0.1)
-    with pytest.raises(ConfigError, match="gcv, left out"):
+    with pytest.raises(ConfigError, match="gcv, held out"):
         penalised_fit(blocks, samples, P, "bayes")
-    with pytest.raises(ConfigError, match="single recording cannot be left out"):
+    with pytest.raises(ConfigError, match="single recording cannot be held out"):
         penalised_fit(blocks[:1], samples, P)
 
 
