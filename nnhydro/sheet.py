@@ -100,7 +100,7 @@ class Sheet:
                 return f'<th scope="row" class="words">{escape(text)}</th>'
             return f'<td{" class=words" if column.words else ""}>{escape(text)}</td>'
 
-        head = "".join(f'<th scope="col"{" class=words" if c.words else ""}>{escape(c.heading)}</th>' for c in self.columns)
+        head = "".join(f'<th scope="col"{" class=words" if column.words else ""}>{escape(column.heading)}</th>' for column in self.columns)
         body = "".join("<tr>" + "".join(cell(column, text, k == 0) for k, (column, text) in enumerate(zip(self.columns, row, strict=True)))
                        + "</tr>" for row in self.rows())
         caption = f"<caption>{escape(self.title)}</caption>" if self.title else ""

@@ -113,7 +113,7 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
             recordings = sum(file.startswith("recordings/") for file in drawn.files)
             made.append(MadeSuite(name, len(drawn.arm["links"]), recordings, drawn.baseline, sealed.commitment))
             progress(f"{name}: {recordings} recordings")
-        public = {m.name: {"baseline": m.baseline, "commitment": m.commitment} for m in made}
+        public = {campaign.name: {"baseline": campaign.baseline, "commitment": campaign.commitment} for campaign in made}
         write_json(work / MARKER, {"schema": SCHEMA, "campaigns": public})
         if key_file is None:
             write_key(work / KEY_FILE, key)

@@ -36,14 +36,14 @@ def _in_part(part: str, v: Verdict) -> bool:
 
 def _placement_rows(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     """How well it was told when and where effects act; an effect that was not named was not placed."""
-    local = [v for v in verdicts if v.part != "always"]
-    moments = [v.placed.moment_error_s if v.placed else None for v in local if v.part == "onset"]
+    local = [verdict for verdict in verdicts if verdict.part != "always"]
+    moments = [verdict.placed.moment_error_s if verdict.placed else None for verdict in local if verdict.part == "onset"]
     near = [error for error in moments if error is not None]
-    overlaps = [v.placed.overlap if v.placed else 0.0 for v in local]
+    overlaps = [verdict.placed.overlap if verdict.placed else 0.0 for verdict in local]
     return {"campaigns": len(local), "overlap": _median(overlaps), "overlapping": _share([x >= OVERLAP for x in overlaps]),
             "moments": len(moments), "moment_error_s": _median(near),
             "moment_told": _share([e is not None and e <= MOMENT for e in moments]),
-            "confined_wrongly": sum(v.confined for v in verdicts)}
+            "confined_wrongly": sum(verdict.confined for verdict in verdicts)}
 
 
 def groups(verdicts: Sequence[Verdict]) -> list[tuple[str, list[Verdict]]]:
@@ -67,15 +67,16 @@ def _group(name: str, members: Sequence[Verdict]) -> dict[str, Any]:
     listed = members[0].kind == "effect"
     quiet = members[0].kind == "none"
     return {"group": name, "campaigns": len(members),
-            "right": _share([v.right and not (quiet and v.alarm) for v in members]),
-            "exact": _share([v.exact for v in members]) if listed else None,
-            "family": _share([v.family for v in members]) if listed else None,
-            "joint": _share([v.joint for v in members if v.class_sizes]) if listed else None,
-            "detected": _share([v.detected for v in members]),
-            "alarm": _share([v.alarm for v in members]), "wrong_claim": _share([v.false_claims > 0 for v in members]),
-            "false_claims": sum(v.false_claims for v in members),
-            "error_before": _median([v.error_before for v in members if v.error_before is not None]),
-            "error_after": _median([v.error_after for v in members if v.error_after is not None])}
+            "right": _share([verdict.right and not (quiet and verdict.alarm) for verdict in members]),
+            "exact": _share([verdict.exact for verdict in members]) if listed else None,
+            "family": _share([verdict.family for verdict in members]) if listed else None,
+            "joint": _share([verdict.joint for verdict in members if verdict.class_sizes]) if listed else None,
+            "detected": _share([verdict.detected for verdict in members]),
+            "alarm": _share([verdict.alarm for verdict in members]),
+            "wrong_claim": _share([verdict.false_claims > 0 for verdict in members]),
+            "false_claims": sum(verdict.false_claims for verdict in members),
+            "error_before": _median([verdict.error_before for verdict in members if verdict.error_before is not None]),
+            "error_after": _median([verdict.error_after for verdict in members if verdict.error_after is not None])}
 
 
 def _prediction_rows(verdicts: Sequence[Verdict]) -> dict[str, Any]:
@@ -83,8 +84,9 @@ def _prediction_rows(verdicts: Sequence[Verdict]) -> dict[str, Any]:
 
     The median is over the campaigns in which the truth is better than the baseline, the pooled share over all, whatever it is there.
     """
-    both = [(v, v.error_before, v.error_after) for v in verdicts if v.error_before is not None and v.error_after is not None]
-    effects = [(before, after, v.error_true) for v, before, after in both if v.kind == "effect" and before > 0]
+    both = [(verdict, verdict.error_before, verdict.error_after) for verdict in verdicts
+            if verdict.error_before is not None and verdict.error_after is not None]
+    effects = [(before, after, verdict.error_true) for verdict, before, after in both if verdict.kind == "effect" and before > 0]
     known = [(before, after, true) for before, after, true in effects if true is not None]
     shares = [(before - after) / (before - true) for before, after, true in known if before > true]
     possible = sum(before - true for before, _, true in known)
@@ -99,20 +101,21 @@ def _prediction_rows(verdicts: Sequence[Verdict]) -> dict[str, Any]:
 
 def confusion(verdicts: Sequence[Verdict]) -> dict[str, dict[str, int]]:
     """Return for every hidden effect how often which name was given."""
-    counts = Counter(pair for v in verdicts for pair in v.pairs)
+    counts = Counter(pair for verdict in verdicts for pair in verdict.pairs)
     return {hidden: {named: n for (h, named), n in counts.most_common() if h == hidden} for hidden in sorted({h for h, _ in counts})}
 
 
 def summary(verdicts: Sequence[Verdict], missing: Sequence[str]) -> dict[str, Any]:
     """Return the score as a JSON document."""
-    numbers = [p for v in verdicts for p in v.parameters]
-    confident = [ok for v in verdicts for confidence, ok in v.claims if confidence >= CONFIDENT]
-    sizes = [n for v in verdicts for n in v.class_sizes]
+    numbers = [p for verdict in verdicts for p in verdict.parameters]
+    confident = [ok for verdict in verdicts for confidence, ok in verdict.claims if confidence >= CONFIDENT]
+    sizes = [n for verdict in verdicts for n in verdict.class_sizes]
     return {"schema": SCHEMA, "scored": len(verdicts), "missing": list(missing), "groups": [_group(*group) for group in groups(verdicts)],
             "class_size": float(np.mean(sizes)) if sizes else None,
-            "parameters": {"compared": len(numbers), "median_error": _median([p.error for p in numbers if p.error is not None]),
-                           "coverage": _share([p.covered for p in numbers if p.covered is not None])},
+            "parameters": {"compared": len(numbers),
+                           "median_error": _median([parameter.error for parameter in numbers if parameter.error is not None]),
+                           "coverage": _share([parameter.covered for parameter in numbers if parameter.covered is not None])},
             "confidence": {"threshold": CONFIDENT, "claims": len(confident), "right": _share(confident)},
             "unseen": _prediction_rows(verdicts), "placed": _placement_rows(verdicts),
-            "median_seconds": _median([v.seconds for v in verdicts if v.seconds is not None]),
+            "median_seconds": _median([verdict.seconds for verdict in verdicts if verdict.seconds is not None]),
             "confusion": confusion(verdicts), "campaigns": [asdict(v) for v in verdicts]}

@@ -44,7 +44,7 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
         emit({"suite": str(out), "campaigns": [vars(m) for m in made], "key": str(key or out / "key.txt")})
         return
     table(f"{out}: {len(made)} concealed campaigns", ("campaign", "links", "recordings", "baseline"),
-          [(m.name, str(m.links), str(m.recordings), m.baseline) for m in made])
+          [(campaign.name, str(campaign.links), str(campaign.recordings), campaign.baseline) for campaign in made])
     say(f"The key is in {key or out / 'key.txt'}; hide it from whoever diagnoses.")
     conclude(f"{len(made)} campaign{'s' if len(made) > 1 else ''} with sealed answers in {out}.", following=f"nnhydro diagnose "
              f"{shell_words(out / made[0].name)} --out DIAGNOSES/{made[0].name}; then nnhydro reveal {shell_words(out)} --diagnoses "

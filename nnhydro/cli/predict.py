@@ -107,7 +107,7 @@ def _next_steps(model: Path, odd: list[str], predictions: "list[PredictedTorque]
     """What comes next: mending the motions, recording such motions, else a look at the model."""
     if odd:
         return "mend what is named above, then nnhydro predict again   (--strict refuses such motions)"
-    far = [p.name for p in predictions if (p.outside_share or 0.0) > STRICT]
+    far = [prediction.name for prediction in predictions if (prediction.outside_share or 0.0) > STRICT]
     if far:
         return f"record motions like {far[0]} and fit again, or leave out the rows whose column outside is above 0"
     return f"nnhydro gains {shell_words(model)}   (effective damping and inertia)"

@@ -26,9 +26,11 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     made = write_campaign(read, out)
     if json:
         emit({"campaign": str(out), "name": read.settings.name, "seed": read.settings.seed, "terms": list(read.loads.terms),
-              "files": [{"file": m.file, "kind": m.kind, "rows": m.rows, "seconds": m.seconds} for m in made]})
+              "files": [{"file": recording.file, "kind": recording.kind, "rows": recording.rows, "seconds": recording.seconds}
+                        for recording in made]})
         return
     table(f"{out}: {read.arm.name}, seed {read.settings.seed}", ("file", "motion", "rows", "seconds"),
-          [(m.file, m.kind, str(m.rows), "" if m.seconds is None else f"{m.seconds:.2f}") for m in made])
+          [(recording.file, recording.kind, str(recording.rows), "" if recording.seconds is None else f"{recording.seconds:.2f}")
+           for recording in made])
     say(f"Truth: {', '.join(read.loads.terms)}")
     conclude(f"{count_text(len(made), 'file')} in {out}, seed {read.settings.seed}.", following=f"nnhydro check {shell_words(out)}")

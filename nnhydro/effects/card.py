@@ -59,11 +59,12 @@ def require_card(cls: "type[Effect]") -> None:
     require(cls.acts in ACTS, f"{where}: acts {cls.acts!r} is not one of {', '.join(ACTS)}", ModelError)
     _require_signature(where, getattr(cls, "signature", None))
     require(bool(cls.linear_parameters()), f"{where}: has no linear parameter: make one with parameter(...)", ModelError)
-    for f in cls.parameters():
-        low, high = f.metadata["bounds"]
-        inside = all(low <= value <= high for value in (f.metadata["start"], *f.metadata["grid"]))
-        require(inside, f"{where}: {f.name}: start or grid lies outside the bounds {low:g} to {high:g}", ModelError)
-        require(f.metadata["linear"] or bool(f.metadata["grid"]), f"{where}: {f.name} is not linear and has no grid", ModelError)
+    for field in cls.parameters():
+        low, high = field.metadata["bounds"]
+        inside = all(low <= value <= high for value in (field.metadata["start"], *field.metadata["grid"]))
+        require(inside, f"{where}: {field.name}: start or grid lies outside the bounds {low:g} to {high:g}", ModelError)
+        searched = field.metadata["linear"] or bool(field.metadata["grid"])
+        require(searched, f"{where}: {field.name} is not linear and has no grid", ModelError)
         for word in ("unit", "meaning"):
-            require(_has_text(f.metadata[word]), f"{where}: {f.name} has no {word}", ModelError)
+            require(_has_text(field.metadata[word]), f"{where}: {field.name} has no {word}", ModelError)
     assert all(f.name for f in fields(cls))

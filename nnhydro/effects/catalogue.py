@@ -110,7 +110,7 @@ def card(effect: type[Effect]) -> dict[str, Any]:
         "equation": effect.equation, "source": effect.source,
         "signature": {"depends_on": list(seen.depends_on), "parity": seen.parity, "region": seen.region, "excited_by": seen.excited_by,
                       "mistaken_for": list(seen.mistaken_for), "zero_at_rest": seen.zero_at_rest},
-        "parameters": [{"name": f.name} | {key: f.metadata[key] for key in ("unit", "start", "meaning", "per", "linear")}
-                       | {"bounds": list(f.metadata["bounds"]), "grid": list(f.metadata["grid"])} for f in effect.parameters()],
+        "parameters": [{"name": field.name} | {key: field.metadata[key] for key in ("unit", "start", "meaning", "per", "linear")}
+                       | {"bounds": list(field.metadata["bounds"]), "grid": list(field.metadata["grid"])} for field in effect.parameters()],
         "own_in_every_recording": effect.per_recording,
     }

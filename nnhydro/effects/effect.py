@@ -66,17 +66,17 @@ class Effect(ParametricTerm):
     @classmethod
     def linear_parameters(cls) -> tuple["Field[Any]", ...]:
         """Return the fields whose values enter linearly."""
-        return tuple(f for f in cls.parameters() if f.metadata["linear"])
+        return tuple(declaration for declaration in cls.parameters() if declaration.metadata["linear"])
 
     @classmethod
     def grids(cls) -> dict[str, tuple[float, ...]]:
         """Return the grid of each parameter that is not linear."""
-        return {f.name: f.metadata["grid"] for f in cls.parameters() if not f.metadata["linear"]}
+        return {declaration.name: declaration.metadata["grid"] for declaration in cls.parameters() if not declaration.metadata["linear"]}
 
     @classmethod
     def details(cls) -> dict[str, tuple[float, ...]]:
         """Return the values of each parameter that is asked once the effect is found."""
-        return {f.name: f.metadata["detail"] for f in cls.parameters() if f.metadata["detail"]}
+        return {declaration.name: declaration.metadata["detail"] for declaration in cls.parameters() if declaration.metadata["detail"]}
 
     @classmethod
     def places(cls, arm: Arm) -> tuple[int, ...]:
@@ -112,8 +112,8 @@ class Effect(ParametricTerm):
     def quantities(self) -> dict[str, Quantity]:
         """Return what a person wants to know, in units: by default the parameters themselves."""
         linear = dict(zip(self.linear_names(), zip(self.linear_values().tolist(), self.linear_units(), strict=True), strict=True))
-        shape = {f.name: (value, f.metadata["unit"]) for f in self.parameters() if not f.metadata["linear"]
-                 for value in getattr(self, f.name)}
+        shape = {declaration.name: (value, declaration.metadata["unit"]) for declaration in self.parameters()
+                 if not declaration.metadata["linear"] for value in getattr(self, declaration.name)}
         return {name: Quantity(value, unit) for name, (value, unit) in (linear | shape).items()}
 
     def statement(self, intervals: Mapping[str, Interval] | None = None, instead: Mapping[str, str] | None = None) -> str:

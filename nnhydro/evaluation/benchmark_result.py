@@ -55,7 +55,8 @@ class Standing:
         """Return the model's entry in benchmark.json; `last_alone` takes the coverage of the last fold instead of all."""
         pooled = self.pooled
         entry = {"error": pooled.error, "error_ci95": list(error_interval(list(self.misfit.values()), seed)), "nrmse": pooled.nrmse,
-                 "vaf": pooled.vaf, "fit_s": round(self.fit_s, 3), "by_recording": {unit: m.error for unit, m in self.misfit.items()}}
+                 "vaf": pooled.vaf, "fit_s": round(self.fit_s, 3),
+                 "by_recording": {unit: misfit.error for unit, misfit in self.misfit.items()}}
         if self.coverage:
             parts, back = (x[-1:] if last_alone else x for x in (self.coverage, self.fitted_coverage))
             entry["coverage"] = coverage_document(sum(parts[1:], start=parts[0]), sum(back[1:], start=back[0]) if back else None)
@@ -103,12 +104,14 @@ class BenchmarkResult:
 
     def fold_errors(self, number: int) -> dict[str, float]:
         """Return every model's pooled error in one fold."""
-        return {name: Misfit.total(s.by_fold[number].values()).error for name, s in self.standings.items() if s.by_fold[number]}
+        return {name: Misfit.total(standing.by_fold[number].values()).error for name, standing in self.standings.items()
+                if standing.by_fold[number]}
 
     def fold_wider(self, number: int) -> dict[str, float]:
         """Return how much wider, relative to the torque, the intervals of one fold are on held-out than on fitted recordings."""
-        known = {name: (s.coverage[number].width, s.fitted_coverage[number].width) for name, s in self.standings.items()
-                 if len(s.coverage) > number and len(s.fitted_coverage) > number}
+        known = {name: (standing.coverage[number].width, standing.fitted_coverage[number].width)
+                 for name, standing in self.standings.items()
+                 if len(standing.coverage) > number and len(standing.fitted_coverage) > number}
         return {name: held_out / fitted for name, (held_out, fitted) in known.items() if fitted > 0}
 
     def document(self) -> dict[str, Any]:

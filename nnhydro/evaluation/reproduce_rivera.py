@@ -93,7 +93,8 @@ def of_slenderness(arm: Arm, factor: float) -> Arm:
 
 def analytic(model: StripTheory, arm: Arm) -> StripTheory:
     """Return fitted constants on another arm: C_D and C_M times what Wieselsberger and DNV give for its L/D over that of their own."""
-    fitted, other = (torch.tensor([link.length_m / link.diameter_m for link in a.links], dtype=torch.float64) for a in (model.arm, arm))
+    fitted, other = (torch.tensor([link.length_m / link.diameter_m for link in links], dtype=torch.float64)
+                     for links in (model.arm.links, arm.links))
     drag, mass = model.loads.terms["normal_drag"], model.loads.terms["added_mass"]
     assert isinstance(drag, NormalDrag)
     assert isinstance(mass, AddedMass)

@@ -76,4 +76,4 @@ def feature_sets() -> dict[str, FeatureSet]:
 def features(view: View, names: Sequence[str]) -> Features:
     """Return the sets `names` side by side; raises ConfigError for an unknown name."""
     parts = [of(view) for of in _SETS.choose(names, "feature set")]
-    return Features(torch.cat([p.odd for p in parts], dim=1), torch.cat([p.even for p in parts], dim=1))
+    return Features(torch.cat([part.odd for part in parts], dim=1), torch.cat([part.even for part in parts], dim=1))

@@ -152,7 +152,8 @@ def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> C
     segments = [_some(segment) for name in chosen for segment in campaign.segments(name, how)[:2] if segment.tau is not None]
     segments = [segment for segment in segments if segment.keep.any()]
     torques = [segment.tau[segment.keep] for segment in segments if segment.tau is not None]
-    if not torques or not any(np.abs(tau).max() > 0 for tau in torques) or not any(np.ptp(s.q, axis=0).max() > 1e-3 for s in segments):
+    moving = any(np.ptp(segment.q, axis=0).max() > 1e-3 for segment in segments)
+    if not torques or not any(np.abs(tau).max() > 0 for tau in torques) or not moving:
         return None
     correlation = np.median([[correlation_time(tau[:, j]) for j in range(arm.n_links)] for tau in torques], axis=0)
     return ChannelData(arm, segments, torques, correlation, _loads(arm))
@@ -161,7 +162,7 @@ def material(campaign: Campaign, how: Preparation, known_to: float = LOOSE) -> C
 def columns_of(seen: ChannelData, way: Assignment) -> list[tuple[Array, Array]]:
     """Return the columns X (n, joints, p) and the fixed torque c_0 (n, joints) N m of every segment read in one way."""
     columns = [columns_and_offset(seen.loads, _reread(segment, way), seen.arm) for segment in seen.segments]
-    return [(X[s.keep], c0[s.keep]) for (X, c0), s in zip(columns, seen.segments, strict=True)]
+    return [(X[segment.keep], c0[segment.keep]) for (X, c0), segment in zip(columns, seen.segments, strict=True)]
 
 
 @one_thread()

@@ -154,7 +154,7 @@ def fit_with_record(loads: Loads, chosen: Sequence[Unit], arm: Arm, seed: int, b
     fitted, domain = loads.with_linear(solution.theta), domain_of(chosen, arm)
     found = estimates(fitted, solution, blocks, before, seed)
     return fitted, {
-        "parameters": {e.name: replace(e, unit=arm.text(e.unit)).document() for e in found},
+        "parameters": {estimate.name: replace(estimate, unit=arm.text(estimate.unit)).document() for estimate in found},
         "rms_residual_Nm": solution.rms.tolist(),
         "condition_number": solution.condition,
         "last_change": solution.last_change,  # of the residuals in the last round: a few per cent at the most

@@ -35,12 +35,13 @@ def parameter(unit: str, start: float, bounds: tuple[float, float], meaning: str
 
 @cache  # asked for with every torque
 def _parameters(cls: Hashable) -> tuple["Field[Any]", ...]:
-    return tuple(sorted((f for f in fields(cast(Any, cls)) if "unit" in f.metadata), key=lambda f: f.kw_only is True))
+    declared = (declaration for declaration in fields(cast(Any, cls)) if "unit" in declaration.metadata)
+    return tuple(sorted(declared, key=lambda declaration: declaration.kw_only is True))
 
 
 @cache
 def _linear(cls: Hashable) -> tuple["Field[Any]", ...]:
-    return tuple(f for f in _parameters(cls) if f.metadata["linear"])
+    return tuple(declaration for declaration in _parameters(cls) if declaration.metadata["linear"])
 
 
 @dataclass(frozen=True)
@@ -65,13 +66,15 @@ class ParametricTerm:
     @classmethod
     def options(cls) -> tuple["Field[Any]", ...]:
         """Return the other dataclass fields: choices, not numbers to fit."""
-        return tuple(f for f in fields(cls) if "unit" not in f.metadata)
+        return tuple(declaration for declaration in fields(cls) if "unit" not in declaration.metadata)
 
     @classmethod
     def at_start(cls, arm: Arm, **options: Any) -> Self:
         """Return the term with every parameter at its start value, sized for `arm`."""
         sizes = {"link": arm.n_links, "joint": arm.n_links, "arm": 1, "other joint": arm.n_links - 1}
-        return cls(**{f.name: (f.metadata["start"],) * sizes[f.metadata["per"]] for f in cls.parameters()}, **options)
+        starts = {declaration.name: (declaration.metadata["start"],) * sizes[declaration.metadata["per"]]
+                  for declaration in cls.parameters()}
+        return cls(**starts, **options)
 
     def document(self) -> dict[str, Any]:
         """Return the term as model files store it."""
@@ -85,8 +88,9 @@ class ParametricTerm:
     @final
     def linear_names(self) -> tuple[str, ...]:
         """Return one name a linear parameter, `C_D[1]` for the first link."""
-        return tuple(f"{f.name}[{i + 1}]" if len(getattr(self, f.name)) > 1 or f.metadata["per"] != "arm" else f.name
-                     for f in self.linear_fields() for i in range(len(getattr(self, f.name))))
+        return tuple(f"{declaration.name}[{i + 1}]" if len(getattr(self, declaration.name)) > 1 or declaration.metadata["per"] != "arm"
+                     else declaration.name
+                     for declaration in self.linear_fields() for i in range(len(getattr(self, declaration.name))))
 
     @final
     def linear_values(self) -> Tensor:
@@ -96,12 +100,12 @@ class ParametricTerm:
     @final
     def linear_bounds(self) -> tuple[tuple[float, float], ...]:
         """Return (lowest, highest) of each linear parameter."""
-        return tuple(f.metadata["bounds"] for f in self.linear_fields() for _ in getattr(self, f.name))
+        return tuple(declaration.metadata["bounds"] for declaration in self.linear_fields() for _ in getattr(self, declaration.name))
 
     @final
     def linear_units(self) -> tuple[str, ...]:
         """Return the unit of each linear parameter."""
-        return tuple(f.metadata["unit"] for f in self.linear_fields() for _ in getattr(self, f.name))
+        return tuple(declaration.metadata["unit"] for declaration in self.linear_fields() for _ in getattr(self, declaration.name))
 
     @final
     def with_linear(self, values: Tensor) -> Self:

@@ -70,16 +70,16 @@ def _same(a: Array, b: Array) -> bool:
 def repeated_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
     """Return groups of two or more recordings with the same motion, durations equal to 2 %; one recording is held at a time."""
     leaders: list[tuple[float, Array, list[str]]] = []
-    for r in campaign.recordings():
-        motion = _motion(r)
+    for recording in campaign.recordings():
+        motion = _motion(recording)
         if motion is None or max(np.ptp(motion, axis=1).max(), np.abs(motion[-1]).max()) <= LEAST:
             continue
         group = next((names for duration, leader, names in leaders
-                      if abs(duration - r.duration) < 0.02 * duration and _same(leader, motion)), None)
+                      if abs(duration - recording.duration) < 0.02 * duration and _same(leader, motion)), None)
         if group is None:
-            leaders.append((r.duration, motion, [r.name]))
+            leaders.append((recording.duration, motion, [recording.name]))
         else:
-            group.append(r.name)
+            group.append(recording.name)
     return tuple(tuple(names) for *_, names in leaders if len(names) > 1)
 
 
@@ -128,8 +128,8 @@ def _spread(tau: Array) -> Spread:
 def _compared_rows(segments: tuple[Segment, ...]) -> tuple[Array, Array]:
     """Times since the start and filtered torques of the compared rows of one recording."""
     start = segments[0].t[0] if segments else 0.0
-    t = [s.t[s.keep] - start for s in segments if s.tau is not None]
-    tau = [s.tau[s.keep] for s in segments if s.tau is not None]
+    t = [segment.t[segment.keep] - start for segment in segments if segment.tau is not None]
+    tau = [segment.tau[segment.keep] for segment in segments if segment.tau is not None]
     return (np.concatenate(t), np.concatenate(tau)) if t else (np.zeros(0), np.zeros((0, 1)))
 
 
@@ -177,9 +177,9 @@ def noise_floor(campaign: Campaign, how: Preparation) -> NoiseFloor | None:
         for rows in repeated_rows(table):
             spreads.append(_spread(table.tau[list(rows)][:, None, :]))
             steady += len(rows)
-    total = sum(s.torque_sum for s in spreads)
+    total = sum(spread.torque_sum for spread in spreads)
     if not spreads or not total > 0:
         return None
-    weights = np.array([s.rows for s in spreads], dtype=float)
+    weights = np.array([spread.rows for spread in spreads], dtype=float)
     std = np.sqrt(np.average(np.array([s.std**2 for s in spreads]), axis=0, weights=weights))
-    return NoiseFloor(tuple(float(x) for x in std), sum(s.noise_sum for s in spreads) / total, groups, steady)
+    return NoiseFloor(tuple(float(x) for x in std), sum(spread.noise_sum for spread in spreads) / total, groups, steady)

@@ -152,7 +152,8 @@ def _some_seen(campaign: Campaign, names: tuple[str, ...]) -> list[_RecordingFac
 def _facts(campaign: Campaign, seen: Sequence[_RecordingFacts]) -> tuple[LinkFacts, ...]:
     """Slenderness, top speed, Reynolds number and travel of every link."""
     arm = campaign.arm
-    top, stroke = (np.max([np.zeros(arm.n_links), *values], axis=0) for values in ([s.top for s in seen], [s.stroke for s in seen]))
+    tops, strokes = [survey.top for survey in seen], [survey.stroke for survey in seen]
+    top, stroke = (np.max([np.zeros(arm.n_links), *values], axis=0) for values in (tops, strokes))
     for table in campaign.steady:
         for link in range(arm.n_links):
             speed = tip_speed(arm, link, absolute_angles(table), absolute_rates(table, table.qd), through_water(table))

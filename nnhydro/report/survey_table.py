@@ -20,21 +20,22 @@ def recordings_sheet(found: Survey, most: int | None = None) -> Sheet:
     cut = None if found.how is None or found.how.low_pass is None else found.how.low_pass.cutoff_hz
     odd, entries = Counter(oddity.recording for oddity in found.oddities), found.entries[:most]
     return Sheet(plural(len(found.entries), "recording"), (
-        Column("recording", [e.name for e in entries], words=True), Column("rows", [e.rows for e in entries]),
-        Column("s", [e.duration_s for e in entries], "{:.4g}", "duration_s"),
-        Column("Hz", [e.rate_hz for e in entries], "{:.4g}", "rate_hz"), Column("jitter", [e.jitter for e in entries], "{:.1%}"),
-        Column("given", [" ".join(e.given) for e in entries], words=True),
-        Column("derived", [" ".join(e.derived) or "-" for e in entries], words=True),
+        Column("recording", [e.name for e in entries], words=True), Column("rows", [entry.rows for entry in entries]),
+        Column("s", [entry.duration_s for entry in entries], "{:.4g}", "duration_s"),
+        Column("Hz", [entry.rate_hz for entry in entries], "{:.4g}", "rate_hz"),
+        Column("jitter", [entry.jitter for entry in entries], "{:.1%}"),
+        Column("given", [" ".join(entry.given) for entry in entries], words=True),
+        Column("derived", [" ".join(entry.derived) or "-" for entry in entries], words=True),
         Column("cut-off Hz", [cut] * len(entries), "{:.3g}", "cutoff_hz"), Column("oddities", [odd[e.name] for e in entries])))
 
 
 def oddities_sheet(found: Survey) -> Sheet:
     """Return what looks wrong, the worst first."""
     return Sheet("What looks wrong", (
-        Column("severity", [o.severity for o in found.oddities], words=True),
-        Column("check", [o.check for o in found.oddities], words=True),
-        Column("recording", [o.recording for o in found.oddities], words=True),
-        Column("message", [o.message for o in found.oddities], words=True)))
+        Column("severity", [oddity.severity for oddity in found.oddities], words=True),
+        Column("check", [oddity.check for oddity in found.oddities], words=True),
+        Column("recording", [oddity.recording for oddity in found.oddities], words=True),
+        Column("message", [oddity.message for oddity in found.oddities], words=True)))
 
 
 def tips_sheet(found: Survey) -> Sheet:
@@ -42,10 +43,11 @@ def tips_sheet(found: Survey) -> Sheet:
     links = found.links
     title = "How the tips move through the fluid" if links and links[0].reynolds is not None else "How the tips move (a dry arm)"
     return Sheet(title, (
-        Column("link", list(range(1, len(links) + 1)), words=True), Column("L/D", [x.slenderness for x in links], "{:.3g}", "slenderness"),
-        Column("top speed of the tip, m/s", [x.top_speed_m_s for x in links], "{:.3g}", "top_speed_m_s"),
-        Column("Reynolds", [x.reynolds for x in links], "{:.2g}", "reynolds"),
-        Column("longest stroke, D", [x.travel for x in links], "{:.3g}", "travel")))
+        Column("link", list(range(1, len(links) + 1)), words=True),
+        Column("L/D", [link.slenderness for link in links], "{:.3g}", "slenderness"),
+        Column("top speed of the tip, m/s", [link.top_speed_m_s for link in links], "{:.3g}", "top_speed_m_s"),
+        Column("Reynolds", [link.reynolds for link in links], "{:.2g}", "reynolds"),
+        Column("longest stroke, D", [link.travel for link in links], "{:.3g}", "travel")))
 
 
 def verdict(found: Survey) -> str:
@@ -66,7 +68,7 @@ def document(found: Survey, campaign: str) -> dict[str, Any]:
     low_pass = None if found.how is None or found.how.low_pass is None else found.how.low_pass.document()
     return {
         "campaign": campaign, "usable": not found.errors, "verdict": verdict(found),
-        "recordings": [asdict(e) | {"rate_hz": e.rate_hz if isfinite(e.rate_hz) else None} for e in found.entries],
+        "recordings": [asdict(entry) | {"rate_hz": entry.rate_hz if isfinite(entry.rate_hz) else None} for entry in found.entries],
         "steady": [{"name": name, "runs": runs} for name, runs in found.tables],
         "low_pass": low_pass, "rates_from": None if found.how is None else found.how.rates_from,
         "oddities": [oddity.document() for oddity in found.oddities],

@@ -124,5 +124,5 @@ def write_campaign(recipe: Recipe, out: Path) -> tuple[WrittenRun, ...]:
         write_text(work / "arm.yaml", yaml.safe_dump(recipe.arm.document(), sort_keys=False, allow_unicode=True))
         write_text(work / "recipe.yaml", yaml.safe_dump(_self_contained(recipe, work), sort_keys=False, allow_unicode=True))
         write_json(work / MARKER, {"schema": recipe.settings.schema_, "name": recipe.settings.name, "seed": recipe.settings.seed,
-                                   "versions": _versions(), "files": {m.file: m.rows for m in made}})
+                                   "versions": _versions(), "files": {recording.file: recording.rows for recording in made}})
     return made

@@ -27,7 +27,8 @@ def draw_arm(rng: Generator, links: int, belt: bool) -> tuple[TrueArm, TrueArm, 
     stated = [_link(rng, thick * 0.85**i) for i in range(links)]
     known_to = float(rng.choice([0.01, 0.02, 0.03, 0.05]))
     off = 1 + known_to * rng.standard_normal((links, 3)).clip(-MOST, MOST)
-    true = [replace(k, mass=k.mass * o[0], com=k.com * o[1], inertia=k.inertia * o[2]) for k, o in zip(stated, off, strict=True)]
+    true = [replace(link, mass=link.mass * o[0], com=link.com * o[1], inertia=link.inertia * o[2])
+            for link, o in zip(stated, off, strict=True)]
     nu = float(rng.choice([1.0e-6, 1.14e-6, 1.3e-6]))
     return TrueArm(tuple(true), 1000.0, nu, belt), TrueArm(tuple(stated), 1000.0, nu, belt), known_to
 
@@ -35,7 +36,7 @@ def draw_arm(rng: Generator, links: int, belt: bool) -> tuple[TrueArm, TrueArm, 
 def document(stated: TrueArm, known_to: float) -> dict[str, Any]:
     """Return what arm.yaml holds."""
     drive: Any = {"kind": "remote", "pulley_ratio": 1.0, "angle2": "absolute"} if stated.belt else "direct"
-    links = [{"length_m": k.length, "diameter_m": k.diameter, "mass_kg": k.mass, "com_m": k.com, "inertia_kg_m2": k.inertia,
-              "known_to": known_to} for k in stated.links]
+    links = [{"length_m": link.length, "diameter_m": link.diameter, "mass_kg": link.mass, "com_m": link.com, "inertia_kg_m2": link.inertia,
+              "known_to": known_to} for link in stated.links]
     fluid = {"density_kg_m3": stated.rho, "kinematic_viscosity_m2_s": stated.nu}
     return {"schema": "nnhydro/arm/1", "name": "concealed-arm", "fluid": fluid, "drive": drive, "links": links}

@@ -172,7 +172,7 @@ def _answer(wish: Wish, reference: Yardstick, hidden: Sequence[tuple[Cause, floa
             "effects": [entry(cause, size) for cause, size in hidden], "limit": round(reference.limit, 3), "links": len(arm.links),
             "belt": arm.belt, "known_to": known_to, "noise": {"kind": sensors.noise, "level": round(sensors.level, 5)},
             "given": sensors.given, "rate_hz": sensors.rate, "recordings": len(reference.runs),
-            "coefficients": {"cd": [round(k.C_D, 5) for k in arm.links], "cm": [round(k.C_M, 5) for k in arm.links]}}
+            "coefficients": {"cd": [round(link.C_D, 5) for link in arm.links], "cm": [round(link.C_M, 5) for link in arm.links]}}
 
 
 def draw_campaign(seed: int, index: int, wish: Wish) -> ConcealedCampaign:

@@ -34,7 +34,8 @@ def rotor_inertia(rng: Generator, arm: TrueArm) -> Draft:
     """Draw the joint whose motor is heavy."""
     joint = draw_joint(rng, arm)
     last = arm.links[joint - 1:]
-    moved = sum(k.inertia + k.mass * k.com**2 for k in last) + sum(arm.rho * np.pi * k.diameter**2 * k.length**3 / 12 for k in last)
+    water = sum(arm.rho * np.pi * link.diameter**2 * link.length**3 / 12 for link in last)
+    moved = sum(link.inertia + link.mass * link.com**2 for link in last) + water
 
     def make(a: float) -> Cause:
         """Return the cause whose inertia is `a` kg m2."""
@@ -60,7 +61,7 @@ def payload_mass(rng: Generator, arm: TrueArm) -> Draft:
             force = a * (F.A[:, -1] + beyond * (F.dspin[:, -1, None] * side - turn**2 * F.e[:, -1]))
             return np.column_stack([cross(place - F.P[:, j], force) for j in range(tau.shape[1])])
         return Cause("payload_mass", None, "other" if beyond else "plain", "a mass at the tip", {"mass": (a, "kg")}, load=load)
-    return Draft(make, 1e-3, 0.8 * sum(k.mass for k in arm.links))
+    return Draft(make, 1e-3, 0.8 * sum(link.mass for link in arm.links))
 
 
 @hides("oscillating_mass", by_name=True)
@@ -84,4 +85,4 @@ def oscillating_mass(rng: Generator, arm: TrueArm) -> Draft:
                                     for j in range(tau.shape[1])])
         values = {"mass": (a, "kg"), "frequency": (omega / 2 / np.pi, "Hz"), "damping": (zeta, "1")}
         return Cause("oscillating_mass", link, "plain", "liquid in a tank swings on a link", values, load=load)
-    return Draft(make, 1e-3, 0.5 * sum(k.mass for k in arm.links))
+    return Draft(make, 1e-3, 0.5 * sum(link.mass for link in arm.links))

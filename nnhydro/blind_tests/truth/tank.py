@@ -51,7 +51,7 @@ def brisk_torque(arm: TrueArm, joint: int) -> float:
 
 def joint_torque(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Array | None = None) -> Array:
     """Return joint torques (n, L) with what the causes add there; `plain` spares the water's sum where no cause changes it."""
-    changes = [c.water for c in sorted(causes, key=lambda c: c.order) if c.water is not None]
+    changes = [cause.water for cause in sorted(causes, key=lambda cause: cause.order) if cause.water is not None]
     if changes or plain is None:
         plain = rigid_torque(run, arm) + water_torque(run, arm, changes)
     tau = plain
@@ -63,7 +63,7 @@ def joint_torque(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Arr
 
 def read(run: TrueRun, arm: TrueArm, causes: Sequence[Cause] = (), plain: Array | None = None) -> TrueReading:
     """Return what the sensors read of `run`; what acts in a part of it only, as much as it acts there (one such cause at most)."""
-    everything, local = _read_without_noise(run, arm, causes, plain), next((c for c in causes if c.share is not None), None)
+    everything, local = _read_without_noise(run, arm, causes, plain), next((cause for cause in causes if cause.share is not None), None)
     if local is None or local.share is None:
         return everything
     w, rest = local.share(run)[:, None], _read_without_noise(run, arm, [c for c in causes if c is not local], plain)

@@ -58,7 +58,8 @@ def print_card(effect: type[Effect]) -> None:
     _paragraph("Source", effect.source)
     say()
     rows = []
-    for f in effect.parameters():
-        one_a = effect.acts if f.metadata["per"] == "arm" else f.metadata["per"]
-        rows.append((f.name, f.metadata["meaning"], f.metadata["unit"], one_a, "{:g} to {:g}".format(*f.metadata["bounds"])))
+    for field in effect.parameters():
+        said = field.metadata
+        one_a = effect.acts if said["per"] == "arm" else said["per"]
+        rows.append((field.name, said["meaning"], said["unit"], one_a, "{:g} to {:g}".format(*said["bounds"])))
     _words("Parameters", ("name", "meaning", "unit", "one per", "bounds"), rows)

@@ -55,7 +55,8 @@ class ReynoldsDrag(LoadEffect):
 
     def narrower(self) -> tuple["ReynoldsDrag", ...]:
         """Return the parabola alone, and the crisis alone."""
-        start: dict[str, Any] = {f.name: (f.metadata["start"],) for f in self.parameters() if f.name in ("drop", "critical", "width")}
+        start: dict[str, Any] = {field.name: (field.metadata["start"],) for field in self.parameters()
+                                 if field.name in ("drop", "critical", "width")}
         return replace(self, turn=()), replace(self, slope=(), bend=(), turn=(), **start)
 
     def columns(self, flow: Flow) -> Tensor:

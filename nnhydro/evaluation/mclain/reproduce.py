@@ -137,7 +137,8 @@ def reproduce(seed: int = 0, draws: int = 200) -> McLainReproduction:
     models: dict[str, Any] = {**comparison_models(), "fitted constants": constants, "state-dependent": truth()}
     seen: dict[str, Any] = {**models, "fitted constants": fitted_constants(list(zip(flows, measured, strict=True)))}
     seen["state-dependent"] = fit.loads
-    slews = tuple(PaperSlew(motion[0], flow.motion.t.numpy(), tau.numpy(), {n: m.torque(flow).reshape(-1).numpy() for n, m in seen.items()})
+    slews = tuple(PaperSlew(motion[0], flow.motion.t.numpy(), tau.numpy(),
+                            {n: model.torque(flow).reshape(-1).numpy() for n, model in seen.items()})
                   for motion, flow, tau in zip(VALIDATION, flows, measured, strict=True))
     anchor = effective_drag(LENGTH / DIAMETER, ("aspect_ratio",)) / effective_drag(LENGTH / DIAMETER)
     slender = {x: (effective_drag(x), effective_drag(x, ("aspect_ratio",)) / anchor) for x in SLENDERNESS}

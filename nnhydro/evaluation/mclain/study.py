@@ -120,15 +120,16 @@ class Outcome:
 
 def _outcome(motions: Sequence[TowedMotion], models: Mapping[str, Loads]) -> Outcome:
     """Errors of models on motions, as a whole and by phase."""
-    residual = {m.name: np.abs(m.tau - models[m.name].torque(m.fresh()).numpy()) for m in motions}
+    residual = {motion.name: np.abs(motion.tau - models[motion.name].torque(motion.fresh()).numpy()) for motion in motions}
 
     def ratio(rows: Mapping[str, NDArray[np.bool_]]) -> float:
-        size = sum(float(np.abs(m.tau[rows[m.name]]).sum()) for m in motions)
+        size = sum(float(np.abs(motion.tau[rows[motion.name]]).sum()) for motion in motions)
         return sum(float(residual[m.name][rows[m.name]].sum()) for m in motions) / size if size else float("nan")
 
-    nothing = {m.name: np.zeros_like(m.keep) for m in motions}
-    by_phase = {phase: ratio({m.name: m.keep & (m.phase() == phase) for m in motions}) for phase in PHASES}
-    return Outcome(ratio({m.name: m.keep for m in motions}), {m.name: ratio({**nothing, m.name: m.keep}) for m in motions},
+    nothing = {motion.name: np.zeros_like(motion.keep) for motion in motions}
+    by_phase = {phase: ratio({motion.name: motion.keep & (motion.phase() == phase) for motion in motions}) for phase in PHASES}
+    return Outcome(ratio({motion.name: motion.keep for motion in motions}),
+                   {motion.name: ratio({**nothing, motion.name: motion.keep}) for motion in motions},
                    {phase: error for phase, error in by_phase.items() if np.isfinite(error)})
 
 

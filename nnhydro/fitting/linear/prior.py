@@ -83,5 +83,5 @@ def prior(loads: Loads, arm: Arm) -> Prior:
     parts = [_of_term(term, arm, stated[name][1] if name in stated else None) for name, term in loads.linear().items()]
     if not parts:
         return Prior(np.zeros(0), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
-    return Prior(np.concatenate([p.mean for p in parts]), block_diag(*[p.F for p in parts]),
-                 np.concatenate([p.lowest for p in parts]), np.concatenate([p.highest for p in parts]))
+    return Prior(np.concatenate([p.mean for p in parts]), block_diag(*[part.F for part in parts]),
+                 np.concatenate([part.lowest for part in parts]), np.concatenate([part.highest for part in parts]))

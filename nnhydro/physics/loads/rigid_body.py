@@ -40,8 +40,8 @@ class RigidBody(LinearTerm):
     def of_arm(cls, arm: Arm) -> "RigidBody":
         """Return the rigid body that arm.yaml states."""
         links = arm.links
-        return cls(tuple(k.mass_kg for k in links), tuple(k.mass_kg * k.com_m for k in links),
-                   tuple(k.inertia_kg_m2 + k.mass_kg * k.com_m**2 for k in links))
+        return cls(tuple(link.mass_kg for link in links), tuple(link.mass_kg * link.com_m for link in links),
+                   tuple(link.inertia_kg_m2 + link.mass_kg * link.com_m**2 for link in links))
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (m, h, J), (n, joints, 3 links), with the rows of the hub where the flow has them."""

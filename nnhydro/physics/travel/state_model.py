@@ -23,7 +23,7 @@ from nnhydro.recordings.arm import Arm
 
 def _per_link(term: LoadTerm, links: int) -> LoadTerm:
     """The term with each ordinate repeated a link."""
-    return replace(term, **{f.name: getattr(term, f.name) * links for f in term.parameters() if f.metadata["linear"]})
+    return replace(term, **{field.name: getattr(term, field.name) * links for field in term.parameters() if field.metadata["linear"]})
 
 
 def state_loads(arm: Arm, tau_s: float = 8.0, curve_per_link: bool = False, **options: Any) -> Loads:

@@ -48,11 +48,11 @@ class ClockOrder(CampaignCheck):
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield the first overlap, and the recordings without a clock."""
         spans, without = [], []
-        for r in campaign.recordings():
-            if r.clock is None or not np.isfinite(r.clock).any():
-                without.append(r.name)
+        for recording in campaign.recordings():
+            if recording.clock is None or not np.isfinite(recording.clock).any():
+                without.append(recording.name)
             else:
-                spans.append((float(np.nanmin(r.clock)), float(np.nanmax(r.clock)), r.name))
+                spans.append((float(np.nanmin(recording.clock)), float(np.nanmax(recording.clock)), recording.name))
         spans.sort()
         clashes = [(a, b) for a, b in pairwise(spans) if b[0] < a[1] - OVERLAP]
         if clashes:

@@ -21,7 +21,8 @@ class TinyTorque(CampaignCheck):
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield one finding where every torque is tiny, though not every one is zero."""
-        largest = [float(np.nanmax(np.abs(r.tau))) for r in campaign.recordings() if r.tau is not None and np.isfinite(r.tau).any()]
+        largest = [float(np.nanmax(np.abs(recording.tau))) for recording in campaign.recordings()
+                   if recording.tau is not None and np.isfinite(recording.tau).any()]
         if largest and 0 < max(largest) < SMALLEST:
             name = campaign.arm.column("tau", 1)
             yield Oddity(None, "warning", name, f"no torque of the campaign exceeds {max(largest):.2g} N m", self.remedy)

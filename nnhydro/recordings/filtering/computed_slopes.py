@@ -59,8 +59,9 @@ def _lags(recordings: Sequence[Recording], of: str, slope: str) -> Array:
 
 def _is_smooth(recordings: Sequence[Recording], of: str, slope: str) -> bool:
     """Whether the channel `slope` of some joint was smoothed, seen from the channel `of`; False where one is missing."""
-    parts = [resample(r.without_torque(), start, stop) for r in recordings if getattr(r, of) is not None and getattr(r, slope) is not None
-             for start, stop in stretches(r, with_torque=False)]
+    parts = [resample(recording.without_torque(), start, stop) for recording in recordings
+             if getattr(recording, of) is not None and getattr(recording, slope) is not None
+             for start, stop in stretches(recording, with_torque=False)]
     pairs = [(float(part.t[1] - part.t[0]), getattr(part, of), getattr(part, slope)) for part in parts]
     joints = parts[0].n_links if parts else 0
     return any(is_smoothed((dt, x[:, joint], y[:, joint]) for dt, x, y in pairs) for joint in range(joints))
@@ -86,8 +87,8 @@ class LeftOut:
 
     def taken_from(self, recordings: Sequence[Recording]) -> list[Recording]:
         """Return `recordings` without what was left out."""
-        return [replace(r, qd=None if self.rates_lag or self.smoothed else r.qd,
-                        qdd=None if self.accelerations_lag or self.smoothed else r.qdd) for r in recordings]
+        return [replace(recording, qd=None if self.rates_lag or self.smoothed else recording.qd,
+                        qdd=None if self.accelerations_lag or self.smoothed else recording.qdd) for recording in recordings]
 
 
 def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], LeftOut]:

@@ -257,9 +257,9 @@ def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Pre
     def channels() -> Iterator[tuple[Array, Array | None, float]]:
         """Yield angles, rates and time step s of every stretch, and note whether one needs the filter."""
         nonlocal needed
-        for r in recordings:
-            needed = needed or needs_filter(r)
-            motion = r.without_torque()  # its torques may hold empty cells
+        for recording in recordings:
+            needed = needed or needs_filter(recording)
+            motion = recording.without_torque()  # its torques may hold empty cells
             for start, stop in stretches(motion, with_torque=False):
                 part = resample(motion, start, stop)
                 spans.append((float(part.t[1] - part.t[0]), part.duration))

@@ -150,9 +150,9 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
     edges = first * 2.0 ** (np.arange(0, np.ceil(BANDS_PER_OCTAVE * octaves) + 1) / BANDS_PER_OCTAVE)
     sums: dict[str, tuple[Array, Array, Array]] = {}
     nyquist = np.inf
-    for r in known:
-        for start, stop in stretches(r, with_torque=False):
-            part = resample(r.without_torque(), start, stop)
+    for recording in known:
+        for start, stop in stretches(recording, with_torque=False):
+            part = resample(recording.without_torque(), start, stop)
             dt = float(part.t[1] - part.t[0])
             nyquist = min(nyquist, 0.5 / dt)
             for number, x, power, levels, column in _channels(part):

@@ -41,9 +41,9 @@ def _messages(path: Path, topic: str | None) -> Iterator[_Message]:
     old = path.suffix.lower() == ".bag" and path.is_file()
     types = get_typestore(Stores.ROS1_NOETIC if old else Stores.ROS2_HUMBLE)
     with (Reader1(path) if old else Reader2(path)) as reader:
-        there = sorted({c.topic for c in reader.connections if c.msgtype in KINDS})
-        chosen = _topic(path, there, topic, sorted({c.msgtype for c in reader.connections}))
-        connections = [c for c in reader.connections if c.topic == chosen and c.msgtype in KINDS]
+        there = sorted({connection.topic for connection in reader.connections if connection.msgtype in KINDS})
+        chosen = _topic(path, there, topic, sorted({connection.msgtype for connection in reader.connections}))
+        connections = [connection for connection in reader.connections if connection.topic == chosen and connection.msgtype in KINDS]
         for connection, logged, raw in reader.messages(connections=connections):
             read = types.deserialize_ros1 if old else types.deserialize_cdr
             m: Any = read(raw, connection.msgtype)
@@ -93,10 +93,10 @@ def _channel(messages: Sequence[_Message], joint: str, channel: str) -> Array | 
 
 def _time(messages: Sequence[_Message]) -> tuple[Array, str]:
     """Seconds since the first message, by the stamp of the sensor where it has one, else by that of arrival."""
-    stamps = np.array([m.stamp for m in messages], dtype=np.int64)
+    stamps = np.array([message.stamp for message in messages], dtype=np.int64)
     stamped = bool(stamps.any())
     if not stamped:
-        stamps = np.array([m.logged for m in messages], dtype=np.int64)
+        stamps = np.array([message.logged for message in messages], dtype=np.int64)
     return (stamps - stamps[0]) / 1e9, "time from the header stamps" if stamped else "time of logging: the header stamps are all 0"
 
 
@@ -111,7 +111,7 @@ def _table(path: Path, messages: list[_Message], request: Request) -> Table:
     if not joints and not mapped:
         raise RecordingError(f"{path}: its joints are {', '.join(names[:8]) or '(unnamed)'}: "
                              "say which is which by 'joints: [...]' in a mapping (--map FILE)")
-    wanted = [m for m in messages if not joints or set(joints) & set(m.names)]
+    wanted = [message for message in messages if not joints or set(joints) & set(message.names)]
     require_shape(path, len(wanted), len(names) * len(CHANNELS))
     t, how = _time(wanted)
     columns: Columns = {TIME: t}

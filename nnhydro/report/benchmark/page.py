@@ -63,9 +63,9 @@ def benchmark_page(result: BenchmarkResult) -> str:
         errors=page_figure(error_figure(result), "Error of every model on held-out recordings, with 95 % interval"),
         models=models_sheet(result, document), folds=None if result.protocol == DEFAULT else folds_sheet(result),
         curve=page_figure(learning_curves(result), "Error against the number of recordings fitted") if result.split.curve else None,
-        by_recording=_by_recording(result, models), drawn={h.recording for h in drawn}, histories=drawn,
+        by_recording=_by_recording(result, models), drawn={drawing.recording for drawing in drawn}, histories=drawn,
         shown_first=shown_models(result), maps=maps, heat=largest(maps),
-        shown=len({t.recording for t in traces if not t.segment.steady}), of=sum(not unit.steady for unit in result.units),
+        shown=len({trace.recording for trace in traces if not trace.segment.steady}), of=sum(not unit.steady for unit in result.units),
         reliability=page_figure(reliability_figure(covered), RELIABILITY) if covered else None, coverage=coverage_sheet(result, document))
     return with_units(page, result.campaign.arm.sliding)
 

@@ -27,18 +27,19 @@ OVER = "angle and rate"
 
 def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
     """Draw the residual maps over angle and rate: a row a joint, a column a model, one colour scale a joint."""
-    shown = [m for m in maps if m.over == OVER]
-    joints, models = sorted({m.joint for m in shown}), list(dict.fromkeys(m.model for m in shown))
+    shown = [grid for grid in maps if grid.over == OVER]
+    joints, models = sorted({grid.joint for grid in shown}), list(dict.fromkeys(grid.model for grid in shown))
     heat = largest(shown)
     figure = new_figure(4.4 * len(models) + 1.2, 3.4 * len(joints) + 0.3)
     axes = figure.subplots(len(joints), len(models), squeeze=False, sharex="row", sharey="row")
-    for m in shown:
-        ax = axes[joints.index(m.joint), models.index(m.model)]
-        values = np.array([[np.nan if cell is None else cell.rms for cell in row] for row in m.cells])[::-1]
-        mesh = ax.pcolormesh(m.across_edges, m.down_edges, values, cmap="cividis", vmin=0.0, vmax=heat[m.joint] or 1.0, label=m.model)
-        ax.set(xlabel=m.across, ylabel=m.down, title=f"joint {m.joint}, {m.model}", facecolor="0.93")
-        if m.model == models[-1]:
-            figure.colorbar(mesh, ax=axes[joints.index(m.joint)], label="rms residual [N m]")
+    for grid in shown:
+        ax = axes[joints.index(grid.joint), models.index(grid.model)]
+        values = np.array([[np.nan if cell is None else cell.rms for cell in row] for row in grid.cells])[::-1]
+        mesh = ax.pcolormesh(grid.across_edges, grid.down_edges, values, cmap="cividis", vmin=0.0, vmax=heat[grid.joint] or 1.0,
+                             label=grid.model)
+        ax.set(xlabel=grid.across, ylabel=grid.down, title=f"joint {grid.joint}, {grid.model}", facecolor="0.93")
+        if grid.model == models[-1]:
+            figure.colorbar(mesh, ax=axes[joints.index(grid.joint)], label="rms residual [N m]")
     return save_figure(figure, stem)
 
 
@@ -76,8 +77,8 @@ def law_figure(laws: Sequence[tuple[str, DrawnLaw]], labels: tuple[str, str, str
 
 def laws_of(result: DiagnosisResult, traces: Sequence[Trace]) -> list[DrawnLaw | None]:
     """Return the law of each finding; `traces` are the campaign's, of the models BASELINE and CORRECTED."""
-    names = spread(list(dict.fromkeys(t.recording for t in traces)), MOST_RECORDINGS)
-    some = [t for t in traces if t.recording in names]
+    names = spread(list(dict.fromkeys(trace.recording for trace in traces)), MOST_RECORDINGS)
+    some = [trace for trace in traces if trace.recording in names]
     return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
 
 

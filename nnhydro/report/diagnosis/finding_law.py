@@ -90,7 +90,7 @@ def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[T
     j, links = joint - 1, model.arm.n_links
 
     def over(name: str, of: int) -> Array:
-        return np.concatenate([getattr(t.segment, name)[t.segment.keep, of] for t in traces])
+        return np.concatenate([getattr(trace.segment, name)[trace.segment.keep, of] for trace in traces])
 
     for word in effect.signature.depends_on:
         if word in ("q", "qd", "qdd"):
@@ -98,14 +98,14 @@ def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[T
             return label.format(joint), over(word, j)
         if word in ("tau", "tau of the other joint") and (word == "tau" or links == 2):
             of = j if word == "tau" else 1 - j
-            return f"measured torque of joint {of + 1} [N m]", np.concatenate([t.tau[t.segment.keep, of] for t in traces])
+            return f"measured torque of joint {of + 1} [N m]", np.concatenate([trace.tau[trace.segment.keep, of] for trace in traces])
         if word in ("w", "dw"):
-            flows = [Flow(model.arm, Motion.of(t.segment)) for t in traces]
-            speed = [(f.A * f.L / 2 + f.B if word == "w" else f.M * f.L / 2 + f.N).numpy()[t.segment.keep, j]
-                     for f, t in zip(flows, traces, strict=True)]
+            flows = [Flow(model.arm, Motion.of(trace.segment)) for trace in traces]
+            speed = [(flow.A * flow.L / 2 + flow.B if word == "w" else flow.M * flow.L / 2 + flow.N).numpy()[trace.segment.keep, j]
+                     for flow, trace in zip(flows, traces, strict=True)]
             what, unit = ("speed", "m/s") if word == "w" else ("acceleration", "m/s²")
             return f"normal {what} of link {joint} at its middle [{unit}]", np.concatenate(speed)
-    return "rows in the order of the recordings", np.arange(sum(int(t.segment.keep.sum()) for t in traces), dtype=float)
+    return "rows in the order of the recordings", np.arange(sum(int(trace.segment.keep.sum()) for trace in traces), dtype=float)
 
 
 def _active_rows(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]:
@@ -127,7 +127,7 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
         return None
 
     def torque(of: StripTheory) -> Array:
-        return np.concatenate([model_torque(of, t.segment)[t.segment.keep] for t in traces])
+        return np.concatenate([model_torque(of, trace.segment)[trace.segment.keep] for trace in traces])
 
     rows = _active_rows(finding, traces)
     full = torque(model)
@@ -137,7 +137,7 @@ def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], na
     joint = effect.joint or 1 + int(np.argmax((law**2).sum(axis=0)))
     moved = [torque(_with(model, effect, variant))[:, joint - 1] - full[:, joint - 1]
              for variant in _perturbations(effect, finding.covariance)]
-    rest = np.concatenate([t.residual(name)[t.segment.keep, joint - 1] for t in traces]) + law[:, joint - 1]
+    rest = np.concatenate([trace.residual(name)[trace.segment.keep, joint - 1] for trace in traces]) + law[:, joint - 1]
     label, x = driver(effect, joint, traces, model)
     found = _bin(joint, label, x[rows], rest[rows], law[rows, joint - 1], [change[rows] for change in moved])
     return found if len(found.x) else None  # nothing that drives it ever changed

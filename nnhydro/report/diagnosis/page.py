@@ -64,7 +64,7 @@ def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces:
         ladder=list(zip(errors.columns[0].values, errors.columns[1].values, strict=True)),
         findings=[_finding(f, law) for f, law in zip_longest(document["findings"], laws)], location=location_sheet(document), maps=maps,
         heat=largest(maps),
-        shown=len({t.recording for t in traces if not t.segment.steady}), of=len(campaign.names),
+        shown=len({trace.recording for trace in traces if not trace.segment.steady}), of=len(campaign.names),
         first=document["location"][0]["joint"] if document["location"] else 1,
         histories=histories(by_change(traces), styles, list(styles)), shown_first=list(styles), rest=_rest(document),
         unnamed=[(law.joint, law.driver, page_figure(law_figure([("", law)], UNNAMED), f"Residual of joint {law.joint} over {law.driver}"))

@@ -61,7 +61,7 @@ def gain_figure(made: Sequence[Sweep], name: str, stem: Path, sliding: bool = Fa
     axes = figure.subplots(joints, len(panels[0]), squeeze=False)
     for joint, row in enumerate(panels):
         for ax, (over, quantity) in zip(axes[joint], row, strict=True):
-            _panel(ax, next(s for s in made if s.joint == joint and s.over == over), quantity, name)
+            _panel(ax, next(sweep for sweep in made if sweep.joint == joint and sweep.over == over), quantity, name)
             ax.set(xlabel=joint_text(ax.get_xlabel(), sliding), ylabel=joint_text(ax.get_ylabel(), sliding))
     handles, labels = axes[0, 1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=4, frameon=False)

@@ -126,6 +126,6 @@ def histories(traces: Sequence[Trace], styles: Mapping[str, int], first: Sequenc
     shown, seen, made = traces[:fit], list[str](), list[History]()
     for trace in shown:
         seen.append(trace.recording)
-        count = sum(t.recording == trace.recording for t in shown)
+        count = sum(other.recording == trace.recording for other in shown)
         made += history(trace, styles, most, first, f", part {seen.count(trace.recording)}" if count > 1 else "")
     return made

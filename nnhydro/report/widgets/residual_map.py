@@ -73,7 +73,7 @@ def shade(v: float) -> str:
 
 def largest(maps: Sequence[ResidualMap]) -> dict[int, float]:
     """Return the largest rms of each joint: where its colours end."""
-    return {joint: max(m.largest for m in maps if m.joint == joint) for joint in {m.joint for m in maps}}
+    return {joint: max(grid.largest for grid in maps if grid.joint == joint) for joint in {grid.joint for grid in maps}}
 
 
 def _ranges(edges: Array) -> list[str]:
@@ -120,13 +120,13 @@ def residual_maps(traces: Sequence[Trace], models: Sequence[str]) -> list[Residu
     if not moving:
         return []
     names = list(dict.fromkeys(trace.recording for trace in moving))
-    of = np.concatenate([np.full(int(t.segment.keep.sum()), names.index(t.recording)) for t in moving])
-    parts = [{name: x[t.segment.keep] for name, x in t.segment.joint_states().items()} for t in moving]
+    of = np.concatenate([np.full(int(trace.segment.keep.sum()), names.index(trace.recording)) for trace in moving])
+    parts = [{name: x[trace.segment.keep] for name, x in trace.segment.joint_states().items()} for trace in moving]
     states = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    progress = np.concatenate([np.linspace(0, 1, int(t.segment.keep.sum()), endpoint=False) for t in moving])
+    progress = np.concatenate([np.linspace(0, 1, int(trace.segment.keep.sum()), endpoint=False) for trace in moving])
     links, maps = moving[0].segment.n_links, list[ResidualMap]()
     for joint in range(links):
-        left = {model: np.concatenate([t.residual(model)[t.segment.keep, joint] for t in moving]) for model in models}
+        left = {model: np.concatenate([trace.residual(model)[trace.segment.keep, joint] for trace in moving]) for model in models}
         for over, (x, y) in state_pairs(joint, links).items():
             across, down = bin_edges(states[x], BINS, 0.005), bin_edges(states[y], BINS, 0.005)
             column, row = _place(states[x], across), BINS - 1 - _place(states[y], down)

@@ -120,6 +120,7 @@ def benchmark_traces(result: BenchmarkResult, names: Sequence[str]) -> list[Trac
     for name in names:
         fold = max(k for k, held_out in enumerate(result.folds) if index[name] in held_out)
         unit = result.units[index[name]]
-        models = {model: on_arm(s.models[fold], arm_of(unit, s.models[fold].arm)) for model, s in result.standings.items()}
+        models = {model: on_arm(standing.models[fold], arm_of(unit, standing.models[fold].arm))
+                  for model, standing in result.standings.items()}
         found += traces_of(name, unit.segments(), models)
     return found

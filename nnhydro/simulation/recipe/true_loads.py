@@ -64,13 +64,13 @@ def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where
     try:
         start = cls.at_start(arm, **chosen)
         values = {}
-        for name, f in parameters.items():
+        for name, field in parameters.items():
             if name not in given:
-                if f.default == ():
+                if field.default == ():
                     continue
-                raise ConfigError(f"{where}: {name} is missing: {f.metadata['meaning']} [{f.metadata['unit']}]; "
+                raise ConfigError(f"{where}: {name} is missing: {field.metadata['meaning']} [{field.metadata['unit']}]; "
                                   f"give {len(getattr(start, name))} number(s)")
-            values[name] = _numbers(given[name], len(getattr(start, name)), f.metadata["bounds"], f"{where}.{name}")
+            values[name] = _numbers(given[name], len(getattr(start, name)), field.metadata["bounds"], f"{where}.{name}")
         return cls(**values, **chosen)
     except NnhydroError as cause:
         raise cause if str(cause).startswith(where) else ConfigError(f"{where}: {cause}") from cause
