@@ -62,7 +62,7 @@ def predict(
     written = [write_prediction(prediction, target, files, wrench)
                for prediction, target, wrench in zip(predictions, targets, wrenches, strict=True)]
     if json:
-        emit({"written": [str(path) for path in written], "rows": [len(p.t) for p in predictions],
+        emit({"written": [str(path) for path in written], "rows": [len(prediction.t) for prediction in predictions],
               "outside_share": list(shares.values()), "warnings": odd})
         return
     for line in odd:

@@ -67,7 +67,7 @@ def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: 
             loads = loads.plus(_term_name(effect, loads), _term(effect, finding))
         else:
             instruments.append(_instrument(effect, finding))
-    record = {"kind": "corrected model of a diagnosis", "findings": [f.statement for f in found], "versions": versions()}
+    record = {"kind": "corrected model of a diagnosis", "findings": [finding.statement for finding in found], "versions": versions()}
     model = StripTheory(before.arm, before.preparation, record, f"{baseline.name} corrected", loads, tuple(instruments))
     if baseline.is_physics:
         return model

@@ -122,8 +122,8 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
     progress("held-out errors")
     decided, proof = withdraw_useless(search, decide(search, best, seed), model, seed)
     found, claimed = SearchedCampaign(design, noise, search, decided, model, search.score(())), decided.claimed
-    findings = [replace(f, error_without=proof.without.get((f.effect, f.law.joint), proof.before), error_with=proof.after)
-                for f in sorted(findings_of(search, claimed), key=lambda f: -found.decided.shares.get(f.number, 0.0))]
+    findings = [replace(finding, error_without=proof.without.get((finding.effect, finding.law.joint), proof.before), error_with=proof.after)
+                for finding in sorted(findings_of(search, claimed), key=lambda finding: -found.decided.shares.get(finding.number, 0.0))]
     rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
     findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
     progress("repetition in other frequency bands")
@@ -192,7 +192,7 @@ def _p_value(found: SearchedCampaign, rest: Remainder) -> float:
 
     Chance gains as much as a claim in one campaign of a hundred at the most: so many were drawn (`null_draws`).
     """
-    gains = [d.statistic for d in found.decided.decisions if d.claimed]
+    gains = [decision.statistic for decision in found.decided.decisions if decision.claimed]
     claimed = [float(np.clip(len(found.search.view.library.key_counts) * np.exp(-g), 1e-12, 1 - NULL_QUANTILE)) for g in gains]
     parts = unknown_parts(found.search, found.null)
     real = found.null.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)

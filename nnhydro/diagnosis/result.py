@@ -62,8 +62,8 @@ class DiagnosisResult:
                 "decisions": [decision.document() for decision in self.decisions],
                 "other_bands": [band.document() for band in self.other_bands],
                 "location": [place.document() | {"where": self.baseline.arm.text(place.where)} for place in self.location if self.detected],
-                "findings": [f.document() for f in self.findings],
-                "indistinguishable": [list(f.equivalence_set) for f in self.findings if len(f.equivalence_set) > 1],
+                "findings": [finding.document() for finding in self.findings],
+                "indistinguishable": [list(finding.equivalence_set) for finding in self.findings if len(finding.equivalence_set) > 1],
                 "unexplained": self.remainder.document(self.baseline.arm.text), "proof": self.checks, "recalibrated": self.recalibrated,
                 "next_experiment": None if self.following is None else self.following.document(NEXT), "versions": self.versions} | rehearsal
 
@@ -110,15 +110,16 @@ class DiagnosisResult:
         noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot show what else is missing."
                  if self.noise_floor > TOO_NOISY and not self.remainder.detected else "")
         gained = f"{self._error_text(with_them)}{bands}{self._remains()}{noisy}{following}"
-        return " ".join([*(f"{f.statement}{f.equivalents()}{self._stated_friction(f)}" for f in self.findings), gained])
+        statements = [f"{finding.statement}{finding.equivalents()}{self._stated_friction(finding)}" for finding in self.findings]
+        return " ".join([*statements, gained])
 
     def _error_text(self, with_them: str) -> str:
         """What the findings do to the error on what was held out, or why they do nothing to it."""
         before, after = percent(self.proof.before), percent(self.proof.after)
         if self.proof.after < (1 - RELEVANT) * self.proof.before:
             return f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
-        if not all(f.predicted for f in self.findings):
-            why = ("Its phase wanders, and cannot be predicted" if any(f.law.per_recording for f in self.findings) else
+        if not all(finding.predicted for finding in self.findings):
+            why = ("Its phase wanders, and cannot be predicted" if any(finding.law.per_recording for finding in self.findings) else
                    "When it acts cannot be predicted, and its values are less certain than the intervals say")
             return f"{why}: the error on {self.proof.held_out} held out of the fit stays {before}."
         return f"A fit without it has the same error, {before}, but moves masses or coefficients beyond their uncertainty."

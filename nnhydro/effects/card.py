@@ -67,4 +67,4 @@ def require_card(cls: "type[Effect]") -> None:
         require(searched, f"{where}: {field.name} is not linear and has no grid", ModelError)
         for word in ("unit", "meaning"):
             require(_has_text(field.metadata[word]), f"{where}: {field.name} has no {word}", ModelError)
-    assert all(f.name for f in fields(cls))
+    assert all(declaration.name for declaration in fields(cls))

@@ -205,7 +205,7 @@ def effect(cls: E) -> E:
     known = REGISTER.get(cls.id)
     again = known is None or (known.__module__, known.__qualname__) == (cls.__module__, cls.__qualname__)
     require(again, f"effect {cls.__name__}: the id {cls.id!r} is taken by {known}: give it another", ModelError)
-    wrong = [f.name for f in fields(cls) if f.name in ("id", "family", "name", "signature")]
+    wrong = [declaration.name for declaration in fields(cls) if declaration.name in ("id", "family", "name", "signature")]
     require(not wrong, f"effect {cls.__name__}: {wrong} must be class variables: annotate with ClassVar or not at all", ModelError)
     cls.kind = f"effect:{cls.id}"
     REGISTER[cls.id] = cls

@@ -47,14 +47,14 @@ class Suspect:
 def _sizes(campaign: Campaign) -> dict[tuple[str, int], dict[str, float]]:
     """How far each channel swings in each recording, by channel and joint; 0 where it does not."""
     found: dict[tuple[str, int], dict[str, float]] = {}
-    for r in campaign.recordings():
-        reading = Reading.of(r, campaign.arm).recording
+    for recording in campaign.recordings():
+        reading = Reading.of(recording, campaign.arm).recording
         for channel in UNITS:
             values = getattr(reading, channel)
             for joint, x in enumerate(() if values is None else values.reshape(len(values), -1).T):
                 seen = np.abs(x[np.isfinite(x)]) if channel == "u0" else x[np.isfinite(x)]
                 size = 0.0 if not len(seen) else float(np.percentile(seen, 99.5) - (0.0 if channel == "u0" else np.percentile(seen, 0.5)))
-                found.setdefault((channel, joint), {})[r.name] = size
+                found.setdefault((channel, joint), {})[recording.name] = size
     return found
 
 

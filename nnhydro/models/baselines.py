@@ -35,7 +35,7 @@ def _water(arm: Arm, C_D: float, C_M: float | None) -> Loads:
     return with_stated(loads if C_M is None else loads.plus("added_mass", AddedMass((C_M,) * arm.n_links)), arm)
 
 
-BASELINES = {b.name: b for b in (
+BASELINES = {baseline.name: baseline for baseline in (
     NamedBaseline("rigid", "the dry arm: no water", _dry, calibrated=True),
     NamedBaseline("textbook", "strip theory with Cd = 1.2, Cm = 1", lambda arm: _water(arm, 1.2, 1.0), calibrated=False),
     NamedBaseline("drag-only", "strip theory with Cd = 1.1, no added mass", lambda arm: _water(arm, 1.1, None), calibrated=False),

@@ -85,7 +85,7 @@ def _read_learned(document: dict[str, Any], tensors: dict[str, Tensor], arm: Arm
     base, inner = document["baseline"], {key.removeprefix(BASELINE): t for key, t in tensors.items() if key.startswith(BASELINE)}
     scaling = {key: tensors[key] for key in ("floor", "centre", "spread", "parity", "lowest", "highest", "swiftest", "skip")}
     names = document["law"]
-    law = None if names is None else StripLaw(tuple(names), *(tensors[f"{LAW}{f.name}"] for f in fields(StripLaw)[1:]))
+    law = None if names is None else StripLaw(tuple(names), *(tensors[f"{LAW}{field.name}"] for field in fields(StripLaw)[1:]))
     free = FreePart.of_arrays({key.removeprefix(FREE): t for key, t in tensors.items() if key.startswith(FREE)}) \
         if f"{FREE}coefficients" in tensors else None
     made = None if base is None else _KINDS[base["kind"]](base["model"], inner, parse_arm(base["arm"], MODEL), how, {})

@@ -58,7 +58,7 @@ class Base:
 
     def rows(self, chosen: slice | Tensor) -> "Base":
         """Return the base in some rows."""
-        return Base(*(getattr(self, f.name)[chosen] for f in fields(self)))
+        return Base(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 @final

@@ -51,12 +51,12 @@ class ParametricTerm:
     kind: ClassVar[str] = ""  # name in model files
 
     def __post_init__(self) -> None:
-        for f in self.parameters():
-            values = getattr(self, f.name)
+        for declaration in self.parameters():
+            values = getattr(self, declaration.name)
             try:
-                object.__setattr__(self, f.name, tuple(float(v) for v in values))
+                object.__setattr__(self, declaration.name, tuple(float(v) for v in values))
             except (TypeError, ValueError) as cause:
-                raise ModelError(f"term {self.kind!r}: {f.name} = {values!r} is not a list of numbers") from cause
+                raise ModelError(f"term {self.kind!r}: {declaration.name} = {values!r} is not a list of numbers") from cause
 
     @classmethod
     def parameters(cls) -> tuple["Field[Any]", ...]:
@@ -78,8 +78,9 @@ class ParametricTerm:
 
     def document(self) -> dict[str, Any]:
         """Return the term as model files store it."""
-        return {"kind": self.kind, "parameters": {f.name: list(getattr(self, f.name)) for f in self.parameters()},
-                "options": {f.name: getattr(self, f.name) for f in self.options()}}
+        return {"kind": self.kind,
+                "parameters": {declaration.name: list(getattr(self, declaration.name)) for declaration in self.parameters()},
+                "options": {declaration.name: getattr(self, declaration.name) for declaration in self.options()}}
 
     def linear_fields(self) -> tuple["Field[Any]", ...]:
         """Return the fields whose values enter linearly."""
@@ -95,7 +96,7 @@ class ParametricTerm:
     @final
     def linear_values(self) -> Tensor:
         """Return the linear parameters as one vector (p,)."""
-        return torch.tensor([v for f in self.linear_fields() for v in getattr(self, f.name)], dtype=torch.float64)
+        return torch.tensor([v for declaration in self.linear_fields() for v in getattr(self, declaration.name)], dtype=torch.float64)
 
     @final
     def linear_bounds(self) -> tuple[tuple[float, float], ...]:
@@ -111,8 +112,8 @@ class ParametricTerm:
     def with_linear(self, values: Tensor) -> Self:
         """Return the term with its linear parameters replaced by `values` (p,)."""
         changes, start = {}, 0
-        for f in self.linear_fields():
-            size = len(getattr(self, f.name))
-            changes[f.name] = tuple(values[start:start + size].tolist())
+        for declaration in self.linear_fields():
+            size = len(getattr(self, declaration.name))
+            changes[declaration.name] = tuple(values[start:start + size].tolist())
             start += size
         return replace(self, **changes)

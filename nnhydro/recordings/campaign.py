@@ -55,7 +55,7 @@ class Campaign:
     @staticmethod
     def of(arm: Arm, recordings: list[Recording], steady: tuple[SteadyTable, ...] = ()) -> "Campaign":
         """Return a campaign of recordings that are in memory already."""
-        by_name = {r.name: r for r in recordings}
+        by_name = {recording.name: recording for recording in recordings}
         if len(by_name) != len(recordings):
             raise CampaignError("two recordings have the same name: rename one")
         return Campaign(arm, tuple(by_name), by_name.__getitem__, steady)

@@ -20,13 +20,13 @@ def recordings_sheet(found: Survey, most: int | None = None) -> Sheet:
     cut = None if found.how is None or found.how.low_pass is None else found.how.low_pass.cutoff_hz
     odd, entries = Counter(oddity.recording for oddity in found.oddities), found.entries[:most]
     return Sheet(plural(len(found.entries), "recording"), (
-        Column("recording", [e.name for e in entries], words=True), Column("rows", [entry.rows for entry in entries]),
+        Column("recording", [entry.name for entry in entries], words=True), Column("rows", [entry.rows for entry in entries]),
         Column("s", [entry.duration_s for entry in entries], "{:.4g}", "duration_s"),
         Column("Hz", [entry.rate_hz for entry in entries], "{:.4g}", "rate_hz"),
         Column("jitter", [entry.jitter for entry in entries], "{:.1%}"),
         Column("given", [" ".join(entry.given) for entry in entries], words=True),
         Column("derived", [" ".join(entry.derived) or "-" for entry in entries], words=True),
-        Column("cut-off Hz", [cut] * len(entries), "{:.3g}", "cutoff_hz"), Column("oddities", [odd[e.name] for e in entries])))
+        Column("cut-off Hz", [cut] * len(entries), "{:.3g}", "cutoff_hz"), Column("oddities", [odd[entry.name] for entry in entries])))
 
 
 def oddities_sheet(found: Survey) -> Sheet:

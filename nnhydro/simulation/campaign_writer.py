@@ -116,7 +116,7 @@ def write_campaign(recipe: Recipe, out: Path) -> tuple[WrittenRun, ...]:
 
     An existing `out` is replaced whole if it is empty or was made by a recipe, and refused otherwise (ConfigError).
     """
-    kinds = {m.name: str(getattr(m, "kind", "")) for m in recipe.motions}
+    kinds = {motion.name: str(getattr(motion, "kind", "")) for motion in recipe.motions}
     hidden = set(recipe.settings.unseen)
     require(bool(set(kinds) - hidden), "unseen: names every motion, so that no recording is left: leave one out")
     with whole_folder(out, MARKER) as work:

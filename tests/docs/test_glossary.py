@@ -5,7 +5,9 @@ import re
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
+import torch
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
@@ -74,11 +76,37 @@ def bare_participle(name):
     return len(words) == 1 and (words[0].endswith("ed") or words[0] in PAST) and words[0] not in VERBS_AND_NOUNS
 
 
+LOOPS = ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp
+OF_VALUES = set().union(*map(dir, (np.ndarray, torch.Tensor, str, dict, list, set, slice, float))) - {"name", "names", "t"}
+
+
+def nameless(tree):
+    """One-letter loop variables that stand for a thing: it has other attributes than numbers, arrays and texts have."""
+    for loop in ast.walk(tree):
+        targets = [loop.target] if isinstance(loop, ast.For) else [part.target for part in loop.generators] if isinstance(loop, LOOPS) else []
+        letters = {node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name) and len(node.id) == 1}
+        for node in ast.walk(loop) if letters else ():
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in letters and node.attr not in OF_VALUES:
+                yield f"{node.value.id}.{node.attr} in line {loop.lineno}"
+
+
 def offences(path):
     """What the words of a file offend against, a line each."""
     from_sentences, tree = retired()[1], parsed(path)
     yield from (f"{path.name}: the name {name}" for name in (path.stem, *names(tree)) if retired_in(name))
     yield from (f"{path.name}: {text[:60]!r}" for text in sentences(tree) if from_sentences & set(re.findall(r"[a-z]+", text.lower())))
+
+
+@pytest.mark.slow
+def test_a_loop_variable_names_the_thing():
+    assert {path.name: found for path in SOURCES if (found := sorted(set(nameless(parsed(path)))))} == {}
+
+
+@pytest.mark.parametrize(("text", "found"), [
+    ("for r in recordings: print(r.duration)", ["r.duration in line 1"]), ("[k.mass for k in links]", ["k.mass in line 1"]),
+    ("for recording in recordings: print(recording.duration)", []), ("[x.sum() / x.size for x in columns]", []), ("[i for i in range(3)]", [])])
+def test_a_letter_may_stand_for_a_number_or_an_array(text, found):
+    assert list(nameless(ast.parse(text))) == found
 
 
 @pytest.mark.slow

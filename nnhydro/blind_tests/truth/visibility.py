@@ -84,7 +84,7 @@ class Yardstick:
         rows = []
         for run, plain in zip(self.runs, self.healthy, strict=True):
             seen = read(run, self.arm, causes, plain)
-            moved = any(c.drive is not None or c.angle is not None for c in causes)
+            moved = any(cause.drive is not None or cause.angle is not None for cause in causes)
             healthy = plain_torque(replace(run, q=seen.q, qd=seen.qd, qdd=seen.qdd), self.arm) if moved else plain
             rows.append(seen.tau - motor_torque(healthy, self.arm))
         x = self.weigh(rows)

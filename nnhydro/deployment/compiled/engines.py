@@ -87,7 +87,7 @@ def numba_rows(program: Program, outputs: Sequence[Value], inputs: Sequence[Engi
     body = [*lines, *(f"{at} = {result}" for at, result in zip(out.at(), results, strict=True))]
     loop = ["for i in range(n):", *(f"    {line}" for line in body)]
     namespace = _scalar_functions() | {"sin": sine.sin, "cos": sine.cos}
-    written = _make("rows", ["n", *(c.name for c in inputs), out.name], loop, namespace)
+    written = _make("rows", ["n", *(columns.name for columns in inputs), out.name], loop, namespace)
     compiled: Function = numba.njit(fastmath=FUSED, error_model="numpy")(written)
     return compiled
 

@@ -69,22 +69,22 @@ class Writer:
     def _named_sums(self, needed: Sequence[int], outputs: Sequence[Value]) -> dict[object, Scalar]:
         """The sums that are worth a name of their own: used more than once, or repeated by the form they enter."""
         repeats = {kind: {i for i in range(3) if form.count(f"{{{i}}}") > 1} for kind, form in self.forms.items()}
-        sums = {x.key: x for x in outputs if isinstance(x, Scalar)}
-        uses = Counter(x.key for x in outputs if isinstance(x, Scalar))
+        sums = {scalar.key: scalar for scalar in outputs if isinstance(scalar, Scalar)}
+        uses = Counter(scalar.key for scalar in outputs if isinstance(scalar, Scalar))
         for k in needed:
             atom = self.program.atoms[k]
-            for i, x in enumerate(atom.operands):
-                if isinstance(x, Scalar):
-                    sums[x.key] = x
-                    uses[x.key] += 2 if i in repeats.get(atom.kind.removesuffix("of"), ()) or atom.kind in ("maxof", "minof") else 1
-        single = {key for key, x in sums.items() if len(x.terms) == 1 and not x.bias and set(x.terms.values()) == {1.0}}
+            for i, scalar in enumerate(atom.operands):
+                if isinstance(scalar, Scalar):
+                    sums[scalar.key] = scalar
+                    uses[scalar.key] += 2 if i in repeats.get(atom.kind.removesuffix("of"), ()) or atom.kind in ("maxof", "minof") else 1
+        single = {key for key, scalar in sums.items() if len(scalar.terms) == 1 and not scalar.bias and set(scalar.terms.values()) == {1.0}}
         return {key: x for key, x in sums.items() if uses[key] > 1 and key not in single}
 
     def statements(self, outputs: Sequence[Value]) -> tuple[list[str], list[str]]:
         """Return the statements, in an order in which they can be computed, and the text of each output."""
         needed = sorted(self.program.dependencies(list(outputs)))
         waiting, named, lines = self._named_sums(needed, outputs), dict[object, str](), list[str]()
-        last = {key: max(x.terms) for key, x in waiting.items()}  # the atom after which a sum is known
+        last = {key: max(scalar.terms) for key, scalar in waiting.items()}  # the atom after which a sum is known
         for k in needed:
             lines.append(f"x{k} = {self.inputs[k] if k < self.program.n_inputs else self._atom(k, named)}")
             for key in [key for key, at in last.items() if at == k]:

@@ -131,7 +131,7 @@ class Program:
         if not any(isinstance(x, Scalar) for x in operands):
             with np.errstate(all="ignore"):
                 return float(FUNCTIONS[kind](*operands))
-        key = (kind, *(x.key if isinstance(x, Scalar) else x for x in operands))
+        key = (kind, *(operand.key if isinstance(operand, Scalar) else operand for operand in operands))
         if key not in self._known:
             self._known[key] = len(self.atoms)
             self.atoms.append(Atom(kind, operands, 1 + max(self.level(x) for x in operands)))

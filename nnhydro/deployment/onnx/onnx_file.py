@@ -69,7 +69,7 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
         refuse_foreign(path)
     recorded = record_step(model)
     graph = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
-    description = sidecar(recorded, [x.name for x in graph.graph.input], precision, digest)
+    description = sidecar(recorded, [entry.name for entry in graph.graph.input], precision, digest)
     graph.metadata_props.add(key="nnhydro", value=json_text(description))
     write_output(out, graph.SerializeToString())
     write_output(record, json_text(description))

@@ -9,7 +9,7 @@ from nnhydro.deployment.onnx.expressions import Program, Scalar, Value
 
 
 def _sources(program: Program, k: int) -> set[int]:
-    return {j for x in program.atoms[k].operands if isinstance(x, Scalar) for j in x.terms}
+    return {j for operand in program.atoms[k].operands if isinstance(operand, Scalar) for j in operand.terms}
 
 
 def _deadlines(program: Program, sources: Mapping[int, set[int]]) -> dict[int, int]:

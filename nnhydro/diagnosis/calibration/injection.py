@@ -49,7 +49,7 @@ def with_torque(view: WeightedLibrary, y: Array) -> WeightedLibrary:
     unknown = [(old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints)]
     b = np.concatenate([old.Y.reshape(y.size, old.p).T @ y.ravel(), *unknown])
     whitened = _copy(old, y=y, b=b, yy=float((y**2).sum()))
-    columns = {k: replace(c, Xy=c.Xw.reshape(-1, c.Xw.shape[2]).T @ y.ravel()) for k, c in view._columns.items()}
+    columns = {k: replace(law, Xy=law.Xw.reshape(-1, law.Xw.shape[2]).T @ y.ravel()) for k, law in view._columns.items()}
     return _copy(view, whitened=whitened, Xy=view.products(y[..., None])[0], _columns=columns, _per_recording_best={})
 
 

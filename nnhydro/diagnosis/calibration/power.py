@@ -241,9 +241,9 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
     null = search.score(())
     sizing = Sizing(search.view, null, max(LEAST_GAIN, null_threshold(search, null, seed)))
     by_key: dict[tuple[str, int, str], list[tuple[int, DetectableSize]]] = {}
-    for k, h in enumerate(hypotheses):
-        for name, unit, direction in _directions(h):
-            by_key.setdefault((*h.key, name), []).append((k, sizing.row(k, name, unit, direction)))
+    for k, hypothesis in enumerate(hypotheses):
+        for name, unit, direction in _directions(hypothesis):
+            by_key.setdefault((*hypothesis.key, name), []).append((k, sizing.row(k, name, unit, direction)))
     typical = [_typical(rows) for rows in by_key.values()]
     made = []
     for number, (k, row) in enumerate(typical):

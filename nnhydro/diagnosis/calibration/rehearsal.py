@@ -60,8 +60,8 @@ def rehearse(search: Search, claimed: ScoredSet, draws: int, seed: int,
              progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
     """Return what was planted and what was named, `draws` times a scenario, as diagnosis.json holds it."""
     others = {k: rivals_of(search, claimed, k)[1] for k in claimed.chosen}
-    rivals = {k: tuple(a.number for a in found) for k, found in others.items()}
-    unlike = {k: tuple(a.number for a in found if a.cosine <= EQUIVALENT_COSINE) for k, found in others.items()}
+    rivals = {k: tuple(rival.number for rival in found) for k, found in others.items()}
+    unlike = {k: tuple(rival.number for rival in found if rival.cosine <= EQUIVALENT_COSINE) for k, found in others.items()}
     rows, rehearsed = [], scenarios(search, claimed, unlike)
     for number, scenario in enumerate(rehearsed):
         count: dict[str, int] = {}

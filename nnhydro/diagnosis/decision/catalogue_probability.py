@@ -38,8 +38,9 @@ def _share_left_of_class(search: Search, found: ScoredSet, k: int) -> float:
     """Return the least share of form that member `k`, or a standard term of its variable that is as probable, leaves: either is told."""
     hypotheses, effect = search.view.library.hypotheses, search.view.library.hypotheses[k].effect
     left = share_left_of_form(search, found, k)
-    among = [i for i, h in enumerate(hypotheses) if h.effect.standard and h.effect.joint == effect.joint and h.effect.id != effect.id
-             and h.effect.signature.depends_on == effect.signature.depends_on]
+    effects = [hypothesis.effect for hypothesis in hypotheses]
+    among = [i for i, other in enumerate(effects) if other.standard and other.joint == effect.joint and other.id != effect.id
+             and other.signature.depends_on == effect.signature.depends_on]
     rest = search.score(tuple(x for x in found.chosen if x != k))
     if not left or not among or {search.place(i) for i in among} & search.occupied_places(rest.chosen):
         return left
@@ -69,7 +70,7 @@ def share_left_of_form(search: Search, found: ScoredSet, k: int) -> float:
 
 def _gain(search: Search, rest: tuple[int, ...], found: ScoredSet) -> float:
     """Return the nats that a set gains beside a part of it, both without the unknown."""
-    with_them, without = (s.fit.log_evidence - s.unknown_nats for s in (found, search.score(rest)))
+    with_them, without = (scored.fit.log_evidence - scored.unknown_nats for scored in (found, search.score(rest)))
     return with_them - without
 
 

@@ -258,9 +258,10 @@ def _falls(before: float, after: float) -> bool:
 def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int) -> Claims:
     """Return the claims without `gone`; the others, and what was left out as the form of a claim, are judged again."""
     keys = set(map(search.key, gone))
-    decisions = tuple(replace(d, claimed=False, reason=reason) if d.claimed and (d.effect, d.joint) in keys else d
-                      for d in decided.decisions)
+    decisions = tuple(replace(decision, claimed=False, reason=reason) if decision.claimed and (decision.effect, decision.joint) in keys
+                      else decision for decision in decided.decisions)
     rest = {*decided.claimed.chosen, *decided.as_form} - gone
     again = decide(search, search.score(sorted(rest)), seed)
-    judged = {(d.effect, d.joint) for d in again.decisions}
-    return replace(again, decisions=(*(d for d in decisions if (d.effect, d.joint) not in judged), *again.decisions))
+    judged = {(decision.effect, decision.joint) for decision in again.decisions}
+    others = [decision for decision in decisions if (decision.effect, decision.joint) not in judged]
+    return replace(again, decisions=(*others, *again.decisions))

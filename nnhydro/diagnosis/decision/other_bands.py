@@ -61,4 +61,4 @@ def claims_at(campaign: Campaign, judged: Problem, band: Band, baseline: str | N
     noise = reestimate(design, noise, whitened, search.view.join(whole), found.sizes.vector(whitened))
     search = Search(WeightedLibrary(WhiteRows(design, unknown.smooth, noise.v), library), found.sizes)
     gains = [search.gain(search.score(tuple(x for x in whole if x != k)), search.score(whole)) for k in whole]
-    return OtherBand(band.torque, tuple(h.key for h, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))
+    return OtherBand(band.torque, tuple(hypothesis.key for hypothesis, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

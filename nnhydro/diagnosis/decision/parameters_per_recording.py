@@ -88,4 +88,4 @@ def recordings_with_changed_parameters(search: Search, found: ScoredSet) -> tupl
         large = design.undriven | (energy >= MATERIAL**2 * (design.tau[rows] ** 2).sum(axis=0))
         if gain - np.log(problem.groups) >= DETECTED and (plain & large).any():
             differ.append(g)
-    return tuple(dict.fromkeys(s.name for g in differ for s in problem.stretches if s.group == g))
+    return tuple(dict.fromkeys(stretch.name for g in differ for stretch in problem.stretches if stretch.group == g))

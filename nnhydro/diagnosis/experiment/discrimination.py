@@ -56,11 +56,11 @@ def discrimination_of(search: Search, claimed: ScoredSet) -> DiscriminationProbl
     """
     hypotheses = search.view.library.hypotheses
     for k in claimed.chosen:
-        inside = [a for a in rivals_of(search, claimed, k)[1] if a.equivalent and not hypotheses[a.number].per_recording]
+        inside = [rival for rival in rivals_of(search, claimed, k)[1] if rival.equivalent and not hypotheses[rival.number].per_recording]
         if inside and not hypotheses[k].per_recording:
-            members = (k, *(a.number for a in inside))
+            members = (k, *(rival.number for rival in inside))
             rest = tuple(x for x in claimed.chosen if x != k and not hypotheses[x].per_recording)
-            deficits = (0.0, *(max(a.deficit, 0.0) for a in inside))
+            deficits = (0.0, *(max(rival.deficit, 0.0) for rival in inside))
             return DiscriminationProblem(members, rest, deficits, tuple(search.key(m) for m in members))
     return None
 
@@ -110,7 +110,7 @@ class Discriminator:
         self.laws = [laws[k] for k in task.members]  # places of each member's laws, its own first
         self.hypotheses: list[Hypothesis] = [_later(library.hypotheses[k]) for k in self.numbers]
         self.p = self.search.whitened.p
-        ends = self.p + np.cumsum([0, *(h.width for h in self.hypotheses)])
+        ends = self.p + np.cumsum([0, *(hypothesis.width for hypothesis in self.hypotheses)])
         self.places = [np.arange(a, b) for a, b in pairwise(ends.tolist())]
         self.scale = np.concatenate([library.scale[library.at(k)] for k in self.numbers])
         self.q = int(ends[-1])
@@ -146,7 +146,7 @@ class Discriminator:
 
         design = self.search.view.library.design
         old = design.problem
-        placed = all(s.place is not None for s in old.stretches)
+        placed = all(stretch.place is not None for stretch in old.stretches)
         able: list[CandidateMotion] = []
         stretches: list[Stretch] = []
         for motion in motions:
@@ -157,7 +157,7 @@ class Discriminator:
                 able.append(motion)
         if not able:
             return []
-        return self._gram(able, Problem(old.arm, old.edge, tuple(s.name for s in stretches), tuple(stretches)))
+        return self._gram(able, Problem(old.arm, old.edge, tuple(stretch.name for stretch in stretches), tuple(stretches)))
 
     def _gram(self, motions: Sequence[CandidateMotion], problem: Problem) -> list[PlannedMotion]:
         baseline = self.search.view.library.design.baseline
@@ -248,7 +248,8 @@ def _energy_left(H: Array, take: NDArray[np.int64], A: Array, moment: Array) -> 
 def _widest(hypotheses: Sequence[Hypothesis], k: int) -> int:
     """The law of the most values of the effect of hypothesis `k` at its joint, at its shape where there is one."""
     hypothesis = hypotheses[k]
-    same = [i for i, h in enumerate(hypotheses) if h.key == hypothesis.key and not h.per_recording and h.width > hypothesis.width]
+    same = [i for i, other in enumerate(hypotheses)
+            if other.key == hypothesis.key and not other.per_recording and other.width > hypothesis.width]
 
     def alike(i: int) -> tuple[int, int]:
         shape = sum(getattr(hypotheses[i].effect, name) == getattr(hypothesis.effect, name) for name in hypothesis.spans)

@@ -72,7 +72,8 @@ class Proposal:
 
 def shown_by(problem: Problem) -> list[Segment]:
     """Return the moving segments with torques: what a rig has shown it can do."""
-    return [s.segment for s in problem.stretches if not s.segment.steady and s.segment.tau is not None and s.segment.keep.any()]
+    segments = [stretch.segment for stretch in problem.stretches]
+    return [segment for segment in segments if not segment.steady and segment.tau is not None and segment.keep.any()]
 
 
 def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, count: int, seed: int,

@@ -72,13 +72,15 @@ class Rig:
     @staticmethod
     def of(segments: Sequence[Segment]) -> "Rig":
         """Return the limits that the moving recordings stayed in: nobody knows from them that the rig can do more."""
-        rows = [(s, s.keep) for s in segments if not s.steady and s.keep.any()]
-        q = np.concatenate([s.q[keep] for s, keep in rows])
-        tau = [s.tau[keep] for s, keep in rows if s.tau is not None]
-        return Rig(np.stack([q.min(axis=0), q.max(axis=0)], axis=1), np.max([np.abs(s.qd[keep]).max(axis=0) for s, keep in rows], axis=0),
-                   np.max([np.abs(s.qdd[keep]).max(axis=0) for s, keep in rows], axis=0),
-                   float(max(np.abs(s.u0).max() for s, _ in rows)), TORQUE_MARGIN * np.max([np.abs(x).max(axis=0) for x in tau], axis=0),
-                   float(min(np.median([s.t[-1] - s.t[0] for s, _ in rows]), LONGEST)))
+        rows = [(segment, segment.keep) for segment in segments if not segment.steady and segment.keep.any()]
+        q = np.concatenate([segment.q[keep] for segment, keep in rows])
+        tau = [segment.tau[keep] for segment, keep in rows if segment.tau is not None]
+        return Rig(np.stack([q.min(axis=0), q.max(axis=0)], axis=1),
+                   np.max([np.abs(segment.qd[keep]).max(axis=0) for segment, keep in rows], axis=0),
+                   np.max([np.abs(segment.qdd[keep]).max(axis=0) for segment, keep in rows], axis=0),
+                   float(max(np.abs(segment.u0).max() for segment, _ in rows)),
+                   TORQUE_MARGIN * np.max([np.abs(x).max(axis=0) for x in tau], axis=0),
+                   float(min(np.median([segment.t[-1] - segment.t[0] for segment, _ in rows]), LONGEST)))
 
     def with_limits(self, limits: Limits | None) -> "Rig":
         """Return the rig with what `limits` states in place of what was shown.

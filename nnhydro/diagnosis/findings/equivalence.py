@@ -54,8 +54,8 @@ def replace_special_laws(search: Search, found: ScoredSet) -> ScoredSet:
     library = search.view.library
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
-        plainer = [i for i, h in enumerate(library.hypotheses) if search.place(i) == search.place(k) and h.key != library.hypotheses[k].key
-                   and not h.effect.general
+        plainer = [i for i, hypothesis in enumerate(library.hypotheses) if search.place(i) == search.place(k)
+                   and hypothesis.key != library.hypotheses[k].key and not hypothesis.effect.general
                    and parameter_count(search, i) < parameter_count(search, k)]
         if not plainer:
             continue
@@ -77,9 +77,10 @@ def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
     for k in found.chosen:
         rest = tuple(x for x in found.chosen if x != k)
         _, others = rivals_of(search, found, k)
-        near = [a.number for a in others if a.equivalent and a.deficit < LEAST_GAIN
-                and parameter_count(search, a.number) < parameter_count(search, k) and _signals(search, a.number) <= _signals(search, k)
-                and not search.view.library.hypotheses[a.number].effect.general]
+        near = [rival.number for rival in others if rival.equivalent and rival.deficit < LEAST_GAIN
+                and parameter_count(search, rival.number) < parameter_count(search, k)
+                and _signals(search, rival.number) <= _signals(search, k)
+                and not search.view.library.hypotheses[rival.number].effect.general]
         if near:
             least = min(parameter_count(search, n) for n in near)
             found = max((search.score((*rest, n)) for n in near if parameter_count(search, n) == least), key=lambda s: s.score)
@@ -104,11 +105,12 @@ def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
     """
     hypotheses, taken = search.view.library.hypotheses, search.occupied_places(base.chosen)
     effect, laws = hypotheses[k].effect, dict[Key, list[int]]()
-    for i, h in enumerate(hypotheses):
-        other = h.effect
+    for i, hypothesis in enumerate(hypotheses):
+        other = hypothesis.effect
         alike = other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for
-        if other.standard and alike and other.joint == effect.joint and h.key != hypotheses[k].key and search.place(i) not in taken:
-            laws.setdefault(h.key, []).append(i)
+        free = hypothesis.key != hypotheses[k].key and search.place(i) not in taken
+        if other.standard and alike and other.joint == effect.joint and free:
+            laws.setdefault(hypothesis.key, []).append(i)
     return [i for among in laws.values() for i in search.most_gaining(base, among, 1)]
 
 
@@ -117,23 +119,23 @@ def rivals_of(search: Search, found: ScoredSet, k: int) -> tuple[float, list[Riv
     rest = tuple(x for x in found.chosen if x != k)
     base = search.score(rest)
     best: dict[Key, tuple[float, int]] = {}
-    for r in (*search.screen(rest), *_resembling(search, base, k)):
-        score = search.score((*rest, r)).score
-        if search.key(r) != search.key(k) and score > best.get(search.key(r), (-np.inf, 0))[0]:
-            best[search.key(r)] = score, r
-    numbers = [r for _, r in best.values()]
-    sets = [search.score((*rest, r)) for r in numbers]
-    deficits = [found.score - s.score for s in sets]
+    for number in (*search.screen(rest), *_resembling(search, base, k)):
+        score = search.score((*rest, number)).score
+        if search.key(number) != search.key(k) and score > best.get(search.key(number), (-np.inf, 0))[0]:
+            best[search.key(number)] = score, number
+    numbers = [number for _, number in best.values()]
+    sets = [search.score((*rest, number)) for number in numbers]
+    deficits = [found.score - scored.score for scored in sets]
     floor = np.exp(-max(search.gain(base, found), 0.0))
-    taking = np.array([search.admits(base, s) for s in sets], dtype=float)  # what takes nothing from the unknown is no rival
+    taking = np.array([search.admits(base, scored) for scored in sets], dtype=float)  # what takes nothing from the unknown is no rival
     weights = np.exp(-np.maximum(deficits, 0.0)) * taking if deficits else np.zeros(0)
     total = 1.0 + floor + weights.sum()
     made = []
-    for s, r, deficit, weight in zip(sets, numbers, deficits, weights.tolist(), strict=True):
-        cosine = _cosine(search, found, k, s, r)
-        no_wider = parameter_count(search, r) <= parameter_count(search, k)  # a general law holds the finding's own
+    for scored, number, deficit, weight in zip(sets, numbers, deficits, weights.tolist(), strict=True):
+        cosine = _cosine(search, found, k, scored, number)
+        no_wider = parameter_count(search, number) <= parameter_count(search, k)  # a general law holds the finding's own
         alike = no_wider and cosine > EQUIVALENT_COSINE and deficit < EQUIVALENT_SHARE * max(search.gain(base, found), 0.0)
-        equivalent = search.admits(base, s) and (deficit < LEAST_GAIN or alike)
-        made.append(Rival(r, deficit, weight / total, cosine, equivalent))
-    inside = (1.0 + sum(a.weight * total for a in made if a.equivalent)) / total
+        equivalent = search.admits(base, scored) and (deficit < LEAST_GAIN or alike)
+        made.append(Rival(number, deficit, weight / total, cosine, equivalent))
+    inside = (1.0 + sum(rival.weight * total for rival in made if rival.equivalent)) / total
     return float(inside * listed_probability(search, found, k)), sorted(made, key=lambda a: a.deficit)

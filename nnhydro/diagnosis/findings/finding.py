@@ -149,17 +149,18 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(shown, shown)])
     spans = quantity_intervals(effect, values)
     text = search.view.library.design.problem.arm.text  # a linear axis reads m and N
-    parameters = {name: Parameter(q.value, text(q.unit), spans[name]) for name, q in effect.quantities().items() if name in spans}
+    parameters = {name: Parameter(quantity.value, text(quantity.unit), spans[name]) for name, quantity in effect.quantities().items()
+                  if name in spans}
     confidence, others = rivals_of(search, found, k)
-    inside = [a for a in others if a.equivalent]
-    equivalence_set = dict.fromkeys([effect.id, *(search.key(a.number)[0] for a in inside)])
-    families = {effect.family, *(search.view.library.hypotheses[a.number].effect.family for a in inside)}
+    inside = [rival for rival in others if rival.equivalent]
+    equivalence_set = dict.fromkeys([effect.id, *(search.key(rival.number)[0] for rival in inside)])
+    families = {effect.family, *(search.view.library.hypotheses[rival.number].effect.family for rival in inside)}
     lines = {search.view.library.design.problem.names[g]: f for g, f in h.lines.items()}
     if lines:
         low, high = min(lines.values()), max(lines.values())
         parameters["frequency"] = replace(parameters["frequency"], ci95=(low, high), by_recording=lines)
     statement = effect.statement(spans, {"frequency": f"{low:.3g} to {high:.3g} Hz, another in each recording," } if lines else {})
     statement = statement if h.activity is None else f"{statement} It acts only {h.activity.sentence()}."
-    rivals = [_rival(search, a) for a in others if a.deficit < 5 * LEAST_GAIN][:5]
+    rivals = [_rival(search, rival) for rival in others if rival.deficit < 5 * LEAST_GAIN][:5]
     return Finding(effect, families.pop() if len(families) == 1 else None, tuple(equivalence_set), confidence, text(statement), parameters,
                        rivals, values.covariance[:linear, :linear], k, h.activity, offset)

@@ -80,7 +80,7 @@ class Design:
         What hangs on rates or accelerations resembles the weight where nothing is driven, but lifts nothing.
         """
         if not (self.undriven and self.heavy):
-            return np.zeros(sum(h.width for h in hypotheses))
+            return np.zeros(sum(hypothesis.width for hypothesis in hypotheses))
         known = model or self.baseline.at(np.zeros(self.Y.shape[2]))
         return shares_of_largest(self, self.rows(lambda stretch: columns_on(hypotheses, known, stretch.at_rest(), True)))
 
@@ -133,8 +133,9 @@ class Design:
     @cached_property
     def time(self) -> float:
         """Duration of all rows, s, steady rows counted as 1: sums of squares over it are mean squares."""
-        p = self.problem
-        return float(sum((b.stop - b.start) * (1.0 if b.steady else p.stretches[b.stretch].segment.dt) for b in p.blocks))
+        stretches = self.problem.stretches
+        return float(sum((block.stop - block.start) * (1.0 if block.steady else stretches[block.stretch].segment.dt)
+                         for block in self.problem.blocks))
 
     @cached_property
     def resistance(self) -> Array:
@@ -274,8 +275,9 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
 
     What has a frequency has it within the band; what swings with the motion between the slowest and the quickest parts of the motion.
     """
-    measured = [np.abs(s.segment.tau).max(axis=0) for s in design.problem.stretches if s.segment.tau is not None]
-    angles, rates = (np.concatenate([getattr(s.segment, name)[s.segment.keep] for s in design.problem.stretches]) for name in ("q", "qd"))
+    measured = [np.abs(stretch.segment.tau).max(axis=0) for stretch in design.problem.stretches if stretch.segment.tau is not None]
+    segments = [stretch.segment for stretch in design.problem.stretches]
+    angles, rates = (np.concatenate([getattr(segment, name)[segment.keep] for segment in segments]) for name in ("q", "qd"))
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
                                 tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
                                 tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()))

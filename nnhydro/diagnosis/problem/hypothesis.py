@@ -179,7 +179,7 @@ def _half_way(low: float, high: float) -> float:
 def refine_grid(hypothesis: Hypothesis) -> tuple[Hypothesis, ...]:
     """Return hypotheses half-way to the neighbouring values of each nonlinear parameter, within its bounds, and this one between them."""
     effect, spans, made = hypothesis.effect, dict(hypothesis.spans), []
-    limits = {f.name: f.metadata["bounds"] for f in effect.parameters()}
+    limits = {declaration.name: declaration.metadata["bounds"] for declaration in effect.parameters()}
     for name, (low, high) in hypothesis.spans.items():
         value = getattr(effect, name)[0]
         below, above = _half_way(low, value), _half_way(value, high)

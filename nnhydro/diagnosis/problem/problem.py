@@ -117,9 +117,9 @@ class Problem:
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
         """Blocks of at least `FEWEST_PERIODS` of the band's edge, at least `FEWEST_BLOCKS` in all where the recordings are long enough."""
-        spans = [(np.flatnonzero(s.segment.keep), s.segment.steady) for s in self.stretches]
+        spans = [(np.flatnonzero(stretch.segment.keep), stretch.segment.steady) for stretch in self.stretches]
         shortest = FEWEST_PERIODS / self.edge
-        moving = sum(len(rows) * s.segment.dt for s, (rows, steady) in zip(self.stretches, spans, strict=True) if not steady)
+        moving = sum(len(rows) * stretch.segment.dt for stretch, (rows, steady) in zip(self.stretches, spans, strict=True) if not steady)
         longest = max(moving / FEWEST_BLOCKS, shortest)
         made = []
         for number, (rows, steady) in enumerate(spans):
@@ -166,34 +166,36 @@ class Problem:
     def frequency(self) -> Array:
         """Frequency of every row, Hz; -1 in steady rows, (n,)."""
         parts = []
-        for b in self.blocks:
-            dt = self.stretches[b.stretch].segment.dt
-            parts.append(np.full(b.modes, -1.0) if b.steady else np.arange(b.modes) / (2 * (b.stop - b.start) * dt))
+        for block in self.blocks:
+            dt = self.stretches[block.stretch].segment.dt
+            parts.append(np.full(block.modes, -1.0) if block.steady else np.arange(block.modes) / (2 * (block.stop - block.start) * dt))
         return np.concatenate(parts)
 
     @cached_property
     def block_of(self) -> Index:
         """Number of the block of every row, (n,)."""
-        return np.concatenate([np.full(b.modes, i) for i, b in enumerate(self.blocks)])
+        return np.concatenate([np.full(block.modes, i) for i, block in enumerate(self.blocks)])
 
     @cached_property
     def group_of(self) -> Index:
         """Number of the recording of every row, (n,)."""
-        return np.array([self.stretches[b.stretch].group for b in self.blocks])[self.block_of]
+        return np.array([self.stretches[block.stretch].group for block in self.blocks])[self.block_of]
 
     @property
     def groups(self) -> int:
         """Number of recordings and steady tables."""
-        return 1 + max(s.group for s in self.stretches)
+        return 1 + max(stretch.group for stretch in self.stretches)
 
     @property
     def further_columns(self) -> int:
         """Number of columns, the baseline's last, of how the torque changes with what records of the acceleration disagree in."""
-        return max(0 if s.segment.other_qdd is None else self.arm.n_links * len(s.segment.other_qdd) for s in self.stretches)
+        records = [stretch.segment.other_qdd for stretch in self.stretches]
+        return max(0 if record is None else self.arm.n_links * len(record) for record in records)
 
     def units(self) -> tuple[Unit, ...]:
         """Return the stretches as units for fits of the baseline."""
-        return tuple(Unit(s.name, s.name, s.segment.steady, partial(tuple, [s.segment])) for s in self.stretches)
+        return tuple(Unit(stretch.name, stretch.name, stretch.segment.steady, partial(tuple, [stretch.segment]))
+                     for stretch in self.stretches)
 
 
 def draw_names(names: Sequence[str], most: int, seed: int) -> tuple[str, ...]:
@@ -216,7 +218,7 @@ def problem_of(campaign: Campaign, names: tuple[str, ...] | None = None, edge: B
     if edge is None:
         edge = band_of(recordings)
     elif not isinstance(edge, Band):
-        require_cutoff(edge, [(float(np.median(np.diff(r.t))), r.duration) for r in recordings])
+        require_cutoff(edge, [(float(np.median(np.diff(recording.t))), recording.duration) for recording in recordings])
     band = edge if isinstance(edge, Band) else Band(edge, edge)
     clock = _clock_origin(campaign, names)
     made: list[Stretch] = []

@@ -91,15 +91,16 @@ def _of_recordings(search: Search, found: ScoredSet, k: int, u: Array) -> list[A
     if not silent.any() or not acting.any():
         return []
     names = [problem.names[g] for g in used]
-    timed = all(s.place is not None for s in problem.stretches)
-    places = [[float(s.place.mean()) for s in problem.stretches if s.group == g and s.place is not None] for g in used]
+    timed = all(stretch.place is not None for stretch in problem.stretches)
+    places = [[float(stretch.place.mean()) for stretch in problem.stretches if stretch.group == g and stretch.place is not None]
+              for g in used]
     order = np.argsort([np.mean(times) for times in places]) if timed else np.arange(len(used))
     ordered = [names[i] for i in order]
     made = []
     for cut in range(1, len(ordered)) if timed else ():
         made += [ActivityWindow(tuple(ordered[cut:]), since=True), ActivityWindow(tuple(ordered[:cut]), until=True)]
     some = tuple(name for name, quiet in zip(names, silent, strict=True) if not quiet)
-    return made if any(set(w.recordings) == set(some) for w in made) else [*made, ActivityWindow(some)]
+    return made if any(set(window.recordings) == set(some) for window in made) else [*made, ActivityWindow(some)]
 
 
 def _knows_angles(effect: AnyEffect) -> bool:
@@ -113,7 +114,7 @@ def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: St
     joint = h.effect.joint - 1
     if not _knows_angles(h.effect) or joint >= problem.arm.n_links:
         return []
-    q = np.concatenate([s.segment.q[s.segment.keep, joint] for s in problem.stretches])
+    q = np.concatenate([stretch.segment.q[stretch.segment.keep, joint] for stretch in problem.stretches])
     edges = np.quantile(q, np.linspace(0, 1, BINS + 1))
     if not np.all(np.diff(edges) > 1e-3):
         return []
@@ -167,7 +168,7 @@ def gains_by_recording(search: Search, base: ScoredSet) -> Array:
 def laws_of_some_recordings(search: Search, base: ScoredSet, found: ScoredSet, most: int = FITTED_EXACTLY) -> list[int]:
     """Return the laws that gain most beside `base` with values of each recording's own, the best of a key, and more than `found` gains."""
     view = search.view
-    with_them, alone = (without_unknown(view.whitened, view.join(s.chosen)).log_evidence for s in (found, base))
+    with_them, alone = (without_unknown(view.whitened, view.join(scored.chosen)).log_evidence for scored in (found, base))
     gains, taken = gains_by_recording(search, base), search.occupied_places(base.chosen)
     best: dict[Key, int] = {}
     for i in np.argsort(-gains).tolist():
@@ -190,14 +191,14 @@ def _confine(library: Library, laws: Sequence[int], windows: Sequence[ActivityWi
     """Return `library` with each of `laws` confined to each of `windows`; whole recordings need no new columns."""
     hypotheses, X = [], []
     problem = library.design.problem
-    for w in windows:
-        acts = np.isin(problem.group_of, [problem.names.index(name) for name in w.recordings])[:, None, None]
+    for window in windows:
+        acts = np.isin(problem.group_of, [problem.names.index(name) for name in window.recordings])[:, None, None]
         for k in laws:
-            h = replace(library.hypotheses[k], activity=w)
-            if w.sector is not None and not (_knows_angles(h.effect) and w.sector.joint == h.effect.joint):
+            h = replace(library.hypotheses[k], activity=window)
+            if window.sector is not None and not (_knows_angles(h.effect) and window.sector.joint == h.effect.joint):
                 continue
             hypotheses.append(h)
-            X.append(library.columns(k) / np.maximum(library.scale[library.at(k)], 1e-300) * acts if w.sector is None
+            X.append(library.columns(k) / np.maximum(library.scale[library.at(k)], 1e-300) * acts if window.sector is None
                      else library.design.columns([h], model))
     return library.with_more(Library.of_columns(library.design, hypotheses, np.concatenate(X, axis=2)), library.key_counts)
 
@@ -210,7 +211,8 @@ def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
     """Return `found` with the law of member `k` in the whole campaign."""
     hypotheses = search.view.library.hypotheses
     h, rest = hypotheses[k], tuple(x for x in found.chosen if x != k)
-    same = [i for i, o in enumerate(hypotheses) if o.activity is None and o.effect == h.effect and o.working_model is h.working_model]
+    same = [i for i, other in enumerate(hypotheses)
+            if other.activity is None and other.effect == h.effect and other.working_model is h.working_model]
     return search.score((*rest, *same[:1]))
 
 

@@ -53,7 +53,7 @@ class Library:
     @cached_property
     def starts(self) -> NDArray[np.int64]:
         """First column of every hypothesis, and one past the last."""
-        return np.concatenate([[0], np.cumsum([h.width for h in self.hypotheses])]).astype(np.int64)
+        return np.concatenate([[0], np.cumsum([hypothesis.width for hypothesis in self.hypotheses])]).astype(np.int64)
 
     def at(self, k: int) -> slice:
         """Return the columns of hypothesis `k`."""
@@ -103,8 +103,8 @@ class Library:
         if self.counts is not None:
             return self.counts
         counts: dict[Key, int] = {}
-        for h in self.hypotheses:
-            counts[h.key] = counts.get(h.key, 0) + 1
+        for hypothesis in self.hypotheses:
+            counts[hypothesis.key] = counts.get(hypothesis.key, 0) + 1
         return counts
 
     def log_prior(self, k: int) -> float:
@@ -121,7 +121,7 @@ class Library:
     @cached_property
     def _parts(self) -> Counter[Key]:
         """In how many parts of the campaign the laws of every key are tried."""
-        return Counter(h.key for h in self.hypotheses if h.activity is not None)
+        return Counter(hypothesis.key for hypothesis in self.hypotheses if hypothesis.activity is not None)
 
     def bounds(self, k: int) -> tuple[Array, Array]:
         """Return the physical bounds (width,) of the scaled values of hypothesis `k`."""
@@ -137,7 +137,7 @@ class Library:
 
 def _spans(hypotheses: Iterable[Hypothesis]) -> Array:
     """The physical bounds (K, 2) of the values of `hypotheses`."""
-    return np.array([span for h in hypotheses for span in h.bounds], dtype=float).reshape(-1, 2)
+    return np.array([span for hypothesis in hypotheses for span in hypothesis.bounds], dtype=float).reshape(-1, 2)
 
 
 def log_mass(low: Array, high: Array, mean: Array, sd: Array) -> Array:

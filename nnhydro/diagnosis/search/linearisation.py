@@ -43,14 +43,14 @@ def calibrated_with(search: Search, found: ScoredSet, model: StripTheory) -> Str
     """Return the baseline calibrated beside `found` with the loads found: at its reading instruments are taken; `model` without any."""
     view = search.view
     laws = {k: view.library.hypotheses[k] for k in found.chosen}
-    if not any(isinstance(h.effect, InstrumentEffect) for h in laws.values()):
+    if not any(isinstance(hypothesis.effect, InstrumentEffect) for hypothesis in laws.values()):
         return model
     fit = without_unknown(view.whitened, view.join(found.chosen))
     base = view.library.design.baseline
     made = base.at(base.within(fit.mean[: view.whitened.p]))
-    for k, h in laws.items():
-        if isinstance(h.effect, LoadEffect) and not h.per_recording and h.activity is None:
-            effect = h.with_values(scaled_values(view, found, k)[0])
+    for k, hypothesis in laws.items():
+        if isinstance(hypothesis.effect, LoadEffect) and not hypothesis.per_recording and hypothesis.activity is None:
+            effect = hypothesis.with_values(scaled_values(view, found, k)[0])
             assert isinstance(effect, LoadEffect)
             made = replace(made, loads=made.loads.plus(f"found {k}", effect))
     return made
@@ -71,17 +71,17 @@ def extend_library(search: Search, best: ScoredSet, more: Sequence[Hypothesis], 
     """Return the search in the library with `more` hypotheses, which are no further laws."""
     view = search.view
     grown = view.library.with_more(Library.of(view.library.design, more, model), view.library.key_counts)
-    settled = {h.key for h in more if h.working_model is not None and not h.rough}
+    settled = {hypothesis.key for hypothesis in more if hypothesis.working_model is not None and not hypothesis.rough}
     return Search(WeightedLibrary(view.whitened, grown, before=view), best.sizes, search.report, search.settled | settled)
 
 
 def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: StripTheory) -> tuple[Hypothesis, ...]:
     """Return hypotheses linearised about the values from which an instrument's card wants to be tried, too, on the longest stretch."""
-    moving = [s for s in problem.stretches if not s.segment.steady]
+    moving = [stretch for stretch in problem.stretches if not stretch.segment.steady]
     if not moving:
         return ()
     longest = max(moving, key=lambda stretch: len(stretch.segment))
     flow = Flow(model.arm, Motion.of(longest.segment))
     view = SensorView(flow, lambda f: sensor_torque(model.loads.torque(f), f.motion.qd, model.arm))
-    return tuple(replace(h, effect=start, working_model=model, rough=True) for h in hypotheses if isinstance(h.effect, InstrumentEffect)
-                 for start in h.effect.extra_starts(view))
+    return tuple(replace(hypothesis, effect=start, working_model=model, rough=True) for hypothesis in hypotheses
+                 if isinstance(hypothesis.effect, InstrumentEffect) for start in hypothesis.effect.extra_starts(view))

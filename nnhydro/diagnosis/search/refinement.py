@@ -30,13 +30,13 @@ def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> 
         if not h.per_recording or h.values_by_recording or "direction" not in h.spans:
             continue
         others, start = [x for x in best.chosen if x != k], len(hypotheses)
-        alike = [o for o in hypotheses if o.key == h.key and not o.values_by_recording]
-        directions = {getattr(o.effect, "direction"): o.spans["direction"] for o in alike}  # noqa: B009
+        alike = [other for other in hypotheses if other.key == h.key and not other.values_by_recording]
+        directions = {getattr(other.effect, "direction"): other.spans["direction"] for other in alike}  # noqa: B009
         turned = [h.with_nonlinear({"direction": direction}, {"direction": span}) for direction, span in directions.items()]
         search = extend_library(search, best, turned, model)
         sets = {i: search.score((*others, i)) for i in (k, *range(start, start + len(turned)))}
-        top = max(s.score for s in sets.values())
-        near = {i: s for i, s in sets.items() if s.score > top - ONE_DEVIATION}
+        top = max(scored.score for scored in sets.values())
+        near = {i: scored for i, scored in sets.items() if scored.score > top - ONE_DEVIATION}
         best = near[min(near, key=lambda i: float(sum((x**2).sum() for x in scaled_values(search.view, near[i], i).values())))]
     return GrownSearch(search, best)
 
@@ -55,7 +55,7 @@ def _finer(search: Search, found: ScoredSet, k: int, model: StripTheory, first: 
 
 def _ends(h: Hypothesis) -> list[Hypothesis]:
     """Return `h` with each of its nonlinear values at each end of its span that lies within its bounds."""
-    limits = {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
+    limits = {field.name: field.metadata["bounds"] for field in h.effect.parameters()}
     return [_at_end(h, name, end) for name, span in h.spans.items() for end in span if limits[name][0] <= end <= limits[name][1]]
 
 
@@ -69,11 +69,12 @@ def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
 def _about_fit(search: Search, found: ScoredSet, k: int, laws: Sequence[Hypothesis], model: StripTheory, again: bool) -> list[Hypothesis]:
     """Return instrument `laws` in place of member `k`, their columns about its values; `again`: about those that fit each best, too."""
     others, start = [x for x in found.chosen if x != k], len(search.view.library.hypotheses)
-    about = [h.linearised_at(scaled_values(search.view, found, k), model) for h in laws]
+    about = [hypothesis.linearised_at(scaled_values(search.view, found, k), model) for hypothesis in laws]
     if not again:
         return about
     there = extend_library(search, found, about, model)
-    return [h.linearised_at(scaled_values(there.view, there.score((*others, start + i)), start + i), model) for i, h in enumerate(about)]
+    return [hypothesis.linearised_at(scaled_values(there.view, there.score((*others, start + i)), start + i), model)
+            for i, hypothesis in enumerate(about)]
 
 
 def _peak(low: tuple[float, float], middle: tuple[float, float], high: tuple[float, float]) -> float:
@@ -92,7 +93,7 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
     spans = dict(h.spans)
     for name in h.spans:
         value = getattr(h.effect, name)[0]
-        others = [(getattr(o.effect, name)[0], s, o) for o, s in neighbours if getattr(o.effect, name)[0] != value]
+        others = [(getattr(other.effect, name)[0], s, other) for other, s in neighbours if getattr(other.effect, name)[0] != value]
         low, high = ([o for o in others if (o[0] < value) == lower] for lower in (True, False))
         there = [*sorted(low, key=lambda o: o[0])[-1:], *sorted(high, key=lambda o: o[0])[:1]]
         if len(there) == 2 and there[0][0] < value < there[1][0]:
@@ -101,7 +102,7 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
             spans[name] = at_end[0].spans[name] if at_end else (there[0][0], there[1][0])
             changes[name] = (peak,) * len(getattr(h.effect, name))
     made = replace(h, effect=replace(h.effect, **changes), spans=spans)
-    return None if any(made.effect == o.effect for o in (h, *(o for o, _ in neighbours))) else made
+    return None if any(made.effect == other.effect for other in (h, *(other for other, _ in neighbours))) else made
 
 
 def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = ROUNDS) -> GrownSearch:
@@ -195,9 +196,9 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
         h, rest = view.library.hypotheses[k], [x for x in now.chosen if x != k]
         sets = {start + i: following.score((*rest, start + i)) for i in range(len(hs))}
         start += len(hs)
-        scored = [(o, s.score) for o, s in zip(hs, sets.values(), strict=True)]
+        scored = [(o, scored.score) for o, scored in zip(hs, sets.values(), strict=True)]
         centre, score = next(((o, s) for o, s in scored if _same_shape(o, h)), (h, now.score))
-        peak = at_peak(centre, score, [(o, s) for o, s in scored if o.working_model is centre.working_model])
+        peak = at_peak(centre, score, [(other, s) for other, s in scored if other.working_model is centre.working_model])
         number = max(sets, key=lambda i: sets[i].score, default=k)
         if number != k and (sets[number].score > now.score or h.rough or is_stale(following.view, now, k)):
             now = sets[number]

@@ -81,8 +81,8 @@ class Search:
         free = np.isinf(low) & np.isinf(high)
         within = np.where(free, 0.0, log_mass(low, high, np.zeros_like(low), np.full_like(low, RHO)))
         made = []
-        for k, h in enumerate(library.hypotheses):
-            sets = len(self.view.acting_groups(k)) if h.per_recording else 1
+        for k, hypothesis in enumerate(library.hypotheses):
+            sets = len(self.view.acting_groups(k)) if hypothesis.per_recording else 1
             made.append(library.log_prior(k) - sets * float(within[library.at(k)].sum()))
         return np.array(made)
 
@@ -90,7 +90,8 @@ class Search:
         """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the unknown's best scale."""
         now, columns = self.score(chosen), self.view.join(sorted(chosen))
         library, taken = self.view.library, self.occupied_places(chosen)
-        outdated = np.array([h.key in self.settled and h.working_model is None for h in library.hypotheses], dtype=bool)
+        outdated = np.array([hypothesis.key in self.settled and hypothesis.working_model is None for hypothesis in library.hypotheses],
+                            dtype=bool)
         best: dict[Key, tuple[float, int]] = {}
         for scale in SCREENED:
             sizes = none(self.whitened) if scale == 0 else now.sizes.times(scale)
@@ -172,7 +173,7 @@ class Search:
     def run(self) -> ScoredSet:
         """Return the best set found."""
         empty, singles = self.score(()), self.singles()
-        best = self._better(empty, [s.chosen for s in singles])
+        best = self._better(empty, [scored.chosen for scored in singles])
         for first in singles[:4]:
             best = self._better(best, [(*first.chosen, k) for k in self.screen(first.chosen)], empty)
         return self.climb(self._better(best, self._grow_sets(), empty))
@@ -207,7 +208,7 @@ class Search:
         if self._stands(found):
             return found
         parts = [self.score(part) for n in range(len(found.chosen)) for part in combinations(found.chosen, n)]
-        return next(s for s in sorted(parts, key=lambda s: -s.score) if self._stands(s))
+        return next(scored for scored in sorted(parts, key=lambda scored: -scored.score) if self._stands(scored))
 
     def _stands(self, now: ScoredSet) -> bool:
         """Return whether every member of `now` is admitted beside the others."""

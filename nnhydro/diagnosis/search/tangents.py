@@ -73,9 +73,9 @@ def limits_of(search: Search, k: int) -> dict[str, Span]:
     hypotheses = search.view.library.hypotheses
     h, found = hypotheses[k], dict[str, Span]()
     names = [name for name, (low, high) in h.spans.items() if high > low]
-    bounds = {f.name: f.metadata["bounds"] for f in h.effect.parameters()} if names else {}
+    bounds = {field.name: field.metadata["bounds"] for field in h.effect.parameters()} if names else {}
     for name in names:
-        spans = [o.spans[name] for o in hypotheses if o.key == h.key and name in o.spans]
+        spans = [other.spans[name] for other in hypotheses if other.key == h.key and name in other.spans]
         found[name] = max(min(low for low, _ in spans), bounds[name][0]), min(max(high for _, high in spans), bounds[name][1])
     return found
 
@@ -88,7 +88,7 @@ def _first_step(h: Hypothesis, name: str) -> float:
 
 def _ends(h: Hypothesis, name: str, step: float) -> tuple[float, float]:
     """The values on both sides, within the physical bounds."""
-    value, bounds = getattr(h.effect, name)[0], {f.name: f.metadata["bounds"] for f in h.effect.parameters()}
+    value, bounds = getattr(h.effect, name)[0], {field.name: field.metadata["bounds"] for field in h.effect.parameters()}
     return max(value - step, bounds[name][0]), min(value + step, bounds[name][1])
 
 

@@ -132,7 +132,7 @@ def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]
     p = len(effect.linear_names())
     at = [*range(p), *range(len(values.covariance) - len(values.names), len(values.covariance))]  # without a constant of its own
     mean = np.concatenate([values.mean[:p], [getattr(effect, name)[0] for name in values.names]])
-    bounds = {f.name: f.metadata["bounds"] for f in effect.parameters()}
+    bounds = {field.name: field.metadata["bounds"] for field in effect.parameters()}
     limits = {p + i: bounds[name] for i, name in enumerate(values.names)}
 
     def quantities(x: torch.Tensor) -> Mapping[str, Quantity]:

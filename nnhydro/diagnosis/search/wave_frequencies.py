@@ -85,7 +85,8 @@ def lines_per_recording(design: Design) -> dict[int, float]:
 def _durations(design: Design) -> dict[int, float]:
     """Return how long each recording is, s, by its number."""
     stretches = design.problem.stretches
-    return {g: sum(len(s.segment) * s.segment.dt for s in stretches if s.group == g) for g in range(design.problem.groups)}
+    return {g: sum(len(stretch.segment) * stretch.segment.dt for stretch in stretches if stretch.group == g)
+            for g in range(design.problem.groups)}
 
 
 def _in_directions(law: Hypothesis, headings: Sequence[float]) -> tuple[Hypothesis, ...]:
@@ -101,20 +102,21 @@ def at_lines(hypotheses: Sequence[Hypothesis], frequencies: Sequence[float], hea
     What has a direction is tried in the directions `headings`, rad, too.
     """
     made: dict[tuple[Any, ...], Hypothesis] = {}
-    for h in hypotheses:
-        if "frequency" not in h.spans or not h.per_recording:
+    for hypothesis in hypotheses:
+        if "frequency" not in hypothesis.spans or not hypothesis.per_recording:
             continue
         for f in frequencies:
-            line = h.with_nonlinear({"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
+            line = hypothesis.with_nonlinear({"frequency": (f,)}, {"frequency": (0.99 * f, 1.01 * f)})
             for new in _in_directions(line, headings):
-                made.setdefault((h.key, *(getattr(new.effect, name) for name in h.spans)), new)
+                made.setdefault((hypothesis.key, *(getattr(new.effect, name) for name in hypothesis.spans)), new)
     return tuple(made.values())
 
 
 def across_fixed_links(design: Design) -> tuple[float, ...]:
     """Return the direction, rad from +X, across each link that is held at one angle in all recordings."""
-    phi = np.cumsum(np.concatenate([s.segment.q[s.segment.keep] for s in design.problem.stretches if not s.segment.steady] or
-                                   [np.zeros((0, design.problem.arm.n_links))]), axis=1)
+    moving = [stretch.segment for stretch in design.problem.stretches if not stretch.segment.steady]
+    angles = [segment.q[segment.keep] for segment in moving] or [np.zeros((0, design.problem.arm.n_links))]
+    phi = np.cumsum(np.concatenate(angles), axis=1)
     mean = np.exp(1j * phi).mean(axis=0) if len(phi) else np.zeros(0)
     return tuple(float(np.angle(1j * direction)) for direction in mean if abs(direction) > FIXED)
 
@@ -126,14 +128,14 @@ def at_lines_per_recording(hypotheses: Sequence[Hypothesis], design: Design, hea
         return ()
     log_tried = float(sum(np.log(max(design.problem.edge * duration[g], 1.0)) for g in lines))
     made: dict[tuple[Any, ...], Hypothesis] = {}
-    for h in hypotheses:
-        if "frequency" not in h.spans or not h.per_recording:
+    for hypothesis in hypotheses:
+        if "frequency" not in hypothesis.spans or not hypothesis.per_recording:
             continue
-        spans = {name: span for name, span in h.spans.items() if name != "frequency"}
+        spans = {name: span for name, span in hypothesis.spans.items() if name != "frequency"}
         mean: dict[str, Any] = {"frequency": (float(np.mean(list(lines.values()))),)}
-        start = replace(h, effect=replace(h.effect, **mean), spans=spans, lines=lines, log_tried=log_tried)
+        start = replace(hypothesis, effect=replace(hypothesis.effect, **mean), spans=spans, lines=lines, log_tried=log_tried)
         for new in _in_directions(start, headings):
-            made.setdefault((h.key, *(getattr(new.effect, name) for name in spans)), new)
+            made.setdefault((hypothesis.key, *(getattr(new.effect, name) for name in spans)), new)
     return tuple(made.values())
 
 

@@ -59,7 +59,7 @@ class WeightedLibrary:
 
     def __post_init__(self) -> None:
         hypotheses = self.library.hypotheses
-        varies = np.array([h.per_recording for h in hypotheses], dtype=bool)
+        varies = np.array([hypothesis.per_recording for hypothesis in hypotheses], dtype=bool)
         self.shared, self.per_recording = np.flatnonzero(~varies), np.flatnonzero(varies)
         self.widths = np.array([hypotheses[k].width for k in self.shared], dtype=int)
         self.starts = np.concatenate([[0], np.cumsum(self.widths)]).astype(int)

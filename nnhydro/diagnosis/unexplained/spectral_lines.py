@@ -123,16 +123,16 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat:
     """
     from scipy.special import gammaincc
 
-    long = [p for p in parts if p.dt > 0 and len(p.r) >= FEWEST_ROWS]
-    highest = WELL_INSIDE * min([edge, *(0.5 / p.dt for p in long)])
+    long = [part for part in parts if part.dt > 0 and len(part.r) >= FEWEST_ROWS]
+    highest = WELL_INSIDE * min([edge, *(0.5 / part.dt for part in long)])
     used = _with_background(long, highest)
     if len(used) < FEWEST or highest <= LOWEST:
         return None
-    spectra = [_ratios(p.r[:, joint], p.dt, highest) for p in used]
-    looked_in = used if flat is None else _with_background([p for p in flat if p.dt > 0 and len(p.r) >= FEWEST_ROWS], highest)
-    trend = _trend([(p.r[:, joint], p.dt) for p in looked_in], highest)
-    whitened = [_ratios(p.r[:, joint], p.dt, highest, trend) for p in looked_in]
-    longest = max(len(p.r) * p.dt for p in used)
+    spectra = [_ratios(part.r[:, joint], part.dt, highest) for part in used]
+    looked_in = used if flat is None else _with_background([part for part in flat if part.dt > 0 and len(part.r) >= FEWEST_ROWS], highest)
+    trend = _trend([(part.r[:, joint], part.dt) for part in looked_in], highest)
+    whitened = [_ratios(part.r[:, joint], part.dt, highest, trend) for part in looked_in]
+    longest = max(len(part.r) * part.dt for part in used)
     grid = np.arange(LOWEST, highest, 1 / longest)
     at = [np.interp(grid, f, ratio) for f, ratio, _ in whitened]
     S, K = np.sum(at, axis=0), len(grid)
@@ -141,7 +141,7 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat:
         return None
     best = int(np.argmax(np.where(shared, S, 0.0)))
     amplitude = float(np.median([np.interp(grid[best], f, a) for f, _, a in spectra]))
-    energy = float(np.mean(np.concatenate([p.r[:, joint] for p in used]) ** 2))
+    energy = float(np.mean(np.concatenate([part.r[:, joint] for part in used]) ** 2))
     p_value = float(min(1.0, K * gammaincc(len(used), S[best] / HEAVY)))
     return Line(joint + 1, p_value, float(grid[best]), amplitude, amplitude**2 / 2 / max(energy, 1e-300))
 

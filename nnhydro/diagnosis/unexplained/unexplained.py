@@ -60,7 +60,8 @@ class Remainder:
     def document(self, text: Callable[[str], str] = str) -> dict[str, Any]:
         """Return what diagnosis.json holds as unexplained; `text` puts columns and units into those of the arm."""
         on = {text(x) for law in self.learned if law.real for x in law.depends_on} | {"frequency" for _ in self.lines}
-        near = [{"effect": d.effect, "joint": d.joint or None, "gain": round(d.statistic, 2), "why": d.reason} for d in self.nearest]
+        near = [{"effect": decision.effect, "joint": decision.joint or None, "gain": round(decision.statistic, 2),
+                 "why": decision.reason} for decision in self.nearest]
         return {"detected": self.detected, "share": self.share, "weight": self.weight, "depends_on": sorted(on) if self.detected else [],
                 "lines": [text(line.sentence()) for line in self.lines], "predictable": [round(law.share, 4) for law in self.learned],
                 "nearest": near, "suggestions": []}
@@ -122,7 +123,7 @@ def unlike_recordings(noise: Noise, design: Design) -> tuple[str, ...]:
     usual = np.percentile((remaining / white)[counted], QUIET, axis=0)
     large = np.sqrt(noise.sigma2 * noise.S.sum(axis=1)) * np.sqrt(problem.edge / noise.S.shape[1]) > MATERIAL * design.scale
     groups = np.flatnonzero(((FORM * remaining > usual * stepped) & large).any(axis=1) & counted)
-    return tuple(dict.fromkeys(s.name for g in groups.tolist() for s in problem.stretches if s.group == g))
+    return tuple(dict.fromkeys(stretch.name for g in groups.tolist() for stretch in problem.stretches if stretch.group == g))
 
 
 def _whiten(remains: Sequence[Residual], whitened: WhiteRows) -> list[Residual]:
@@ -151,7 +152,7 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     ps = [p_of(search, found) if real else 1.0, P_ALARM if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
     p = max(min(ps), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
-    near = tuple(sorted((d for d in decisions if not d.claimed), key=lambda d: -d.statistic))[:SHOWN]
+    near = tuple(sorted((decision for decision in decisions if not decision.claimed), key=lambda d: -d.statistic))[:SHOWN]
     return Remainder(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
                      recordings, bool(differing),
                      next(iter(locate(proof.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.time))), None))

@@ -124,7 +124,7 @@ def _outcome(motions: Sequence[TowedMotion], models: Mapping[str, Loads]) -> Out
 
     def ratio(rows: Mapping[str, NDArray[np.bool_]]) -> float:
         size = sum(float(np.abs(motion.tau[rows[motion.name]]).sum()) for motion in motions)
-        return sum(float(residual[m.name][rows[m.name]].sum()) for m in motions) / size if size else float("nan")
+        return sum(float(residual[motion.name][rows[motion.name]].sum()) for motion in motions) / size if size else float("nan")
 
     nothing = {motion.name: np.zeros_like(motion.keep) for motion in motions}
     by_phase = {phase: ratio({motion.name: motion.keep & (motion.phase() == phase) for motion in motions}) for phase in PHASES}
@@ -136,11 +136,11 @@ def _outcome(motions: Sequence[TowedMotion], models: Mapping[str, Loads]) -> Out
 def leave_one_out(candidate: Candidate, motions: Sequence[TowedMotion]) -> Outcome:
     """Return the errors of `candidate` on each motion, fitted to the others."""
     rows = _Rows(candidate)
-    return _outcome(motions, {m.name: _fit(rows, [other for other in motions if other is not m]) for m in motions})
+    return _outcome(motions, {motion.name: _fit(rows, [other for other in motions if other is not motion]) for motion in motions})
 
 
 def fit_and_predict(candidate: Candidate, motions: Sequence[TowedMotion], unseen: Sequence[TowedMotion]) -> tuple[Loads, Outcome]:
     """Return `candidate` fitted to all `motions` and its errors on motions of another kind."""
     fitted = _fit(_Rows(candidate), motions)
-    return fitted, _outcome(unseen, {m.name: fitted for m in unseen})
+    return fitted, _outcome(unseen, {motion.name: fitted for motion in unseen})
 

@@ -41,8 +41,8 @@ def _shared_curves(loads: Loads) -> bool:
     terms = tuple(loads.terms.values())
     if tuple(type(term) for term in terms) != CURVES or any(isinstance(term, StateAtRest) and term.count for term in terms):
         return False
-    options = [{f.name: getattr(term, f.name) for f in term.options() if f.name != "count"} for term in terms]
-    single = all(len(getattr(term, f.name)) == 1 for term in terms for f in term.parameters())
+    options = [{field.name: getattr(term, field.name) for field in term.options() if field.name != "count"} for term in terms]
+    single = all(len(getattr(term, field.name)) == 1 for term in terms for field in term.parameters())
     return single and options[0] == options[1] == options[2]
 
 

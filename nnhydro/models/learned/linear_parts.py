@@ -38,7 +38,7 @@ class StripLaw:
 
     def arrays(self) -> dict[str, Tensor]:
         """Return the tensors that a model file holds."""
-        return {f.name: getattr(self, f.name) for f in fields(self)[1:]}
+        return {field.name: getattr(self, field.name) for field in fields(self)[1:]}
 
 
 @final

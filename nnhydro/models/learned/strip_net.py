@@ -158,4 +158,4 @@ class StripNet:
 
     def arrays(self) -> dict[str, Tensor]:
         """Return the tensors that a model file holds."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
+        return {field.name: getattr(self, field.name) for field in fields(self)}

@@ -26,11 +26,11 @@ class SplineTerm(TravelTerm, LinearTerm):
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d ordinates, (n, joints, p)."""
         columns = self.basis_columns(flow, lambda s_over_D: travel_spline.basis(s_over_D, self.tau_s[0]))
-        return self.arrange_columns(columns, tuple(len(getattr(self, f.name)) for f in self.linear_fields()))
+        return self.arrange_columns(columns, tuple(len(getattr(self, field.name)) for field in self.linear_fields()))
 
     def curve(self, s_over_D: Tensor, link: int = 0) -> Tensor:
         """Return the coefficient beyond its value at rest at the travels `s_over_D` (...) of `link` (from 0)."""
-        values = [getattr(self, f.name) for f in self.linear_fields()]
+        values = [getattr(self, field.name) for field in self.linear_fields()]
         ordinates = torch.tensor([v[link if len(v) > 1 else 0] for v in values], dtype=torch.float64)
         return travel_spline.curve(s_over_D, self.tau_s[0], 0.0, ordinates)
 

@@ -51,7 +51,7 @@ def with_tau_s(loads: Loads, tau_s: float, added_mass: float | None = None) -> L
     """Return `loads` with the travel scale of every term that has one set to `tau_s`; `added_mass` gives C_M a scale of its own."""
     def at_scale(term: LoadTerm) -> LoadTerm:
         """Return `term` with its travel scale, where it has one."""
-        if not any(f.name == "tau_s" for f in term.parameters()):
+        if not any(declaration.name == "tau_s" for declaration in term.parameters()):
             return term
         scale = added_mass if added_mass is not None and "drag" not in term.kind else tau_s
         changed: dict[str, Any] = {"tau_s": (scale,)}
@@ -62,7 +62,7 @@ def with_tau_s(loads: Loads, tau_s: float, added_mass: float | None = None) -> L
 
 def has_travel_scale(loads: Loads) -> bool:
     """Return True where a term has a travel scale tau_s to be searched."""
-    return any(f.name == "tau_s" for term in loads.terms.values() for f in term.parameters())
+    return any(declaration.name == "tau_s" for term in loads.terms.values() for declaration in term.parameters())
 
 
 def _curve(loads: Loads, s_over_D: Tensor, link: int, added_mass: bool) -> Tensor | None:

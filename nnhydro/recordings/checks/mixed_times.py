@@ -24,7 +24,7 @@ class MixedTimes(CampaignCheck):
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield one finding for all such recordings."""
-        steps = {r.name: Reading.of(r, campaign.arm).dt for r in campaign.recordings()}
+        steps = {recording.name: Reading.of(recording, campaign.arm).dt for recording in campaign.recordings()}
         slow = max((dt for dt in steps.values() if np.isfinite(dt)), default=0.0)
         for ratio, unit in RATIOS.items():
             fast = [name for name, dt in steps.items() if dt > 0 and 1 / dt > FAST and abs(slow / dt / ratio - 1) < NEAR]

@@ -51,8 +51,8 @@ def lag_of_slope(records: Iterable[tuple[Array, Array, Array]]) -> float:
 def _lags(recordings: Sequence[Recording], of: str, slope: str) -> Array:
     """By how much the channel `slope` of each joint lags the channel `of`, (joints,) s; nothing where one is missing."""
     pairs = [(r, x, y) for r in recordings if (x := getattr(r, of)) is not None and (y := getattr(r, slope)) is not None]
-    parts = [(np.asarray(r.t[start:stop]), x[start:stop], y[start:stop]) for r, x, y in pairs
-             for start, stop in stretches(r, with_torque=False)]
+    parts = [(np.asarray(recording.t[start:stop]), x[start:stop], y[start:stop]) for recording, x, y in pairs
+             for start, stop in stretches(recording, with_torque=False)]
     joints = pairs[0][1].shape[1] if pairs else 0
     return np.array([lag_of_slope((t, x[:, joint], y[:, joint]) for t, x, y in parts) for joint in range(joints)])
 
@@ -97,7 +97,7 @@ def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recor
     What is early stays: no logger computes ahead.
     """
     rates, more = _lags(recordings, "q", "qd"), _lags(recordings, "qd", "qdd")
-    step = max((float(np.median(np.diff(r.t))) for r in recordings if len(r) > 1), default=0.0)
+    step = max((float(np.median(np.diff(recording.t))) for recording in recordings if len(recording) > 1), default=0.0)
     rates_lag, later = float(rates.max(initial=0.0)), float((rates[:len(more)] + more).max(initial=0.0))
     smooth = _is_smooth(recordings, "q", "qd") or _is_smooth(recordings, "qd", "qdd")  # who smooths one smooths both
     why = LeftOut(rates_lag, later if later > LEAST * step else 0.0, smooth)

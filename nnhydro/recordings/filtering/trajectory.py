@@ -143,7 +143,8 @@ def _octaves_below(lines: float) -> float:
 def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
     """Return the highest frequency, Hz, at which some acceleration is known to `KNOWN`, 0 for none, and the lowest and highest edge."""
     known = list(recordings)
-    longest = max((float(r.t[stop - 1] - r.t[start]) for r in known for start, stop in stretches(r, with_torque=False)), default=0.0)
+    longest = max((float(recording.t[stop - 1] - recording.t[start]) for recording in known
+                   for start, stop in stretches(recording, with_torque=False)), default=0.0)
     first, lowest = (LOWEST_EDGE * 2.0 ** -_octaves_below(LOWEST_EDGE * longest / lines) for lines in (1.0, FEWEST_LINES))
     cap = max(HIGHEST_EDGE, FEWEST_LINES / longest) if longest else HIGHEST_EDGE
     octaves = np.log2(max(WIDEST, 2 * cap) / first)

@@ -70,7 +70,7 @@ def _require_names(settings: RecipeFile, motions: tuple[MotionKind, ...], where:
         # names become files, and some file systems do not tell upper from lower case
         require(motion.name.casefold() not in seen, f"{where}: two motions are called {motion.name!r}: rename one")
         seen.add(motion.name.casefold())
-    timed = [m.name for m in motions if isinstance(m, TimedMotion)]
+    timed = [motion.name for motion in motions if isinstance(motion, TimedMotion)]
     for name in settings.unseen:
         require(name in timed, f"{where}: unseen: {name!r} is not a motion against time of this recipe: {choices(name, timed)}")
 

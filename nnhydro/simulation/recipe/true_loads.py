@@ -38,7 +38,8 @@ def _by_word(cls: type[LoadTerm], given: Any, arm: Arm, where: str) -> LoadTerm:
     if given == "start":
         return cls.at_start(arm)
     words = "'arm', 'start'" if made is not None else "'start'"
-    raise ConfigError(f"{where}: {given!r:.80} says nothing: give {words} or a mapping of {', '.join(f.name for f in cls.parameters())}")
+    names = ', '.join(declaration.name for declaration in cls.parameters())
+    raise ConfigError(f"{where}: {given!r:.80} says nothing: give {words} or a mapping of {names}")
 
 
 def _numbers(value: Any, wanted: int, bounds: tuple[float, float], where: str) -> tuple[float, ...]:
@@ -56,7 +57,8 @@ def _numbers(value: Any, wanted: int, bounds: tuple[float, float], where: str) -
 
 def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where: str) -> LoadTerm:
     """A load term with the parameters and options of a recipe; raises ConfigError for unknown keys and values."""
-    parameters, options = {f.name: f for f in cls.parameters()}, {f.name for f in cls.options()}
+    parameters = {declaration.name: declaration for declaration in cls.parameters()}
+    options = {declaration.name for declaration in cls.options()}
     for key in given:
         if key != "kind" and key not in parameters and key not in options:
             raise ConfigError(f"{where}: unknown key {key!r:.80} of {cls.kind}: {choices(str(key), [*parameters, *sorted(options)])}")

@@ -122,7 +122,7 @@ class _Learning:
 
     def __init__(self, net: StripNet, steps: int) -> None:
         self._net = net
-        self._names = tuple(f.name for f in fields(net) if f.name not in FIXED + STATED_PARTS + MATRICES)
+        self._names = tuple(field.name for field in fields(net) if field.name not in FIXED + STATED_PARTS + MATRICES)
         self._flat = [_flat_vector(net, self._names), _flat_vector(net, STATED_PARTS)]
         self._matrices = [getattr(net, name).clone().requires_grad_(True) for name in MATRICES]
         self._muon = Muon(self._matrices)
@@ -159,4 +159,4 @@ def fit_strip_net(runs: Sequence[StripRun], seed: int, epochs: int = EPOCHS) -> 
         for _ in range(epochs):
             for part in np.array_split(rng.permutation(len(runs)), batches):
                 learning.step(_loss(learning.net, [runs[int(i)] for i in part], s, net.spread))
-    return StripNet(*(getattr(learning.net, f.name).detach().double() for f in fields(net)))
+    return StripNet(*(getattr(learning.net, field.name).detach().double() for field in fields(net)))

@@ -69,7 +69,7 @@ def _stretches(number: int, segment: Segment, arm: Arm) -> Iterator[StripRun]:
         def part(z: Tensor, rows: slice = rows) -> Tensor:
             return z[rows].float().contiguous()
 
-        given = StripInputs(*(part(getattr(every, f.name)) for f in fields(every)))
+        given = StripInputs(*(part(getattr(every, field.name)) for field in fields(every)))
         n = len(given.x)
         keep, way = torch.from_numpy(segment.keep[rows].copy()), torch.full((n, 1, 1), dt)
         keep[:first - start], way[0] = False, 0.0
@@ -95,6 +95,6 @@ def join_runs(runs: Sequence[StripRun]) -> tuple[StripInputs, Tensor, Tensor, Te
     def flags(name: str) -> Tensor:
         return torch.cat([torch.full((run.given.x.shape[1],), getattr(run, name)) for run in runs])[None, :, None]
 
-    x, r, speeds, plain = (side_by_side([getattr(run.given, f.name) for run in runs]) for f in fields(StripInputs))
+    x, r, speeds, plain = (side_by_side([getattr(run.given, field.name) for run in runs]) for field in fields(StripInputs))
     way = side_by_side([run.way.expand(-1, run.given.x.shape[1], 1) for run in runs])
     return StripInputs(x, r, speeds, plain), way, flags("moves"), flags("steady")
