@@ -83,10 +83,12 @@ OF_VALUES = set().union(*map(dir, (np.ndarray, torch.Tensor, str, dict, list, se
 def nameless(tree):
     """One-letter loop variables that stand for a thing: it has other attributes than numbers, arrays and texts have."""
     for loop in ast.walk(tree):
-        targets = [loop.target] if isinstance(loop, ast.For) else [part.target for part in loop.generators] if isinstance(loop, LOOPS) else []
+        parts_of = [loop] if isinstance(loop, ast.For) else loop.generators if isinstance(loop, LOOPS) else []
+        targets = [part.target for part in parts_of]
         letters = {node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name) and len(node.id) == 1}
         for node in ast.walk(loop) if letters else ():
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in letters and node.attr not in OF_VALUES:
+            of_letter = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in letters
+            if of_letter and node.attr not in OF_VALUES:
                 yield f"{node.value.id}.{node.attr} in line {loop.lineno}"
 
 
@@ -104,7 +106,8 @@ def test_a_loop_variable_names_the_thing():
 
 @pytest.mark.parametrize(("text", "found"), [
     ("for r in recordings: print(r.duration)", ["r.duration in line 1"]), ("[k.mass for k in links]", ["k.mass in line 1"]),
-    ("for recording in recordings: print(recording.duration)", []), ("[x.sum() / x.size for x in columns]", []), ("[i for i in range(3)]", [])])
+    ("for recording in recordings: print(recording.duration)", []), ("[x.sum() / x.size for x in columns]", []),
+    ("[i for i in range(3)]", [])])
 def test_a_letter_may_stand_for_a_number_or_an_array(text, found):
     assert list(nameless(ast.parse(text))) == found
 
