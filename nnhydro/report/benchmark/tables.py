@@ -49,7 +49,7 @@ def folds_sheet(result: BenchmarkResult) -> Sheet:
     """Return every model's error in every fold."""
     folds = result.split.folds
     errors = [result.fold_errors(k) for k in range(len(folds))]
-    heading = "Error against the number of recordings fitted" if result.split.curve else "Error where is held out"
+    heading = "Error against the number of recordings fitted" if result.split.curve else "Error by what is held out"
     names = result.ranking()
     return Sheet(heading, (Column("model", names, words=True),
                            *(Column(fold.name, [e.get(name) for name in names], percent) for fold, e in zip(folds, errors, strict=True))))
@@ -62,7 +62,7 @@ def coverage_sheet(result: BenchmarkResult, document: dict[str, Any]) -> Sheet |
         return None
     whole = partial("{:.0%}".format)
     levels = [Column(f"of {level} %", [c["shares"][level] for _, c in known], whole, f"inside_{level}") for level in known[0][1]["shares"]]
-    return Sheet("Intervals: share of held-out torques inside, mean std over mean torque, and how much wider than on fitted recordings",
+    return Sheet("Intervals: share of held-out torques within them, std over mean torque, and their width relative to fitted recordings",
                  (Column("model", [name for name, _ in known], words=True), *levels, Column("std", [c["width"] for _, c in known], percent),
                   Column("wider", [c.get("wider_than_fitted") for _, c in known], "{:.2f}")))
 
