@@ -5,18 +5,14 @@ Imports nothing of nnhydro. What differs between the tanks stands in their make.
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import json
-import platform
-import re
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import scipy
+from card_file import arguments, files_in, write_card
 from numpy.typing import NDArray
 from scipy import signal
 from strip_arm import GAUSS, Link, Motion, rigid_torque, water_torque
@@ -181,25 +177,13 @@ def write_arm(tank: Tank, out: Path) -> None:
     (out / "answers" / "truth.json").write_text(json.dumps({"links": [asdict(k) for k in tank.links()]}, indent=2) + "\n")
 
 
-def write_card(tank: Tank, out: Path) -> None:
-    """Keeps the hand-written head of card.toml and renews what follows: how the files were made and their sums."""
-    head = re.split(r"^\[made\]", (tank.folder / "card.toml").read_text(), flags=re.M)[0]
-    files = [out / "arm.yaml", *(p for d in ("recordings", "unseen", "answers") for p in sorted((out / d).iterdir()))]
-    files += sorted((tank.folder / "strips").iterdir())
-    roots = {p: tank.folder if p.parent.name == "strips" else out for p in files}
-    sums = [f'"{p.relative_to(root).as_posix()}" = "{hashlib.sha256(p.read_bytes()).hexdigest()}"' for p, root in roots.items()]
-    made = [f'seed = {tank.seed}\npython = "{platform.python_version()}"\nnumpy = "{np.__version__}"', f'scipy = "{scipy.__version__}"']
-    (out / "card.toml").write_text(head + "\n".join(["[made]", *made, "", "[sha256]", *sums]) + "\n")
-
-
 def main(tank: Tank, description: str | None) -> None:
     """What `make.py` of a tank does with its arguments."""
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--out", type=Path, default=tank.folder)
-    parser.add_argument("--only", help="remake this recording or unseen motion alone")
+    parser = arguments(description, tank.folder)
     parser.add_argument("--flow", action="store_true", help="compute the strip forces again")
     args = parser.parse_args()
     write_motions(tank, args.out, args.only, args.flow)
     if args.only is None:
         write_arm(tank, args.out)
-        write_card(tank, args.out)
+        files = [*files_in(args.out, "recordings", "unseen", "answers"), *sorted((tank.folder / "strips").iterdir())]
+        write_card(tank.folder, args.out, tank.seed, files)

@@ -2,12 +2,15 @@
 
 import argparse
 import hashlib
-import re
 import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1]))
+
+from card_file import write_card
 
 HERE = Path(__file__).parent
 SEED = 20261
@@ -32,9 +35,7 @@ def main() -> None:
         shutil.copytree(made, out, dirs_exist_ok=True)
         shutil.copy(key, out / "key.txt")
     files = sorted(p for p in out.rglob("*") if p.is_file() and p.suffix in (".csv", ".yaml", ".sealed", ".json"))
-    head = re.split(r"^\[made\]", (HERE / "card.toml").read_text(), flags=re.M)[0]
-    sums = [f'"{p.relative_to(out).as_posix()}" = "{hashlib.sha256(p.read_bytes()).hexdigest()}"' for p in files]
-    (out / "card.toml").write_text(head + "\n".join(["[made]", f"seed = {SEED}", "", "[sha256]", *sums]) + "\n")
+    write_card(HERE, out, SEED, files, ())
 
 
 if __name__ == "__main__":

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import json
-import platform
-import re
+import sys
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 from truth import C_D, C_M, TAU_S, Arm, drive_torque
+
+sys.path.append(str(Path(__file__).parents[1]))
+
+from card_file import arguments, files_in, write_card
 
 Array = NDArray[np.float64]
 
@@ -112,26 +112,12 @@ def write_arm(out: Path) -> None:
     (out / "truth.json").write_text(json.dumps(planted, indent=2) + "\n")
 
 
-def write_card(out: Path) -> None:
-    """Keeps the hand-written head of card.toml and renews what follows: how the files were made and their sums."""
-    head = re.split(r"^\[made\]", (HERE / "card.toml").read_text(), flags=re.M)[0]
-    files = [p for d in ("recordings", "unseen", "answers") for p in sorted((out / d).iterdir())]
-    files = [out / "arm.yaml", out / "truth.json", *files]
-    sums = [f'"{p.relative_to(out).as_posix()}" = "{hashlib.sha256(p.read_bytes()).hexdigest()}"' for p in files]
-    made = [f"seed = {SEED}", f'python = "{platform.python_version()}"', f'numpy = "{np.__version__}"']
-    made += [f'scipy = "{scipy.__version__}"']
-    (out / "card.toml").write_text(head + "\n".join(["[made]", *made, "", "[sha256]", *sums]) + "\n")
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--only", help="remake this recording or unseen motion alone")
-    args = parser.parse_args()
+    args = arguments(__doc__, HERE).parse_args()
     write_recordings(args.out, args.only)
     if args.only is None:
         write_arm(args.out)
-        write_card(args.out)
+        write_card(HERE, args.out, SEED, [*files_in(args.out, "recordings", "unseen", "answers"), args.out / "truth.json"])
 
 
 if __name__ == "__main__":

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import json
-import platform
-import re
+import sys
 import zlib
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import scipy
 from motions import RATE, Motion, follow, fourier, random_tour
 from numpy.typing import NDArray
 from scipy import signal
 from truth import Effects, Link, Seal, motor_torque
+
+sys.path.append(str(Path(__file__).parents[1]))
+
+from card_file import arguments, files_in, write_card
 
 Array = NDArray[np.float64]
 
@@ -202,26 +202,13 @@ def write_arm(out: Path) -> None:
     (out / "answers" / "truth.json").write_text(json.dumps(truth, indent=2) + "\n")
 
 
-def write_card(out: Path) -> None:
-    """Keeps the hand-written head of card.toml and renews what follows: how the files were made and their sums."""
-    head = re.split(r"^\[made\]", (HERE / "card.toml").read_text(), flags=re.M)[0]
-    files = [p for d in ("recordings", "steady", "unseen", "answers") for p in sorted((out / d).iterdir())]
-    files = [out / "arm.yaml", *files]
-    sums = [f'"{p.relative_to(out).as_posix()}" = "{hashlib.sha256(p.read_bytes()).hexdigest()}"' for p in files]
-    made = [f'seed = {SEED}\npython = "{platform.python_version()}"\nnumpy = "{np.__version__}"', f'scipy = "{scipy.__version__}"']
-    (out / "card.toml").write_text(head + "\n".join(["[made]", *made, "", "[sha256]", *sums]) + "\n")
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--only", help="remake this recording or unseen motion alone")
-    args = parser.parse_args()
+    args = arguments(__doc__, HERE).parse_args()
     write_recordings(args.out, args.only)
     if args.only is None:
         write_steady(args.out)
         write_arm(args.out)
-        write_card(args.out)
+        write_card(HERE, args.out, SEED, files_in(args.out, "recordings", "steady", "unseen", "answers"))
 
 
 if __name__ == "__main__":
