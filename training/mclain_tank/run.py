@@ -21,7 +21,7 @@ PAGE = """# A hybrid on the state-dependent model
 
 **Measured with nnhydro {version}; figures of another version may differ.**
 
-`python training/mclain_tank/run.py` ({minutes} minutes on one core): sum |measured - model| / sum |measured| on held-out recordings of
+`python training/mclain_tank/run.py` (about {minutes} min on one core): sum |measured - model| / sum |measured| on held-out recordings of
 datasets/mclain_tank, in %. The hybrid stands on `state`. earlier.csv has the figures of earlier versions.
 
 {table}"""

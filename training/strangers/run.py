@@ -79,7 +79,7 @@ def table(kinds: dict[str, dict[str, Any]]) -> str:
              f"| seconds of the processor: {steps} |", "|" + " --- |" * 5]
     for kind in (kind for kind in (*HEALTHY, *HIDING) if kind in kinds):
         told = kinds[kind]
-        named = ", ".join(f"{name} ({sure:.2f})" for name, sure in told["named"]) or ("no name" if told["detected"] else "nothing left out")
+        named = ", ".join(f"{name} ({sure:.2f})" for name, sure in told["named"]) or ("no name" if told["detected"] else "nothing")
         before, after = (f"{100 * error:.1f}" for error in told["errors"])
         seconds = " + ".join(f"{step['processor_s']:.0f}" for step in told["steps"])
         lines.append(f"| {kind} | {told['C_D']}, {told['C_M']} | {named} | {before} -> {after} % | {seconds} |")
