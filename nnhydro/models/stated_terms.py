@@ -16,17 +16,18 @@ from nnhydro.physics.joints import DRY_WIDTH
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
-from nnhydro.physics.loads.drive_inertia import DriveInertia
+from nnhydro.physics.loads.rotor_inertia import RotorTerm
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.arm import Arm
 
 Array = NDArray[np.float64]
 STATED_COULOMB = "stated_coulomb_friction"
 STATED_VISCOUS = "stated_viscous_friction"
+STATED_INERTIA = "stated_rotor_inertia"
 STATED: dict[str, Callable[[tuple[float, ...]], LoadTerm]] = {
     STATED_COULOMB: lambda level: CoulombTerm(level, DRY_WIDTH),
     STATED_VISCOUS: ViscousTerm,
-    "stated_drive_inertia": DriveInertia}
+    STATED_INERTIA: RotorTerm}
 
 
 def stated_values(arm: Arm) -> dict[str, tuple[Array, Array]]:
@@ -38,7 +39,7 @@ def stated_values(arm: Arm) -> dict[str, tuple[Array, Array]]:
             found[name] = (values, values * np.array([joint.known_to for joint in arm.friction or ()]))
     inertia = np.array(arm.drive.rotor_inertia_kg_m2 or ())
     if inertia.any():
-        found["stated_drive_inertia"] = (inertia, inertia * arm.drive.known_to)
+        found[STATED_INERTIA] = (inertia, inertia * arm.drive.known_to)
     return found
 
 

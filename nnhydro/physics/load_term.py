@@ -8,7 +8,7 @@ in model files once their module was imported.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 from torch import Tensor
 
@@ -20,15 +20,23 @@ from nnhydro.runtime.registry import choices, import_files
 __all__ = ["ANY_SIZE", "ANY_VALUE", "PER", "LinearTerm", "LoadTerm", "Values", "parameter", "term_kinds", "term_of"]
 
 HERE = "nnhydro.physics."
+FORMER = {"drive_inertia": "rotor_inertia"}  # kinds by the names that files of earlier versions give them
 
 
 @dataclass(frozen=True)
 class LoadTerm(ParametricTerm, ABC):
     """A cause of joint torque. Subclasses are final frozen dataclasses; their fields made by `parameter` are tuples of floats."""
 
+    former: ClassVar[Mapping[str, str]] = {}  # parameters by the names that files of earlier versions give them
+
     @abstractmethod
     def torque(self, flow: Flow) -> Tensor:
         """Return the joint torques (n, joints) N m for one run in time order."""
+
+    @classmethod
+    def present(cls, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return `given` by the present names of parameters."""
+        return {cls.former.get(name, name): value for name, value in given.items()}
 
 
 @dataclass(frozen=True)
@@ -64,10 +72,10 @@ def term_kinds() -> Mapping[str, type[LoadTerm]]:
 def term_of(document: Mapping[str, Any]) -> LoadTerm:
     """Return the term that `document` (from `LoadTerm.document`) describes; raise ModelError naming what does not fit."""
     kinds = _every_kind()
-    kind = str(document.get("kind"))
+    kind = FORMER.get(str(document.get("kind")), str(document.get("kind")))
     if kind not in kinds:
         raise ModelError(f"unknown load term {kind!r}: {choices(kind, term_kinds())}; was the model written by a newer version?")
     try:
-        return kinds[kind](**document.get("parameters", {}), **document.get("options", {}))
+        return kinds[kind](**kinds[kind].present(document.get("parameters", {})), **document.get("options", {}))
     except TypeError as cause:
         raise ModelError(f"term {kind!r}: {cause}") from cause

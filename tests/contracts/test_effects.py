@@ -20,7 +20,7 @@ from nnhydro.models.baselines import baseline
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.load_term import term_of
+from nnhydro.physics.load_term import term_kinds, term_of
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import sensor_torque
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -67,6 +67,12 @@ def test_the_catalogue_holds_the_contracts_names_in_their_families():
     assert {id_: EFFECTS[id_].family for id_ in named} == named
     ours = {cls.family for cls in EFFECTS.values() if cls.__module__.startswith("nnhydro.")}
     assert ours == set(FAMILIES), "a new effect joins a family; a new family is written down here first"
+
+
+@pytest.mark.parametrize("id_", sorted(set(EFFECTS) & set(term_kinds())))
+def test_an_effect_and_the_load_of_its_name_have_the_same_parameters(id_):
+    of_load, of_effect = ({field.name for field in cls.parameters()} for cls in (term_kinds()[id_], EFFECTS[id_]))
+    assert of_load <= of_effect
 
 
 @IDS

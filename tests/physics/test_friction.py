@@ -12,12 +12,15 @@ from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.joints import DRY_WIDTH
+from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.bearing_friction import BearingFriction, bearing_torque
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.loaded_bearing import LoadedBearing, load_torque
+from nnhydro.physics.loads.rotor_inertia import RotorTerm
 from nnhydro.physics.loads.seal_friction import SealFriction, seal_torque
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion, tensor
+from nnhydro.simulation.recipe.true_loads import true_loads
 
 FRICTION = (BearingFriction, CoulombTerm, LoadedBearing, SealFriction, ViscousTerm)
 
@@ -96,3 +99,12 @@ def test_the_terms_give_the_magnitudes_of_the_plain_formulas():
 def test_an_option_that_makes_no_sense_is_refused_by_name(law, option, value):
     with pytest.raises(ModelError, match=f"{option} = .* must be a number above 0"):
         law((1.0,), **{option: value})
+
+
+def test_files_of_earlier_versions_are_read_by_their_names():
+    viscous = {"kind": "viscous_friction", "parameters": {"b": [0.3, 0.5]}}
+    recipe = {"viscous_friction": {"b": [0.3, 0.5]}, "drive_inertia": {"inertia": 0.1}}
+    loads = true_loads(recipe, arm(2), "recipe").terms
+    assert term_of(viscous) == ViscousTerm((0.3, 0.5)) == loads["viscous_friction"]
+    inertia = {"kind": "drive_inertia", "parameters": {"inertia": [0.1, 0.1]}}
+    assert term_of(inertia) == RotorTerm((0.1, 0.1)) == loads["drive_inertia"]

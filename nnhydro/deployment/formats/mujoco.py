@@ -83,7 +83,7 @@ def _drag(parts: _Parts, term: Any) -> None:
 
 
 EXPORTED: dict[str, tuple[str, Callable[[_Parts, Any], None]]] = {
-    "viscous_friction": ("joint damping", _per_joint("damping", "b")),
+    "viscous_friction": ("joint damping", _per_joint("damping", "coefficient")),
     "effect:viscous_friction": ("joint damping", _per_joint("damping", "coefficient")),
     "coulomb_friction": ("joint frictionloss", _friction),
     "effect:coulomb_friction": ("joint frictionloss", _friction),

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effect, of_joint, parameter
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.loads.drive_inertia import DriveInertia
+from nnhydro.physics.loads.rotor_inertia import RotorTerm
 
 
 @effect
@@ -35,7 +35,7 @@ class RotorInertia(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d inertia, (n, joints, 1)."""
-        return of_joint(DriveInertia(self.inertia).columns(flow), self.joint)
+        return of_joint(RotorTerm(self.inertia).columns(flow), self.joint)
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -9,7 +9,7 @@ import torch
 from nnhydro.errors import ConfigError, NnhydroError, require
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.load_term import LoadTerm, term_kinds
+from nnhydro.physics.load_term import FORMER, LoadTerm, term_kinds
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
 from nnhydro.runtime.registry import choices
@@ -22,6 +22,7 @@ def _kind(name: str, given: Any, where: str) -> type[LoadTerm]:
     """The class of a load term by its name or `kind`; raises ConfigError for an unknown one."""
     kinds = term_kinds()
     kind = given.get("kind", name) if isinstance(given, dict) else name
+    kind = FORMER.get(kind, kind) if isinstance(kind, str) else kind
     if not isinstance(kind, str) or kind not in kinds:
         raise ConfigError(f"{where}: {kind!r:.80} is not a load term: {choices(str(kind), kinds)} (a name of your own needs 'kind:' "
                           "beside its parameters)")
@@ -57,6 +58,7 @@ def _numbers(value: Any, wanted: int, bounds: tuple[float, float], where: str) -
 
 def _from_mapping(cls: type[LoadTerm], given: Mapping[str, Any], arm: Arm, where: str) -> LoadTerm:
     """A load term with the parameters and options of a recipe; raises ConfigError for unknown keys and values."""
+    given = cls.present(given)
     parameters = {declaration.name: declaration for declaration in cls.parameters()}
     options = {declaration.name for declaration in cls.options()}
     for key in given:

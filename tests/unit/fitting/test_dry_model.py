@@ -21,7 +21,7 @@ from nnhydro.models.storage import load_model, save_model
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
-from nnhydro.physics.loads.drive_inertia import DriveInertia
+from nnhydro.physics.loads.rotor_inertia import RotorTerm
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
@@ -47,8 +47,8 @@ def test_every_baseline_holds_what_arm_yaml_states(name):
     a = arm(2, friction=FRICTION, drive=DRIVE)
     loads = BASELINES[name].start(a)
     assert loads.terms["stated_coulomb_friction"].level == (0.3, 0.1)
-    assert loads.terms["stated_viscous_friction"].b == (0.2, 0.0)
-    assert loads.terms["stated_drive_inertia"].inertia == (0.05, 0.02)
+    assert loads.terms["stated_viscous_friction"].coefficient == (0.2, 0.0)
+    assert loads.terms["stated_rotor_inertia"].inertia == (0.05, 0.02)
     assert not [key for key in BASELINES[name].start(arm(2)).terms if key.startswith("stated_")]
 
 
@@ -57,8 +57,8 @@ def test_a_stated_friction_is_calibrated_within_what_is_known_of_it():
     whole = campaign(a, rubbing(a), 4, noise=0.01)
     found = identify(whole, "constant").fit["parameters"]
     assert found["stated_coulomb_friction.level[1]"]["value"] == pytest.approx(0.33, abs=0.02)
-    assert found["stated_viscous_friction.b[1]"]["value"] == pytest.approx(0.17, abs=0.02)
-    assert found["stated_viscous_friction.b[2]"]["note"] == "known exactly beforehand"
+    assert found["stated_viscous_friction.coefficient[1]"]["value"] == pytest.approx(0.17, abs=0.02)
+    assert found["stated_viscous_friction.coefficient[2]"]["note"] == "known exactly beforehand"
     exact = stated().model_copy(update={"friction": tuple(f.model_copy(update={"known_to": 0.0}) for f in a.friction)})
     held = identify(Campaign.of(exact, list(whole.recordings())), "constant").fit["parameters"]
     assert held["stated_coulomb_friction.level[1]"]["value"] == 0.3
@@ -89,7 +89,7 @@ def test_a_stated_rotor_inertia_is_that_of_the_catalogue(drive):
     a, at = arm(2, drive=drive), motion(2)
     inner = RotorInertia((0.05,), joint=1).columns(Flow(a, at))[..., 0] * 0.05
     other = RotorInertia((0.02,), joint=2).columns(Flow(a, at))[..., 0] * 0.02
-    assert_close(DriveInertia((0.05, 0.02)).torque(Flow(a, at)), inner + other)
+    assert_close(RotorTerm((0.05, 0.02)).torque(Flow(a, at)), inner + other)
 
 
 @pytest.mark.parametrize(("keys", "words"), [
@@ -128,7 +128,7 @@ def test_friction_found_in_air_is_held_in_water_where_the_recordings_say_little(
     whole = slow_and_wet(arm(2))
     model = identify_in_water(whole, dry, "constant")
     found = model.fit["parameters"]
-    for key, value in (("stated_coulomb_friction.level[1]", 0.33), ("stated_viscous_friction.b[1]", 0.17)):
+    for key, value in (("stated_coulomb_friction.level[1]", 0.33), ("stated_viscous_friction.coefficient[1]", 0.17)):
         assert found[key]["value"] == pytest.approx(value, rel=0.06)
     assert found["normal_drag.C_D[2]"]["value"] == pytest.approx(1.3, rel=0.1)
     alone = identify(whole, "constant").fit["parameters"]

@@ -140,7 +140,7 @@ def folder(tmp_path_factory):
 def test_mass_and_friction_of_a_ball_screw_are_found_in_its_units(folder):
     found = identify(open_campaign(folder), "rigid").fit["parameters"]
     for name, value, unit in (("rigid_body.mass[1]", 12.6, "kg"), ("stated_coulomb_friction.level[1]", 8.0, "N"),
-                              ("stated_viscous_friction.b[1]", 25.0, "N s/m")):
+                              ("stated_viscous_friction.coefficient[1]", 25.0, "N s/m")):
         assert found[name]["value"] == pytest.approx(value, rel=0.03)
         assert found[name]["unit"] == unit
         assert found[name]["ci95"][0] <= value <= found[name]["ci95"][1]

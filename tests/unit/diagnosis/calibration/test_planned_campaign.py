@@ -27,7 +27,7 @@ def plan(folder, terms=WATER, noise="0.01", density="1000.0"):
 
 
 def test_a_plan_is_run_by_the_baseline_alone_and_says_what_it_leaves_off(tmp_path):
-    whole, left_off = simulate_plan(plan(tmp_path, WATER + ", viscous_friction: {b: 0.5}"))
+    whole, left_off = simulate_plan(plan(tmp_path, WATER + ", viscous_friction: {coefficient: 0.5}"))
     plain, nothing = simulate_plan(plan(tmp_path))
     assert left_off == ("viscous_friction",)
     assert nothing == ()
@@ -53,6 +53,6 @@ def test_a_named_baseline_leaves_off_what_it_does_not_hold(tmp_path):
 
 
 def test_an_arm_in_air_is_planned_without_water(tmp_path):
-    recipe, left_off = baseline_recipe(read_recipe(plan(tmp_path, "viscous_friction: {b: 0.5}", density="0.0")), None)
+    recipe, left_off = baseline_recipe(read_recipe(plan(tmp_path, "viscous_friction: {coefficient: 0.5}", density="0.0")), None)
     assert set(recipe.loads.terms) == {"rigid_body"}
     assert left_off == ("viscous_friction",)

@@ -22,10 +22,10 @@ from nnhydro.physics.transmission import drive_rates
 
 @final
 @dataclass(frozen=True)
-class DriveInertia(LinearTerm):
+class RotorTerm(LinearTerm):
     """One inertia a drive."""
 
-    kind: ClassVar[str] = "drive_inertia"
+    kind: ClassVar[str] = "rotor_inertia"
     inertia: Values = parameter("kg m^2", 0.05, ANY_SIZE, "inertia of rotor and gear as felt at the joint", per="joint")
 
     def columns(self, flow: Flow) -> Tensor:
