@@ -241,6 +241,25 @@ def test_what_is_told_is_json_agrees_with_itself_and_holds_every_figure(name):
             assert parameter["ci95"][0] <= parameter["value"] <= parameter["ci95"][1]
 
 
+# keys that scripts of users read: more may join them, none may go
+KEYS = {
+    "": "schema baseline seconds mismatch location findings indistinguishable unexplained recalibrated next_experiment versions decisions",
+    "mismatch": "detected p_value error noise_floor scale", "location": "joint share where conditions band_hz recordings",
+    "findings": "effect family class joint confidence statement parameters heldout rivals level",
+    "unexplained": "detected share depends_on weight", "decisions": "effect joint statistic threshold claimed reason",
+    "rivals": "effect support", "heldout": "error_before error_after", "versions": "nnhydro campaign_sha256"}
+
+
+@pytest.mark.parametrize("place", KEYS)
+def test_keys_that_scripts_read_are_there(place):
+    document = diagnosed("steady, offset").document()
+    finding = document["findings"][0]
+    there = {"": document, "rivals": finding["rivals"], "heldout": finding["heldout"]}.get(place, document.get(place))
+    for entry in there if isinstance(there, list) else [there]:
+        assert set(KEYS[place].split()) <= set(entry)
+    assert there, "nothing was looked at"
+
+
 def test_the_same_campaign_and_seed_give_the_same_document_again():
     from nnhydro.diagnosis.diagnose import diagnose
 
