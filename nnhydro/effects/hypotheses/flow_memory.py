@@ -76,4 +76,4 @@ class FlowMemory(LoadEffect):
         links = range(1, len(self.share) + 1)
         parts, late = ([text[f"{name}[{i}]"] for i in links] for name in ("share", "late"))
         return (f"Drag lags the motion by {text['response']} and {text['travel']} diameters of travel (flow memory). "
-                f"The lagging part of C_D is {', '.join(parts)}, link by link. Its product with the response is {', '.join(late)}.")
+                f"The part of C_D that lags is {', '.join(parts)}, link by link. This part times the response is {', '.join(late)}.")

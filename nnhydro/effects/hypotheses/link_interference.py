@@ -81,5 +81,5 @@ class LinkInterference(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"In the wake of its neighbour, C_D of link {self.joint} changes by {text['shadow']}. When the arm is folded, it changes "
-                f"by {text['shelter']}, plus {text['side']} with the neighbour ahead, or minus this value with it behind.")
+        return (f"In the wake of its neighbour, C_D of link {self.joint} changes by {text['shadow']}. When the arm is folded, it also "
+                f"changes by {text['shelter']}. With the neighbour ahead, {text['side']} is added to this; with it behind, subtracted.")

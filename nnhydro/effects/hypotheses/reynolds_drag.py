@@ -72,7 +72,8 @@ class ReynoldsDrag(LoadEffect):
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
         if self.drop:
-            return (f"C_D depends on the Reynolds number: it falls by {text['drop']} about {text['critical']}, within {text['width']} "
-                    "decades to either side (drag crisis).")
-        turns = f", turn {text['turn']}" if "turn" in text else ""
-        return f"C_D changes by {text['slope']} per decade of the Reynolds number at 3e4 (bend {text['bend']}{turns})."
+            return (f"C_D falls by {text['drop']} at a Reynolds number of {text['critical']} (drag crisis). The fall extends over "
+                    f"{text['width']} decades to either side.")
+        turns = f", {text['turn']} per decade cubed" if "turn" in text else ""
+        return (f"C_D depends on the Reynolds number: about 3e4 it changes by {text['slope']} per decade, {text['bend']} per decade "
+                f"squared{turns}.")

@@ -52,5 +52,5 @@ class TorqueSaturation(InstrumentEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The torque sensor of joint {self.joint} saturates at {text['level']}: it loses {text['share']} times the torque above "
-                "this level.")
+        return (f"The torque sensor of joint {self.joint} saturates at {text['level']}: of the torque above this level, it loses "
+                f"the share {text['share']}.")

@@ -96,9 +96,9 @@ class WakeReentry(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {text['push']}. C_D times the "
-                f"share of the wake's excess speed that acts on the link is {text['slowing']} while it slows down, and {text['meeting']} "
-                f"after a reversal. The wake decays over {text['length']} diameters and at {text['fading']}{self._twice(text)}.")
+        return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {text['push']}. While the link slows "
+                f"down, C_D times the acting share of the wake's excess speed is {text['slowing']}; after a reversal it is "
+                f"{text['meeting']}. The wake decays over {text['length']} diameters and at {text['fading']}{self._twice(text)}.")
 
     def _twice(self, text: Mapping[str, str]) -> str:
         """How much later the water is met that the wake itself drags along, in words."""

@@ -257,7 +257,7 @@ def test_beyond_the_crisis_the_drag_has_fallen_by_the_drop_and_far_below_by_noth
     tows = {u0: Flow(a, steady([[0.0]], 0.0, 0.0, u0)) for u0 in (0.05, 4e4 * 1e-6 / 0.07, 8.0)}
     for fallen, tow in zip((0.0, 0.5, 1.0), tows.values(), strict=True):
         assert_close(law.torque(tow), NormalDrag((-0.6 * fallen,)).torque(tow), rtol=1e-7, atol=1e-9)
-    assert "it falls by 0.6 about 4e+04" in law.statement()
+    assert "C_D falls by 0.6 at a Reynolds number of 4e+04" in law.statement()
     assert float(law.torque(Flow(a, steady([[0.0]], 0.0, 0.0, 0.0))).abs().max()) == 0.0
 
 
