@@ -63,11 +63,11 @@ def hybrid():
 
 
 @pytest.fixture(scope="session")
-def with_memory(hybrid):
+def with_memory():
     """The hybrid with a net that remembers."""
-    from strip_nets import remembering
+    from stepped import model_of
 
-    return remembering(hybrid)
+    return model_of("with memory")
 
 
 @pytest.fixture

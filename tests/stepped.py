@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm
+from strip_nets import remembering
 
 from nnhydro.deployment.native import compiler
 from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
@@ -49,6 +50,12 @@ def long_run(rows, links=2, dt=2e-3):
     phase = w * t[:, None]
     still = torch.zeros(rows, dtype=torch.float64)
     return Motion(t, a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase), still, still)
+
+
+def largest_error(got, want):
+    """The largest error of torques (n, 2), of the rms torque; infinite where one is no number."""
+    far = np.abs(got - want).max() / np.sqrt((want**2).mean())
+    return far if np.isfinite(far) else np.inf
 
 
 def towed(rows, speed=0.05, dt=2e-3):
@@ -117,8 +124,10 @@ def hybrid(baseline):
 
 @cache
 def model_of(name):
-    """The model called so."""
-    return hybrid("constant") if name == "hybrid" else MODELS[name](arm(2))
+    """The model called so: of MODELS, a hybrid, one on coefficients over the travel, or one with a net that remembers."""
+    learned = {"hybrid": lambda: hybrid("constant"), "hybrid on state": lambda: hybrid("state"),
+               "with memory": lambda: remembering(hybrid("constant"))}
+    return learned[name]() if name in learned else MODELS[name](arm(2))
 
 
 @cache

@@ -118,9 +118,10 @@ def fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[li
     return min([*orders, *(_alike_together(*order) for order in orders), _longest_first(*orders[0])], key=_cost)
 
 
-def _cost(order: tuple[list[Any], list[list[int]]]) -> int:
+def _cost(order: tuple[list[Any], list[list[int]]]) -> tuple[int, int]:
+    """Loops and runs, and of as many those in which fewer places stand still: what goes on lies strip beside strip for its readers too."""
     lengths = list(runs(order[1]))
-    return 4 * len(_stretches(lengths)) + len(lengths)
+    return 4 * len(_stretches(lengths)) + len(lengths), sum(width * steps.count(0) for width, steps in lengths)
 
 
 def output_statements(places: list[int]) -> Iterator[str]:

@@ -26,7 +26,7 @@ from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
 from nnhydro.deployment.onnx.row_blocks import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
 
-LONG: Final = 7  # terms: longer sums over the same atoms go as a matrix
+LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
 TWICE: Final = 16  # rows of a matrix for two columns

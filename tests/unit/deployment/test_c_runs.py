@@ -17,6 +17,12 @@ def test_what_lies_number_beside_number_is_read_strip_beside_strip():
     assert [at[0][i] for i in order] == first
 
 
+def test_what_one_number_a_strip_makes_lies_strip_beside_strip_too():
+    strips = numbers = 8
+    _, (found,) = fewest_runs([(list(range(strips * numbers)), [[s for s in range(strips) for _ in range(numbers)]])])
+    assert found == numbers * list(range(strips)), "not all numbers of a strip side by side: their readers go strip by strip"
+
+
 def test_all_values_are_in_the_order_once_whatever_their_places():
     rng = np.random.default_rng(0)
     for _ in range(20):
