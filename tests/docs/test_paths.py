@@ -30,8 +30,8 @@ def test_a_file_that_was_moved_is_noticed():
     assert is_there("physics/flow.py", ROOT / "nnhydro" / "cli" / "main.py")
 
 
-def test_the_control_study_shows_the_table_of_its_results():
+def test_the_control_study_shows_the_tables_of_its_results():
     """A row that is measured again changes on the page too."""
     study = ROOT / "training" / "control"
-    rows = (study / "table.md").read_text(encoding="utf-8")
-    assert rows in (study / "README.md").read_text(encoding="utf-8")
+    for name in ("table.md", "effort.md"):
+        assert (study / name).read_text(encoding="utf-8") in (study / "README.md").read_text(encoding="utf-8")

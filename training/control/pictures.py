@@ -1,4 +1,4 @@
-"""Tracking errors of run.py as marks that can be told apart in grey; on a logarithmic axis a bar would have no foot to stand on."""
+"""What run.py found, as tables, and as marks that can be told apart in grey; on a logarithmic axis a bar would have no foot to stand on."""
 
 import matplotlib
 
@@ -31,3 +31,26 @@ def draw(results, truths, path):
     axes[0, 0].set_yticks(range(len(rows)), names, fontsize=8)
     figure.savefig(path, dpi=110)
     plt.close(figure)
+
+
+def error(result):
+    """Return the tracking error of a row as text."""
+    seeds = result["rms_mrad_by_seed"]
+    return f"{result['rms_mrad']:.3g} ({min(seeds):.3g} to {max(seeds):.3g}) | {result['peak_mrad']:.3g}"
+
+
+def effort(result):
+    """Return the rms torque of each joint as text."""
+    return ", ".join(f"{x:.3g}" for x in result["torque_rms_Nm"])
+
+
+def tables(results, truths):
+    """Return the files of tracking errors and of torques as {name: text}; a row that was not reached to its end is empty."""
+    found, kinds = {}, (("table.md", "{}: rms, mrad (by seed) | peak", error, "- | -"), ("effort.md", "{}: torque, N m", effort, "-"))
+    for name, head, cell, empty in kinds:
+        columns = " | ".join(head.format(t) for t in truths)
+        cells = {row: [empty if results[t].get(row) is None else cell(results[t][row]) for t in truths] for row in results[truths[0]]}
+        lines = [f"| controller | {columns} |", "| --- " * (2 + columns.count("|")) + "|",
+                 *(f"| {row} | {' | '.join(texts)} |" for row, texts in cells.items())]
+        found[name] = "\n".join([*lines, ""])
+    return found

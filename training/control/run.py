@@ -1,6 +1,6 @@
 """What a better model buys in tracking: `python training/control/run.py [strips] [concealed] [tank] [ns_tank] [ns_tank_fast] [hour]`.
 
-Writes results.json, table.md and tracking.png (pictures.py).
+Writes results.json, table.md, effort.md (rms torque of each joint) and tracking.png (pictures.py).
 """
 
 import json
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import torch
 import yaml
-from pictures import draw
+from pictures import draw, tables
 from truths import CONFIG, compiled, concealed, strips, tank
 
 from nnhydro.deployment.native import NativeArm
@@ -163,21 +163,14 @@ def hour(truth):
 
 
 def written(results):
-    """Write results.json, and table.md and the picture of the truths that have been run."""
+    """Write results.json, and table.md, effort.md and the picture of the truths that have been run."""
     write_json(HERE / "results.json", results)
     truths = [t for t in CONFIG["truths"] if t in results]
     if not truths:
         return
 
-    def cell(one):
-        if one is None:
-            return "- | -"
-        seeds = one["rms_mrad_by_seed"]
-        return f"{one['rms_mrad']:.3g} ({min(seeds):.3g} to {max(seeds):.3g}) | {one['peak_mrad']:.3g}"
-
-    lines = [f"| {row} | " + " | ".join(cell(results[t].get(row)) for t in truths) + " |" for row in results[truths[0]]]
-    head = "| controller | " + " | ".join(f"{t}: rms, mrad (by seed) | peak" for t in truths) + " |"
-    write_text(HERE / "table.md", "\n".join([head, "| --- " * (1 + 2 * len(truths)) + "|", *lines, ""]))
+    for name, text in tables(results, truths).items():
+        write_text(HERE / name, text)
     draw(results, truths, HERE / "tracking.png")
 
 
