@@ -16,6 +16,7 @@ from nnhydro.errors import ConfigError, ModelError
 from nnhydro.fitting.linear.recursive import RecursiveFit
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.travel.state_model import state_loads
 
@@ -129,11 +130,12 @@ def measured(a, loads, seconds=6.0, dt=0.01, seed=0, payload=None):
 
 @pytest.mark.slow
 def test_coefficients_are_found_while_the_arm_moves_and_their_deviations_hold():
-    a = arm(2)
-    fit = RecursiveFit(theory(a, planted(a, (0.5,) * 3, (0.2,) * 3)), ["normal_drag", "added_mass"], std=1.0, noise_Nm=0.02, forgetting=1.0)
-    for row in zip(*measured(a, planted(a)), strict=True):
+    a, adapted = arm(2), ["normal_drag", "added_mass", "rub"]
+    begin, true = planted(a, (0.5,) * 3, (0.2,) * 3).plus("rub", ViscousTerm((0.0, 0.0))), planted(a).plus("rub", ViscousTerm((0.3, 0.1)))
+    fit = RecursiveFit(theory(a, begin), adapted, std=1.0, noise_Nm=0.02, forgetting=1.0)
+    for row in zip(*measured(a, true), strict=True):
         fit.update(*row, dt=0.01)
-    for found, want in zip(fit.coefficients, (0.9, 1.3, 0.8, 0.6), strict=True):
+    for found, want in zip(fit.coefficients, (0.9, 1.3, 0.8, 0.6, 0.3, 0.1), strict=True):
         assert abs(found.value - want) < 4 * found.std + 1e-6
         assert found.std < 0.05
     np.testing.assert_allclose(fit.covariance, fit.covariance.T)

@@ -76,7 +76,10 @@ def learned(hybrid):
 def test_forward_dynamics_gradients_and_memory_of_a_hybrid_with_a_trained_memory(with_memory):
     dynamics = nnhydro.Dynamics(with_memory)
     q, qd, qdd = np.random.default_rng(3).uniform(-1, 1, (3, 8, 2))
-    np.testing.assert_allclose(dynamics.forward_dynamics(q, qd, dynamics.inverse_dynamics(q, qd, qdd)), qdd, atol=1e-8)
+    tau = dynamics.inverse_dynamics(q, qd, qdd)
+    found = dynamics.forward_dynamics(q, qd, tau)
+    np.testing.assert_allclose(found, qdd, atol=1e-8)
+    np.testing.assert_allclose(dynamics.inverse_dynamics(q, qd, found), tau, atol=ROUNDING)
     motion = run(2)
     steps = torch.stack([answer[0] for _, answer in inputs_along(MemoryStep(with_memory, False), motion)])
     np.testing.assert_allclose(steps, with_memory.torque(motion), atol=ROUNDING)
