@@ -114,6 +114,11 @@ def _projected_gram(columns: Columns, fit: Posterior) -> Array:
     return made
 
 
+def _occam(R: Array) -> float:
+    """The nats that columns with the Gram matrix R cost by their prior alone."""
+    return 0.5 * float(np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1])
+
+
 @final
 @dataclass(eq=False)
 class Sizing:
@@ -138,7 +143,7 @@ class Sizing:
         row = DetectableSize(h, name, unit, None, 0.0, None, shape, direction)
         if left <= UNSEEN * max(whole, 1e-300):
             return row
-        strength = strength_needed(self.threshold - library.log_prior(k), 0.5 * np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1], len(R))
+        strength = strength_needed(self.threshold - library.log_prior(k), _occam(R), len(R))
         moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
         relevant = relevant_share(library.design, self.view.whitened.v)
         size = max(strength / np.sqrt(left), relevant / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
@@ -163,7 +168,7 @@ class Sizing:
         d = self.unit_values(k, row.direction)
         left = float(d @ _projected_gram(columns, self.alone) @ d)
         R = _projected_gram(columns, self.null.fit)
-        occam = 0.5 * float(np.linalg.slogdet(np.eye(len(R)) + RHO**2 * R)[1])
+        occam = _occam(R)
         needed = strength_needed(self.threshold - library.log_prior(k), occam, len(R)) ** 2 / 2
         for _ in range(ROUNDS):
             shown = self._gain(columns, size * d) + occam

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import NULL_DRAWS, NULL_QUANTILE, RHO
+from nnhydro.diagnosis.model.evidence import added_evidence
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
@@ -34,8 +35,7 @@ def null_gains(search: Search, found: ScoredSet, seed: int) -> Array:
     prior = np.array([view.library.log_prior(int(k)) for k in view.shared])
     for width, laws in view.alike.items():
         M = RHO**2 * view.remainders(laws, C) + np.eye(width)
-        drawn = c[laws.at]  # (laws, width, draws)
-        gain = 0.5 * (RHO**2 * (drawn * np.linalg.solve(M, drawn)).sum(axis=1) - np.linalg.slogdet(M)[1][:, None])
+        _, gain = added_evidence(M, c[laws.at])  # (laws, draws)
         best = np.maximum(best, (gain + prior[laws.which][:, None]).max(axis=0))
     return best
 

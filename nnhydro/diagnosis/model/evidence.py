@@ -175,6 +175,18 @@ def posterior(whitened: WhiteRows, columns: Columns | None, t: Array) -> Posteri
     return Posterior(log_evidence, mean, factor, scale, half, live)
 
 
+def added_evidence(M: Array, b: Array) -> tuple[Array, Array]:
+    """Return M^-1 b, and the log evidence (laws, ...) that columns of a law add: (RHO^2 b'M^-1 b - log|M|) / 2.
+
+    M (laws, k, k) is 1 + RHO^2 times the Gram matrix of the columns beside all else, b (laws, k, ...) their product with what is left.
+    """
+    draws = b.ndim == 3
+    half = np.asarray(np.linalg.solve(M, b if draws else b[..., None]), dtype=float)
+    half = half if draws else half[..., 0]
+    logdet = np.linalg.slogdet(M)[1]
+    return half, 0.5 * (RHO**2 * (b * half).sum(axis=1) - (logdet[:, None] if draws else logdet))
+
+
 def _with_prior(gram: Array, s: Array) -> Array:
     """I + s G s of a Gram matrix G, which is used up, and prior standard deviations s."""
     gram *= s[:, None]

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, RHO
+from nnhydro.diagnosis.model.evidence import added_evidence
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.columns import columns_on
@@ -137,9 +138,7 @@ def _of_sectors(search: Search, found: ScoredSet, k: int, beta: Array, model: St
 def _recording_gains(X: Array, r: Array) -> Array:
     """Return the gain (laws,) of laws with the columns X (rows, laws, width) beside what is left, r (rows,), none below 0."""
     G, b = np.einsum("nla,nlb->lab", X, X, optimize=True), np.einsum("nla,n->la", X, r)
-    M = RHO**2 * G + np.eye(X.shape[2])
-    gain = 0.5 * (RHO**2 * (b * np.linalg.solve(M, b[..., None])[..., 0]).sum(axis=1) - np.linalg.slogdet(M)[1])
-    made: Array = np.maximum(gain, 0.0)
+    made: Array = np.maximum(added_evidence(RHO**2 * G + np.eye(X.shape[2]), b)[1], 0.0)
     return made
 
 

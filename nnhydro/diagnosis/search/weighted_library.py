@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import RHO
-from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
+from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, added_evidence
 from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, log_mass
 
 Array = NDArray[np.float64]
@@ -151,12 +151,11 @@ class WeightedLibrary:
         for width, laws in self.alike.items():
             M = RHO**2 * self.remainders(laws, C) + np.eye(width)
             ck = c[laws.at]
-            half = np.asarray(np.linalg.solve(M, ck[..., None])[..., 0], dtype=float)
-            logdet = np.linalg.slogdet(M)[1]
+            half, gain = added_evidence(M, ck)
             mean, spread = RHO**2 * half, RHO**2 * np.linalg.inv(M)
             sd: Array = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
             within = np.where(laws.free, 0.0, np.maximum(log_mass(laws.low, laws.high, mean, sd) - laws.before, -1e6))
-            gained[self.shared[laws.which]] = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - logdet) + within.sum(axis=1)
+            gained[self.shared[laws.which]] = gain + within.sum(axis=1)
 
     @cached_property
     def alike(self) -> dict[int, Alike]:
@@ -235,7 +234,6 @@ class WeightedLibrary:
                     M[:, i * w:(i + 1) * w, i * w:(i + 1) * w] += RHO**2 * np.stack([blocks[g, places[numbers[j]], :w] for j in laws])
                 M += np.eye(M.shape[1])
                 ck = c[live][:, at].transpose(1, 0, 2).reshape(len(laws), -1)
-                half = np.linalg.solve(M, ck[..., None])[..., 0]
-                gained[np.array(numbers)[laws]] = 0.5 * (RHO**2 * (ck * half).sum(axis=1) - np.linalg.slogdet(M)[1])
+                gained[np.array(numbers)[laws]] = added_evidence(M, ck)[1]
         for k in numbers:
             self._per_recording_best[k] = max(self._per_recording_best.get(k, -np.inf), float(gained[k]))

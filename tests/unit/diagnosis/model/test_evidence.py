@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from problems import dense, design, law, search, unknown_part, whitened
+from scipy.stats import multivariate_normal
 
 from nnhydro.diagnosis.constants import RHO
-from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
+from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, added_evidence, posterior
 from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fit_sizes, none
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
@@ -120,3 +121,15 @@ def test_where_nothing_is_free_every_variance_is_that_of_the_prior(capfd):
     fit = posterior(white := whitened(of), None, none(white).vector(white))
     assert fit.variances().tolist() == [1.0] * len(white.b)
     assert capfd.readouterr() == ("", ""), "LAPACK prints what it is not asked"
+
+
+@pytest.mark.parametrize("draws", [None, 4])
+def test_what_columns_add_is_the_ratio_of_the_densities_with_and_without_them(draws):
+    rng = np.random.default_rng(3)
+    X, r = rng.standard_normal((5, 30, 2)), rng.standard_normal((30,) if draws is None else (30, draws))
+    M = RHO**2 * np.einsum("lna,lnb->lab", X, X) + np.eye(2)
+    _, added = added_evidence(M, np.einsum("lna,n...->la...", X, r))
+    density = multivariate_normal(np.zeros(30), np.eye(30)).logpdf(r.T)
+    for columns, got in zip(X, added, strict=True):
+        with_them = multivariate_normal(np.zeros(30), np.eye(30) + RHO**2 * columns @ columns.T).logpdf(r.T)
+        assert got == pytest.approx(with_them - density, rel=1e-9)
