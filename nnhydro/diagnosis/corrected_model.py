@@ -93,5 +93,5 @@ def trained_on(campaign: Campaign, problem: Problem, known: TorqueModel) -> dict
 
 
 def with_record(model: TorqueModel, record: dict[str, Any]) -> TorqueModel:
-    """Return `model` with `record` in what it says of how it came about."""
+    """Return `model` with `record` added to the description of its fit."""
     return replace(model, fit={**model.fit, **record})

@@ -133,7 +133,7 @@ class Sizing:
         self.alone = without_unknown(whitened, None)
 
     def row(self, k: int, name: str, unit: str, direction: Array) -> DetectableSize:
-        """Return what is revealed of one parameter, the unknown asleep."""
+        """Return what is revealed of one parameter, without the unknown."""
         library = self.view.library
         h, columns = library.hypotheses[k], self.view.columns(k)
         shape = {n: float(getattr(h.effect, n)[0]) for n in h.spans if getattr(h.effect, n)}
@@ -161,7 +161,7 @@ class Sizing:
         return replace(row, size=size if possible else None, strength=float(size * np.sqrt(left)) if possible else None)
 
     def size_in_addition(self, k: int, row: DetectableSize) -> DetectableSize:
-        """Return the row with its size beside an unknown that takes what it can of the effect."""
+        """Return the row with the size that is needed if the unknown explains as much of the effect as it can."""
         if row.size is None:
             return row
         library, columns, size = self.view.library, self.view.columns(k), row.size

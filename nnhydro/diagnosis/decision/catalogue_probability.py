@@ -35,7 +35,7 @@ def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
 
 
 def _share_left_of_class(search: Search, found: ScoredSet, k: int) -> float:
-    """Return the least share of form that member `k`, or a standard term of its variable that is as probable, leaves: either is told."""
+    """Return the share left by member `k`, or by an equally probable standard term of its variable if that leaves less."""
     hypotheses, effect = search.view.library.hypotheses, search.view.library.hypotheses[k].effect
     left = share_left_of_form(search, found, k)
     effects = [hypothesis.effect for hypothesis in hypotheses]

@@ -67,7 +67,7 @@ class Decision:
 @final
 @dataclass(frozen=True, eq=False)
 class Claims:
-    """The claimed set, all decisions, each member's share of the torque, and the members left out as the form of others."""
+    """The claimed set, all decisions, each member's share of the torque, and the members removed as the form of others."""
 
     claimed: ScoredSet
     decisions: tuple[Decision, ...]
@@ -121,10 +121,11 @@ def _without(search: Search, found: ScoredSet, members: Set[int]) -> ScoredSet:
 
 
 def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> list[float]:
-    """What each member must gain not to be another's form: FORM^2 of the other's gain, FORM where cards take one for the other.
+    """Return the gain of each member that an error in the form of another member could explain.
 
-    Of a law that can be predicted in part only, the form is the rest. A member that also takes from the unknown more than such a share of
-    what the other explains with all that it takes, and leaves FORM of it at most, is no form: what a law errs by is no other law exactly.
+    It is FORM^2 of the other's gain, or FORM of it if a card names one as a possible confusion of the other. If the other can be predicted
+    in part only, its unpredictable share takes the place of FORM. A member is exempt if it takes more than this share from the unknown, and
+    leaves at most FORM: an error of form is not exactly another law.
     """
     gains = [search.gain(rest, now) for rest in rests]
     before = [search.nats_of_unknown(rest, [k]) for k, rest in zip(now.chosen, rests, strict=True)]
@@ -148,7 +149,7 @@ def _shares_of_form(effects: Sequence[AnyEffect], nats: Sequence[float]) -> list
 
 
 def gain_on_unseen(by_fold: Array) -> float:
-    """Return the nats by which the folds `by_fold` (folds,) are predicted better without the best; what others lose by form is granted.
+    """Return the nats that the folds `by_fold` (folds,) gain without the best one, which may lose FORM of the whole gain.
 
         sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, the sum else
     """
@@ -183,41 +184,40 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
 
 
-def _stays(search: Search, claimed: ScoredSet, proof: Proof) -> set[int]:
-    """Return the members of the set that no error on held-out recordings judges.
+def _exempt_members(search: Search, claimed: ScoredSet, proof: Proof) -> set[int]:
+    """Return the members of the set that are claimed whatever the error on held-out recordings.
 
-    Without some the fit moves the baseline beyond belief from what arm.yaml states, |z| > Phi^-1(1 - P_ALARM / 2), and with them it does
-    not: a payload that calibration hides in the masses of a link is there. Others cannot be predicted (`_wanders`), and are there if the
-    fit leaves less with them: of phases of each recording's own by FORM; of the energy of what a gap or a resonance does, no more than the
-    share that cannot be predicted.
+    One kind: only with them the fitted baseline agrees with arm.yaml, |z| <= Phi^-1(1 - P_ALARM / 2). Calibration would hide a payload in
+    the masses of a link, for example. The other kind cannot be predicted (`_is_unpredictable`), and lowers the error of the fit enough: by
+    FORM if its phase differs between recordings, else to the share of its energy that its card calls unpredictable.
     """
-    believable = float(norm.isf(P_ALARM / 2))
+    most = float(norm.isf(P_ALARM / 2))
 
-    def moves(found: ScoredSet) -> bool:
-        """Return whether the fit of a set moves the baseline beyond belief."""
-        return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > believable
+    def contradicts_arm(found: ScoredSet) -> bool:
+        """Return whether the baseline, fitted beside a set, contradicts arm.yaml."""
+        return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > most
 
-    def least(k: int) -> float:
-        """Return the share of the error without member `k` below which it is there."""
+    def largest_ratio(k: int) -> float:
+        """Return the largest ratio of the errors with and without member `k` at which it is claimed."""
         h = search.view.library.hypotheses[k]
         return 1 - FORM if h.per_recording else float(np.sqrt(1 - h.effect.predictable_share))
 
     rests = {k: _without(search, claimed, {k}) for k in claimed.chosen}
-    unpredicted = {k for k, rest in rests.items() if _wanders(search, k)
-                   and fitted_error(search, claimed, proof) < least(k) * fitted_error(search, rest, proof)}
-    return unpredicted | {k for k, rest in rests.items() if not moves(claimed) and moves(rest)}
+    unpredicted = {k for k, rest in rests.items() if _is_unpredictable(search, k)
+                   and fitted_error(search, claimed, proof) < largest_ratio(k) * fitted_error(search, rest, proof)}
+    return unpredicted | {k for k, rest in rests.items() if not contradicts_arm(claimed) and contradicts_arm(rest)}
 
 
-def _wanders(search: Search, k: int) -> bool:
-    """Return whether the torque of member `k` hangs on what no model knows beforehand: a phase, or the smallest torques."""
+def _is_unpredictable(search: Search, k: int) -> bool:
+    """Return whether the torque of member `k` cannot be predicted: it depends on a phase, or on the smallest torques."""
     h = search.view.library.hypotheses[k]
     return h.per_recording or h.effect.predictable_share < 1
 
 
 def _prove_what_is_predicted(search: Search, claimed: ScoredSet, model: StripTheory, seed: int) -> Proof:
-    """Return the proof of the set; what cannot be predicted counts in it where it lowers the error."""
+    """Return the proof of the set; members that cannot be predicted take part only if they lower the error."""
     proof = prove(search, claimed, model, seed)
-    idle = {k for k in claimed.chosen if _wanders(search, k) and proof.without[search.key(k)] <= proof.after}
+    idle = {k for k in claimed.chosen if _is_unpredictable(search, k) and proof.without[search.key(k)] <= proof.after}
     if not idle:
         return proof
     rest = _prove_what_is_predicted(search, _without(search, claimed, idle), model, seed)
@@ -227,27 +227,27 @@ def _prove_what_is_predicted(search: Search, claimed: ScoredSet, model: StripThe
 def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
     """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them.
 
-    A claim with which held-out recordings are predicted hardly better is withdrawn: nobody could act on it. One by one the claim goes
-    without which the error is lowest, as long as it hardly falls with it. Then all go where it hardly falls with all (`_falls`).
-    What no error judges stays (`_stays`). Beside what is left the others are judged again.
+    A claim is withdrawn if it does not lower this error enough (`_falls_enough`): first the one without which the error is lowest, then the
+    next. If the error does not fall enough with all that remain, all are withdrawn. `_exempt_members` stay. After each withdrawal, the
+    others are judged again.
     """
     while True:
         proof = _prove_what_is_predicted(search, decided.claimed, model, seed)
-        stay = _stays(search, decided.claimed, proof)
-        without = {k: proof.without[search.key(k)] for k in decided.claimed.chosen if k not in stay}
+        exempt = _exempt_members(search, decided.claimed, proof)
+        without = {k: proof.without[search.key(k)] for k in decided.claimed.chosen if k not in exempt}
         worst = min(without, key=lambda k: without[k], default=None)
         if worst is None:
             return decided, proof
-        burden = not _falls(without[worst], proof.after)
-        if not burden and _falls(proof.before, proof.after):
+        burden = not _falls_enough(without[worst], proof.after)
+        if not burden and _falls_enough(proof.before, proof.after):
             return decided, proof
         reason = (f"the error on held-out {proof.held_out} hardly falls when it is added, from "
                   f"{percent(without[worst] if burden else proof.before)} to {percent(proof.after)}")
         decided = _withdraw(search, decided, {worst} if burden else set(without), reason, seed)
 
 
-def _falls(before: float, after: float) -> bool:
-    """Return whether an error falls by what is relevant: by RELEVANT of itself, and by as much as a claim moves the torque at least.
+def _falls_enough(before: float, after: float) -> bool:
+    """Return whether an error falls by the share RELEVANT, and by as much as the least torque that a claim must move.
 
         before - after >= RELEVANT before,        sqrt(before^2 - after^2) >= min(RELEVANT, sqrt(FORM) before)
     """
@@ -256,7 +256,7 @@ def _falls(before: float, after: float) -> bool:
 
 
 def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int) -> Claims:
-    """Return the claims without `gone`; the others, and what was left out as the form of a claim, are judged again."""
+    """Return the claims without `gone`; the others, and members removed as the form of a claim, are judged again."""
     keys = set(map(search.key, gone))
     decisions = tuple(replace(decision, claimed=False, reason=reason) if decision.claimed and (decision.effect, decision.joint) in keys
                       else decision for decision in decided.decisions)

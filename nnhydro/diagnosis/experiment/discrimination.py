@@ -41,7 +41,7 @@ Members = tuple[int, ...]
 @final
 @dataclass(frozen=True, eq=False)
 class DiscriminationProblem:
-    """A class: its members (numbers in the library, the finding first), the rest of the claimed set, and their nats behind."""
+    """A class: its members (numbers in the library, the finding first), the rest of the claimed set, and their score deficits, nats."""
 
     members: Members
     rest: Members
@@ -93,7 +93,7 @@ def chance_settled(task: DiscriminationProblem, size2: Array, margin: Array, lim
 @final
 @dataclass(eq=False)
 class Discriminator:
-    """Tells how far the members of a class come apart; columns are those of the baseline, the other findings, then the members."""
+    """How far new motions separate the members of a class; columns: baseline, the other findings, then the members."""
 
     search: Search
     noise: Noise

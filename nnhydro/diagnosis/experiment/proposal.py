@@ -91,7 +91,7 @@ def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, coun
 
 
 def _merit(discriminator: Discriminator, motion: PlannedMotion, often: int) -> tuple[float, float]:
-    """What motions are compared by where they are recorded so often: the chance, then the evidence between the closest pair."""
+    """The order of motions recorded so often: the chance of a decision, then the evidence between the closest pair."""
     return round(discriminator.chance(motion, often), 2), _least_pair(discriminator, motion, often)
 
 

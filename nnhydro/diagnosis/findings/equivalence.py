@@ -40,7 +40,7 @@ def _signals(search: Search, k: int) -> int:
 
 
 def _is_special(search: Search, found: ScoredSet, k: int) -> bool:
-    """Return whether the values that would be told of member `k` make sense for its law: a grip without a breakaway is plain friction."""
+    """Return whether the values of member `k` need its special law: Stribeck friction without a breakaway is dry friction."""
     h = search.view.library.hypotheses[k]
     return h.per_recording or h.plausible(values_of(search, found, k).mean)
 
@@ -88,7 +88,7 @@ def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
 
 
 def _cosine(search: Search, found: ScoredSet, k: int, there: ScoredSet, other: int) -> float:
-    """How much alike the torques of the two are that the baseline cannot take."""
+    """The cosine between the torques of the two, the baseline projected out."""
     whitened = search.view.whitened
     torques = []
     for scored, number in ((found, k), (there, other)):

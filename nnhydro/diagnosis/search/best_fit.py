@@ -90,7 +90,7 @@ def _weight_shares(search: Search, found: ScoredSet) -> Array:
 
 
 def best_fit(search: Search, found: ScoredSet) -> BestFit:
-    """Return the fit of `found` whose values are told, found once a set."""
+    """Return the fit of `found` whose values are reported; it is computed once for each set."""
     if found.chosen not in search.best_fits:
         design = search.view.library.design
         noise = white_noise(design)
