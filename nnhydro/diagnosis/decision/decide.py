@@ -25,7 +25,7 @@ from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, P_ALARM, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
@@ -191,7 +191,7 @@ def _exempt_members(search: Search, claimed: ScoredSet, proof: Proof) -> set[int
     the masses of a link, for example. The other kind cannot be predicted (`_is_unpredictable`), and lowers the error of the fit enough: by
     FORM if its phase differs between recordings, else to the share of its energy that its card calls unpredictable.
     """
-    most = float(norm.isf(P_ALARM / 2))
+    most = -float(ndtri(P_ALARM / 2))
 
     def contradicts_arm(found: ScoredSet) -> bool:
         """Return whether the baseline, fitted beside a set, contradicts arm.yaml."""

@@ -62,13 +62,17 @@ def dragged_along(v: Tensor, rates: Tensor, second: float) -> Tensor:
 
 def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> tuple[Tensor, Tensor]:
     """Return the wake v (laws, n, links, s) m/s and k dt of every row, for all `lengths` (laws, links, 1) m and `fading` (laws,) 1/s."""
-    steps, goal = torch.diff(t, prepend=t[:1]).numpy(), w.numpy()
-    reach, fade = lengths.numpy(), fading.numpy()[:, None, None]
-    result, rates = np.empty((len(reach), *goal.shape)), np.zeros((len(reach), *goal.shape))
-    if len(goal):
-        v = np.broadcast_to(goal[0], (len(reach), *goal.shape[1:])).copy()
-        result[:, 0] = v
-    for k in range(1, len(goal)):
-        rate = rates[:, k] = (np.maximum(np.abs(goal[k]), np.abs(v)) / reach + fade) * steps[k]
-        v = result[:, k] = goal[k] + (v - goal[k]) * np.exp(-rate)
-    return torch.from_numpy(result), torch.from_numpy(rates)
+    goal, steps = w.numpy(), torch.diff(t, prepend=t[:1]).numpy()[:, None, None, None]
+    per_speed = steps / lengths.numpy()  # k dt = max(|w|, |v|) dt/(lambda D) + r dt
+    own, by_time = np.abs(goal)[:, None] * per_speed, fading.numpy()[:, None, None] * steps
+    result, rates = np.empty((2, len(goal), len(lengths), *goal.shape[1:]))
+    result[:1], rates[:1] = goal[:1, None], 0.0
+    for k, (v, now, rate) in enumerate(zip(result[:-1], result[1:], rates[1:], strict=True), 1):
+        np.abs(v, out=rate)
+        rate *= per_speed[k]
+        np.maximum(rate, own[k], out=rate)
+        rate += by_time[k]
+        np.exp(np.negative(rate, out=now), out=now)
+        now *= v - goal[k]
+        now += goal[k]
+    return torch.from_numpy(result).transpose(0, 1), torch.from_numpy(rates).transpose(0, 1)
