@@ -22,6 +22,7 @@ from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 ROUNDS, FACTOR = 3, 3.0  # of steps h that differ from the standard deviation by more than the factor
+FINEST = 1e-3  # of the distance to the neighbour tried: a law that jumps has no slope, and over ever smaller steps an ever larger one
 SETTLED = 0.3  # standard deviations: a smaller step moves no interval to speak of
 
 
@@ -142,12 +143,14 @@ def _over_deviations(search: Search, found: ScoredSet) -> Tangents | None:
     hypotheses = search.view.library.hypotheses
     now = np.array([getattr(hypotheses[k].effect, name)[0] for k, name in limits])
     steps = {(k, name): _first_step(hypotheses[k], name) for k, name in limits}
+    finest = {at: FINEST * step for at, step in steps.items()}
     made = Tangents(tuple(steps), _columns(search, found, steps), now, np.array(list(limits.values())))
     for _ in range(ROUNDS - 1):
         deviations = dict(zip(steps, step_of(search, found, made).deviation, strict=True))
-        if all(1 / FACTOR < deviations[at] / step < FACTOR for at, step in steps.items()):
+        wanted = {at: max(float(deviation), finest[at]) for at, deviation in deviations.items()}
+        if all(1 / FACTOR < wanted[at] / step < FACTOR for at, step in steps.items()):
             break
-        steps = {at: float(deviation) for at, deviation in deviations.items()}
+        steps = wanted
         made = replace(made, D=_columns(search, found, steps))
     return made
 

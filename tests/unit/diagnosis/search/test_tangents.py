@@ -7,7 +7,7 @@ import pytest
 from oscillations import by_scipy, columns, moved, with_oscillation
 
 from nnhydro.diagnosis.search.best_fit import fit_at
-from nnhydro.diagnosis.search.tangents import limits_of, step_of, tangents_of
+from nnhydro.diagnosis.search.tangents import FINEST, limits_of, step_of, tangents_of
 from nnhydro.diagnosis.search.values import values_of
 
 
@@ -63,3 +63,19 @@ def test_intervals_of_nonlinear_values_hold_the_truth():
         inside.append(abs(effect.frequency[0] - 1.05) < 1.96 * deviation)
     assert 21 <= sum(inside) <= 25
     assert deviation < 0.05
+
+
+def test_a_law_that_jumps_gets_a_slope_over_a_finite_step(monkeypatch):
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6), noise=0.1)
+    steps_tried = []
+
+    def jump(search, found, steps):  # the same jump over every step, however small
+        steps_tried.append(dict(steps))
+        jumped = np.random.default_rng(0).standard_normal((*search.view.library.design.y.shape, len(steps)))
+        return jumped * 1e6 / np.array(list(steps.values()))
+
+    monkeypatch.setattr("nnhydro.diagnosis.search.tangents._columns", jump)
+    tangents = tangents_of(one, one.score((0,)))
+    assert np.all(np.isfinite(tangents.D))
+    first = steps_tried[0]
+    assert all(steps[at] >= FINEST * first[at] for steps in steps_tried for at in first)
