@@ -110,7 +110,7 @@ def coverage(config: dict) -> None:
     found = power(disturbed(healthy, "white", config["noise"] * rms(healthy), config["seed"]))
     seen = [row for row in found.rows if row.size is not None]
     inside: dict[str, list[bool]] = {}
-    missed = 0
+    missed, elsewhere = 0, 0
     for number, row in enumerate(seen):
         others = [name for name in catalogue() if name != row.hypothesis.effect.id]
         for draw in range(config["repeats"]):
@@ -123,7 +123,9 @@ def coverage(config: dict) -> None:
             finding = told.get(row.hypothesis.key)
             missed += finding is None
             truth = row.hypothesis.with_values(torch.from_numpy(values)).quantities()
-            for name, quantity in truth.items() if finding is not None else ():
+            told_here = {} if finding is None else {name: q for name, q in truth.items() if name in finding.parameters}
+            elsewhere += 0 if finding is None else len(truth) - len(told_here)
+            for name, quantity in told_here.items():
                 low, high = finding.parameters[name].ci95
                 inside.setdefault(f"{row.hypothesis.key[0]}.{name}", []).append(bool(low <= quantity.value <= high))
         mine = {k: v for k, v in inside.items() if k.startswith(row.hypothesis.key[0] + ".")}
@@ -132,8 +134,10 @@ def coverage(config: dict) -> None:
     every = [x for values in inside.values() for x in values]
     total = share(sum(every), len(every))
     print(f"all: {total['hits']} of {total['tries']} intervals hold the truth, {total['share']:.3f} "
-          f"({total['low']:.3f} to {total['high']:.3f}); {missed} planted effects were not named")
+          f"({total['low']:.3f} to {total['high']:.3f}); {missed} planted effects were not named; "
+          f"{elsewhere} values belong to a form of the law other than the one named")
     write_json(HERE / "coverage.json", {"inside": {k: share(sum(v), len(v)) for k, v in inside.items()}, "all": total, "missed": missed,
+                                        "other_form": elsewhere,
                                         "config": config, "versions": versions()})
 
 

@@ -35,8 +35,9 @@ def in_one_block(problem: Problem) -> bool:
 
 
 def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -> Index:
-    """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, single rows of steady tables.
+    """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, rows of steady tables alike in load.
 
+    Any smooth curve predicts a row of a dense table from the rows beside it; a law predicts loads that its fit has not seen.
     Where a member of `chosen` has a phase of its own in every recording, blocks too: the phase is known from the others of its recording;
     where a block is all that a recording has, every FOLDS-th of its frequencies.
     """
@@ -46,11 +47,19 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
         return (np.arange(len(problem.block_of)) % FOLDS).astype(np.int64)
     unit = problem.group_of if problem.groups >= FEWEST and not phased else problem.block_of
     steady = problem.frequency < 0
-    made = np.where(steady, np.arange(len(unit)) + int(unit.max()) + 1, unit)
+    made = np.where(steady, _alike_in_load(view, steady) + int(unit.max()) + 1, unit)
     _, index = np.unique(made, return_inverse=True)
     count = int(index.max()) + 1
     fold = np.random.default_rng(seed).permutation(count) % min(FOLDS, count)
     return fold[index].astype(np.int64)
+
+
+def _alike_in_load(view: WeightedLibrary, steady: NDArray[np.bool_]) -> Index:
+    """The part (n,) of its table, of FOLDS in all, that every steady row is in by the torque of the stated model; 0 elsewhere."""
+    design, made = view.library.design, np.zeros(len(steady), dtype=np.int64)
+    order = np.argsort(np.abs(design.tau - design.y).sum(axis=1)[steady], kind="stable")  # alike: in the order of the table
+    made[np.flatnonzero(steady)[order]] = np.arange(len(order)) * FOLDS // max(len(order), 1)
+    return made
 
 
 def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:

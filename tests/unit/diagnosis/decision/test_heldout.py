@@ -46,9 +46,14 @@ def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_st
     fold = fold_of_rows(search(few, LAWS).view, 0)
     assert all(len(set(fold[few.problem.block_of == b])) == 1 for b in range(6))
     assert len(set(fold)) == 6
-    few.problem.frequency[few.problem.group_of == 2] = -1.0
-    fold = fold_of_rows(search(few, LAWS).view, 0)
-    assert len(set(fold[few.problem.group_of == 2])) > 3
+    few = design(11, groups=3, rows=40)
+    table = few.problem.group_of == 2
+    few.problem.frequency[table] = -1.0
+    one = search(few, LAWS).view
+    fold, load = fold_of_rows(one, 0)[table], np.abs(few.tau - few.y).sum(axis=1)[table]
+    parts = fold[np.argsort(load, kind="stable")]
+    assert len(set(fold)) > 3
+    assert np.count_nonzero(np.diff(parts)) < FOLDS, "rows alike in load are held out together: no curve joins their neighbours"
 
 
 def test_a_phase_of_a_recording_s_own_is_predicted_from_other_frequencies_where_a_block_is_all_that_it_has():
