@@ -88,7 +88,7 @@ def variables(stretch: Stretch, model: StripTheory, driven: bool = True) -> dict
     slow = s.qd if steady else _low_pass(s.t, s.qd, SLOWED)
     travel = np.zeros_like(s.qd) if steady else _travel(s.t, s.qd)
     named: dict[str, Array] = {}
-    forced = (("ddq{}_rad_s2", s.qdd), ("tau{}_Nm", tau), ("dtau{}_Nm_s", rate)) if driven else ()
+    forced = (("ddq{}_rad_s2", s.qdd), ("modelled tau{}_Nm", tau), ("modelled dtau{}_Nm_s", rate)) if driven else ()
     for label, x in (("q{}_rad", s.q), ("dq{}_rad_s", s.qd), ("recent dq{}_rad_s", slow), ("travel{}_rad", travel), *forced):
         named |= {label.format(j + 1): x[:, j] for j in range(x.shape[1])}
     named["u0_m_s"] = s.u0

@@ -100,7 +100,7 @@ def test_a_table_has_no_memory_and_torques_and_accelerations_count_only_where_so
     table = next(x for x in of.problem.stretches if x.segment.steady)
     named = variables(table, model)
     assert not named["travel1_rad"].any()
-    assert not named["dtau1_Nm_s"].any()
+    assert not named["modelled dtau1_Nm_s"].any()
     np.testing.assert_array_equal(named["recent dq1_rad_s"], named["dq1_rad_s"])
-    forced = {name.format(j) for name in ("tau{}_Nm", "dtau{}_Nm_s", "ddq{}_rad_s2") for j in (1, 2)}
+    forced = {name.format(j) for name in ("modelled tau{}_Nm", "modelled dtau{}_Nm_s", "ddq{}_rad_s2") for j in (1, 2)}
     assert set(named) - set(variables(table, model, driven=False)) == forced
