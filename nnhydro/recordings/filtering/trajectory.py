@@ -69,16 +69,32 @@ def step_level(x: Array) -> Array:
     return made
 
 
+def _encoder_step(x: Array) -> float:
+    """The smallest step between the values of `x` (n,) where it takes few; 0 where nearly every row has a value of its own."""
+    values = np.unique(x)
+    steps = np.diff(values)
+    return float(steps[steps > 1e-9 * np.ptp(values)].min()) if 1 < len(values) < len(x) / 4 else 0.0
+
+
+def _grouped_median(x: Array, step: float) -> float:
+    """The median of `x` (n,) whose values are known to `step`: interpolated within its group; 0 where that is the lowest."""
+    middle = float(np.median(x)) if len(x) else 0.0
+    if step == 0 or middle < step / 2:
+        return middle
+    below, alike = np.mean(x < middle - step / 2), np.mean(np.abs(x - middle) <= step / 2)
+    return float(middle - step / 2 + step * (0.5 - below) / alike) if alike > 0 else middle
+
+
 def white_level(x: Array | None) -> Array | None:
     """Return the standard deviation (links,) of the white noise in `x` (n, links) from its third differences; None where there is none.
 
-    Jumps are no noise.
+    Jumps are no noise. The median of steps of an encoder is that of grouped data: within its step as many lie below as above.
     """
     if x is None:
         return None
     d = np.diff(x, n=3, axis=0)
-    centre = np.median(d, axis=0)
-    robust = 1.4826 * np.median(np.abs(d - centre), axis=0)
+    size = np.abs(d - np.median(d, axis=0))
+    robust = 1.4826 * np.array([_grouped_median(s, step) for s, step in zip(size.T, map(_encoder_step, x.T), strict=True)])
     level: Array = np.where(robust > 0, np.minimum(robust / THIRD, step_level(x)), step_level(x))
     return level
 

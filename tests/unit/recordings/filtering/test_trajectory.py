@@ -183,3 +183,14 @@ def test_what_is_left_of_the_noise_is_as_large_as_what_noise_of_the_records_make
         found = rms(np.concatenate([getattr(m, name) - getattr(exact, name) for m in made]))
         told = rms(np.concatenate([draw[order] for m in made for draw in m.noise]))
         assert told == pytest.approx(found, rel=0.15), f"{name} from {channels}"
+
+
+@pytest.mark.parametrize("place", [0.0, 0.15, 0.35, 0.5])
+@pytest.mark.parametrize("noise", [0.3, 0.5, 1.0])
+def test_the_noise_of_an_encoder_that_flickers_between_steps_is_found(place, noise):
+    """The median of whole steps alone is a whole number of them: the noise would come out a third too small or too large."""
+    step = 2e-4
+    x = step * np.round(place + noise * np.random.default_rng(3).standard_normal((20000, 1)))
+    flickers = x.std()
+    found = white_level(x)
+    assert found == pytest.approx([flickers], rel=0.35)
