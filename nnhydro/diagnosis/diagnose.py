@@ -36,6 +36,7 @@ from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.wave_frequencies import across_fixed_links, at_lines, at_lines_per_recording, line_frequencies
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
+from nnhydro.diagnosis.unexplained.recordings_apart import better_without, recordings_apart
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
 from nnhydro.errors import NnhydroError
@@ -117,6 +118,27 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
         limits.check(campaign.arm.n_links)
     copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
     names = draw_names([name for name in campaign.names if name not in copies], most, seed)
+
+    def on(chosen: tuple[str, ...]) -> DiagnosisResult:
+        """Return the diagnosis on the recordings `chosen`."""
+        return _diagnose_recordings(campaign, chosen, baseline, seed, cutoff_hz, without, progress, rehearsals, limits)
+
+    found = on(names)
+    apart = recordings_apart(found, names)
+    if apart:
+        progress(f"without {', '.join(sorted(apart))}")
+        try:
+            found = better_without(found, on(tuple(name for name in names if name not in apart)), apart)
+        except NnhydroError as error:  # too few rows are left: it never costs the verdict
+            found.checks["without_recordings"] = f"not judged without {', '.join(sorted(apart))}: {error}"
+    return replace(found, seconds=time.perf_counter() - start)
+
+
+def _diagnose_recordings(campaign: Campaign, names: tuple[str, ...], baseline: str | None, seed: int, cutoff_hz: float | None,
+                         without: Sequence[str], progress: Callable[[str], None], rehearsals: int,
+                         limits: Limits | None) -> DiagnosisResult:
+    """Return the diagnosis on the recordings `names` of the campaign."""
+    start = time.perf_counter()
     design = design_on(problem_of(campaign, names, cutoff_hz), baseline)
     noise, search, best, model = _explore(design, without, progress)
     progress("held-out errors")

@@ -108,7 +108,7 @@ def test_a_refined_lag_and_the_coefficients_of_the_water_agree_with_each_other(t
 @pytest.mark.parametrize(("torque", "effect", "values"), [
     (lagged, "sensor_timing", {"lag": 0.075, "low_pass": 0.075}),
     (sprung, "joint_elasticity", {"stiffness": 800.0}),
-    (sloshing, "oscillating_mass", {"mass": 0.82**2 / LENGTH**2, "frequency": 0.78, "damping": 0.08}),
+    (sloshing, "oscillating_mass", {"mass_at_end": 0.82**2 / LENGTH**2, "frequency": 0.78, "damping": 0.08}),
 ])
 def test_a_long_lag_a_soft_drive_and_a_mass_that_swings_are_named_alone_with_their_values(torque, effect, values, tmp_path):
     found = nnhydro.diagnose(write_runs(tmp_path, torque))

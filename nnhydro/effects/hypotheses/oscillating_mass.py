@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effect, parameter
+from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
 
@@ -21,14 +22,14 @@ Pair = tuple[Tensor, Tensor]  # real and imaginary part
 @final
 @dataclass(frozen=True)
 class OscillatingMass(LoadEffect):
-    """A damped spring between the end of a link and a part of the mass that arm.yaml states."""
+    """A damped spring between a place on a link and a part of the mass that arm.yaml states."""
 
     id = "oscillating_mass"
     family = "transmission"  # a spring with a load on it: beside a soft drive at the same place it cannot be told
     name = "mass that swings on a link"
     mechanism = "Liquid in a tank, a hanging load or a soft tool swings: below its frequency it moves with the link, above it stays behind."
     equation = ("tau = J_n^T m (s' - a),  s' = -(2 pi f)^2 y - 4 pi f zeta y',  y' = s - w;  w, a: normal velocity and acceleration of "
-                "the link's end")
+                "the link at x = c L from its joint")
     source = ("Den Hartog (1956), Mechanical Vibrations, section 3.2, the vibration absorber: from general knowledge, not checked; the "
               "frame's rotation is omitted")
     signature = Signature(
@@ -38,18 +39,21 @@ class OscillatingMass(LoadEffect):
     )
     acts = "link"
 
-    mass: Values = parameter("kg", 0.5, ANY_SIZE, "mass that swings, taken at the end of the link", per="arm")
+    mass: Values = parameter("kg", 0.5, ANY_SIZE, "mass that swings, counted at the end of the link: m c^2", per="arm")
     frequency: Values = parameter("Hz", 1.0, (0.05, 50.0), "its natural frequency f", per="arm", linear=False,
                                   grid=(0.3, 0.45, 0.7, 1.0, 1.5, 2.3, 3.5, 5.0))
     # less damped, its resonance is as narrow as the line of a motion of eight periods, 1/(2 pi 8): not told from this line
     damping: Values = parameter("1", 0.05, (0.02, 0.9), "damping ratio zeta", per="arm", linear=False, grid=(0.03, 0.15))
+    place: Values = parameter("1", 1.0, (0.1, 1.2), "where it is, c: share of the link's length from its joint", per="arm", linear=False,
+                           grid=(0.5, 1.0))
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d mass, (n, joints, 1)."""
-        w, a = (x[:, self.joint - 1] for x in flow.arm_memo.of("ends of links", lambda: end_motion(flow)))
+        at, c = self.joint - 1, self.place[0]
+        w, a = (x[:, at] for x in flow.arm_memo.of(("normal motion", c), lambda: normal_motion(flow, c)))
         force = torch.zeros_like(flow.phi)
-        force[:, self.joint - 1] = self._acceleration(flow, w) - a
-        return flow.normal_columns(force, force * flow.L).sum(-1, keepdim=True)
+        force[:, at] = (self._acceleration(flow, w) - a) / c**2
+        return flow.normal_columns(force, force * c * flow.L).sum(-1, keepdim=True)
 
     @property
     def _root(self) -> complex:
@@ -58,13 +62,13 @@ class OscillatingMass(LoadEffect):
         return 2 * pi * self.frequency[0] * complex(-zeta, sqrt(1 - zeta**2))
 
     def _acceleration(self, flow: Flow, w: Tensor) -> Tensor:
-        """s' (n,) m/s^2 of the mass where the end of the link has the normal velocity w (n,) m/s.
+        """s' (n,) m/s^2 of the mass where the link has the normal velocity w (n,) m/s.
 
             Z' = lambda (Z - w),   y = Im Z / Im lambda,   s' = Im(lambda^2 (Z - w)) / Im lambda;    w straight between the rows
         """
         root, motion = self._root, flow.motion
         if motion.carried is not None:
-            name = f"oscillating mass/{self.joint}/{self.frequency[0]}/{self.damping[0]}"
+            name = f"oscillating mass/{self.joint}/{self.frequency[0]}/{self.damping[0]}/{self.place[0]}"
 
             def following(old: Tensor) -> Tensor:
                 """Return Z and w (n, 3) after a step from `old`."""
@@ -80,16 +84,26 @@ class OscillatingMass(LoadEffect):
         square = root**2
         return (square.real * im + square.imag * re) / root.imag
 
+    def quantities(self) -> dict[str, Quantity]:
+        """Return the mass that it would be at the end of the link, m c^2, frequency, damping, its place, and the mass itself.
+
+        Where the link's joint is fixed, only the product is determined.
+        """
+        return {"mass_at_end": Quantity(self.mass[0], "kg"), "frequency": Quantity(self.frequency[0], "Hz"),
+                "damping": Quantity(self.damping[0], "1"), "place": Quantity(self.place[0], "1"),
+                "mass": Quantity(self.mass[0] / self.place[0] ** 2, "kg")}
+
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A mass of {text['mass']} swings at the end of link {self.joint} at {text['frequency']}, with a damping ratio of "
-                f"{text['damping']}: liquid in a tank, a hanging load or a soft tool.")
+        return (f"A mass swings on link {self.joint} at {text['frequency']}, as {text['mass_at_end']} at the link's end would, with a damping "
+                f"ratio of {text['damping']}: liquid in a tank, a hanging load or a soft tool. The fit places it at {text['place']} of the "
+                f"link's length, where it is {text['mass']}.")
 
 
-def end_motion(flow: Flow) -> Pair:
-    """Return the velocity and the acceleration of the outer end of each link across it, (n, links) m/s and m/s^2."""
+def normal_motion(flow: Flow, c: float) -> Pair:
+    """Return the velocity and the acceleration of each link across it at `c` of its length, (n, links) m/s and m/s^2."""
     dry = replace(flow, water=None, motion=replace(flow.motion, current=None))
-    return dry.B + dry.A * dry.L, dry.N + dry.M * dry.L
+    return dry.B + dry.A * c * dry.L, dry.N + dry.M * c * dry.L
 
 
 def _step(Z: Pair, before: Tensor, now: Tensor, root: complex, dt: Tensor) -> Pair:

@@ -283,6 +283,16 @@ def test_a_mass_that_swings_obeys_its_equation_of_motion_and_a_stiff_one_moves_w
     assert float(stiff.torque(Flow(rig, motion))[late].abs().max()) < 0.01 * 1.5 * length**2 * 1.6
 
 
+@pytest.mark.parametrize("place", [0.4, 0.75])
+def test_a_mass_that_swings_at_a_place_on_the_link_does_so_at_the_end_of_a_link_that_ends_there(place):
+    rig, motion = arm(2), long_run(400, dt=0.01)
+    short = rig.model_copy(update={"links": (rig.links[0], rig.links[1].model_copy(update={"length_m": place * rig.L[1]}))})
+    law = made("oscillating_mass", rig, 2, mass=(0.8 * place**2,), frequency=(1.3,), damping=(0.1,), place=(place,))
+    at_end = made("oscillating_mass", rig, 2, mass=(0.8,), frequency=(1.3,), damping=(0.1,))
+    assert_close(law.torque(Flow(rig, motion)), at_end.torque(Flow(short, motion)), rtol=1e-9, atol=1e-12)
+    assert law.quantities()["mass"].value == pytest.approx(0.8)
+
+
 def test_a_mass_that_swings_is_the_same_stepped_through_time_as_over_a_run():
     rig = arm(2)
     t = torch.arange(400, dtype=torch.float64) * 0.01
