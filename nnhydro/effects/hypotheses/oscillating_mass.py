@@ -95,9 +95,9 @@ class OscillatingMass(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"A mass swings on link {self.joint} at {text['frequency']}, as {text['mass_at_end']} at the link's end would, with a damping "
-                f"ratio of {text['damping']}: liquid in a tank, a hanging load or a soft tool. The fit places it at {text['place']} of the "
-                f"link's length, where it is {text['mass']}.")
+        return (f"A mass swings on link {self.joint} at {text['frequency']}, as {text['mass_at_end']} at the link's end would, with a "
+                f"damping ratio of {text['damping']}: liquid in a tank, a hanging load or a soft tool. The fit places it at "
+                f"{text['place']} of the link's length, where it is {text['mass']}.")
 
 
 def normal_motion(flow: Flow, c: float) -> Pair:
