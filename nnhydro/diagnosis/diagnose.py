@@ -36,7 +36,7 @@ from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.wave_frequencies import across_fixed_links, at_lines, at_lines_per_recording, line_frequencies
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
-from nnhydro.diagnosis.unexplained.recordings_apart import better_without, recordings_apart
+from nnhydro.diagnosis.unexplained.recordings_apart import apart_sentence, leaves_less, recordings_apart
 from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
 from nnhydro.errors import NnhydroError
@@ -124,11 +124,13 @@ def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cut
         return _diagnose_recordings(campaign, chosen, baseline, seed, cutoff_hz, without, progress, rehearsals, limits)
 
     found = on(names)
-    apart = recordings_apart(found, names)
+    apart = recordings_apart(found.remainder, found.proof, names)
     if apart:
         progress(f"without {', '.join(sorted(apart))}")
         try:
-            found = better_without(found, on(tuple(name for name in names if name not in apart)), apart)
+            others = on(tuple(name for name in names if name not in apart))
+            if others.findings and leaves_less(found.proof, others.proof, apart):
+                found = replace(others, checks=others.checks | {"left_out": f"{others.checks['left_out']} {apart_sentence(apart)}".strip()})
         except NnhydroError as error:  # too few rows are left: it never costs the verdict
             found.checks["without_recordings"] = f"not judged without {', '.join(sorted(apart))}: {error}"
     return replace(found, seconds=time.perf_counter() - start)

@@ -1,0 +1,78 @@
+"""A few recordings that hold most of what remains take no part where the others are better explained without them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from nnhydro.diagnosis import diagnose as diagnosis
+from nnhydro.diagnosis.decision.heldout_errors import Residual
+from nnhydro.diagnosis.unexplained.recordings_apart import apart_sentence, leaves_less, recordings_apart
+from nnhydro.diagnosis.unexplained.residual_location import Location
+from nnhydro.errors import RecordingError
+
+NAMES = tuple(f"run{k}" for k in range(8))
+
+
+def proof(sizes):
+    """What remains in each recording, of one joint and of these rms."""
+    return SimpleNamespace(remains=[Residual(name, np.full((50, 1), size), {}, 0.01) for name, size in zip(NAMES, sizes, strict=True)])
+
+
+def rest(loud, detected=True):
+    return SimpleNamespace(detected=detected, place=Location(1, 1.0, "", {}, [0.0, 1.0], list(loud)))
+
+
+def test_few_recordings_with_most_of_the_remaining_energy_stand_apart():
+    loud = proof([5.0, 1, 1, 1, 1, 1, 1, 1])
+    assert recordings_apart(rest(["run0"]), loud, NAMES) == {"run0"}
+    assert not recordings_apart(rest(["run0"], detected=False), loud, NAMES), "nothing remains"
+    assert not recordings_apart(rest(["run0"]), proof([2.0, 1, 1, 1, 1, 1, 1, 1]), NAMES), "less than half of the energy"
+    assert not recordings_apart(rest(NAMES[:3]), proof([5.0, 5, 5, 1, 1, 1, 1, 1]), NAMES), "more than a quarter of the recordings"
+    assert not recordings_apart(rest(["run0"]), loud, NAMES[:3]), "too few others"
+
+
+def test_only_the_other_recordings_are_compared():
+    before = proof([5.0, 1, 1, 1, 1, 1, 1, 1])
+    assert leaves_less(before, proof([9.0, *[0.5] * 7]), {"run0"})
+    assert not leaves_less(before, proof([0.0, *[0.99] * 7]), {"run0"})
+
+
+def diagnosed(remains, findings, detected):
+    """A diagnosis of `remains` that names `findings`."""
+    return SimpleNamespace(remainder=rest(["run0"], detected), proof=remains, findings=findings, checks={"left_out": ""}, seconds=0.0)
+
+
+FRICTION = ["coulomb_friction"]
+
+
+@pytest.mark.parametrize(("after", "names", "taken"), [(0.2, FRICTION, True), (0.2, [], False), (0.99, FRICTION, False)])
+def test_the_others_are_judged_alone_where_that_names_effects_that_leave_less_of_them(monkeypatch, tmp_path, after, names, taken):
+    asked = []
+
+    def on(campaign, chosen, *options):
+        asked.append(chosen)
+        whole = "run0" in chosen
+        return diagnosed(proof([5.0, *[1.0] * 7]) if whole else proof([0.0, *[after] * 7]), [] if whole else names, whole)
+
+    monkeypatch.setattr(diagnosis, "_diagnose_recordings", on)
+    monkeypatch.setattr(diagnosis, "copied_recordings", lambda campaign: [])
+    monkeypatch.setattr(diagnosis, "replace", lambda found, **changes: SimpleNamespace(**{**vars(found), **changes}))
+    found = diagnosis.diagnose(SimpleNamespace(names=NAMES))
+    assert asked == [NAMES, NAMES[1:]]
+    assert found.findings == (names if taken else [])
+    assert (apart_sentence({"run0"}) in found.checks["left_out"]) == taken
+
+
+def test_what_cannot_be_judged_without_them_costs_no_verdict(monkeypatch):
+    def on(campaign, chosen, *options):
+        if "run0" not in chosen:
+            raise RecordingError("no rows are left")
+        return diagnosed(proof([5.0, *[1.0] * 7]), ["viscous_friction"], True)
+
+    monkeypatch.setattr(diagnosis, "_diagnose_recordings", on)
+    monkeypatch.setattr(diagnosis, "copied_recordings", lambda campaign: [])
+    monkeypatch.setattr(diagnosis, "replace", lambda found, **changes: SimpleNamespace(**{**vars(found), **changes}))
+    found = diagnosis.diagnose(SimpleNamespace(names=NAMES))
+    assert found.findings == ["viscous_friction"]
+    assert found.checks["without_recordings"] == "not judged without run0: no rows are left"
