@@ -20,6 +20,7 @@ from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import replace_by_simpler, replace_special_laws
 from nnhydro.diagnosis.findings.finding import findings_of
+from nnhydro.diagnosis.findings.impossible_coefficients import impossible_coefficients
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
@@ -164,7 +165,8 @@ def _diagnose_recordings(campaign: Campaign, names: tuple[str, ...], baseline: s
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
-    checks = _checks(found, proof.before, proof.after, proof.recordings) | base.against_stated(z_after) | unjudged | why
+    stated = {key: [*said, *impossible_coefficients(design)] for key, said in base.against_stated(z_after).items()}
+    checks = _checks(found, proof.before, proof.after, proof.recordings) | stated | unjudged | why
     return DiagnosisResult(before, corrected, base.name, time.perf_counter() - start,
                            _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
                            checks, bands, following, base.recalibration(z_before),

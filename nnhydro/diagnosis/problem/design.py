@@ -35,6 +35,7 @@ from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
 
 Array = NDArray[np.float64]
 EXCITED = 0.99  # share of the inertia's torque below the quickest part of a motion, and above its slowest
+WAVE_PERIODS = 2.0  # at least, of a wave in the longest recording
 SMOOTHED = 7  # frequencies over which a variance is averaged
 
 
@@ -273,7 +274,8 @@ def design_on(problem: Problem, baseline: str | None) -> Design:
 def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm and the torques of `design`.
 
-    What has a frequency has it within the band; what swings with the motion between the slowest and the quickest parts of the motion.
+    What has a frequency has it within the band; what swings with the motion between the slowest and the quickest parts of the motion. With
+    a phase of its own in every recording, less than WAVE_PERIODS in the longest are a drift of any cause.
     """
     measured = [np.abs(stretch.segment.tau).max(axis=0) for stretch in design.problem.stretches if stretch.segment.tau is not None]
     segments = [stretch.segment for stretch in design.problem.stretches]
@@ -281,7 +283,8 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
                                 tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
                                 tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()))
-    band, excited = (-np.inf, design.problem.edge), design.excited
+    longest = max((float(np.ptp(segment.t)) for segment in segments if not segment.steady), default=0.0)
+    band, excited = (WAVE_PERIODS / longest if longest > 0 else 0.0, design.problem.edge), design.excited
 
     def within(h: Hypothesis) -> bool:
         """Return whether the frequency of a hypothesis, if it has one, can show."""

@@ -1,0 +1,32 @@
+"""Coefficients that no water has, but that explain the torque, are told with what to check."""
+
+import pytest
+from campaigns import campaign, planted
+from rigs import arm
+
+from nnhydro.diagnosis.findings.impossible_coefficients import impossible_coefficients
+from nnhydro.diagnosis.problem.design import design_on
+from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.recordings.campaign import Campaign
+
+ARM = arm(1)
+WHOLE = campaign(ARM, planted(ARM), count=4, noise=0.01)
+
+
+def said_of(links):
+    """What is said of the recordings beside an arm.yaml with other `links`."""
+    stated = ARM.model_copy(update={"links": links})
+    return impossible_coefficients(design_on(problem_of(Campaign.of(stated, list(WHOLE.recordings())), edge=3.0), "constant"))
+
+
+def test_nothing_is_said_of_coefficients_that_water_has():
+    assert said_of(ARM.links) == []
+
+
+@pytest.mark.parametrize("times", [20.0, 100.0])
+def test_a_diameter_in_other_units_shows_in_a_drag_coefficient_that_no_cylinder_has(times):
+    thin = ARM.links[0].model_copy(update={"diameter_m": ARM.D[0] / times})
+    said = " ".join(said_of((thin,)))
+    assert "C_D[1]" in said
+    assert "can only lie between 0 and 5" in said
+    assert "check the lengths, diameters and density" in said
