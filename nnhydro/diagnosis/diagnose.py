@@ -105,56 +105,23 @@ def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> Sea
     return SearchedCampaign(design, noise, search, decide(search, best, seed), model, search.score(()))
 
 
-@one_thread()
-def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
-             without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
-             rehearsals: int = 0, limits: Limits | None = None) -> DiagnosisResult:
-    """Return what the baseline omits, by the recordings of `campaign`; `without` takes effects out of the catalogue.
-
-    Of more than `most` recordings the others take no part. `cutoff_hz` is the upper edge of the band, by default from the data.
-    Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
-    """
-    start = time.perf_counter()
-    if limits is not None:
-        limits.check(campaign.arm.n_links)
-    copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
-    names = draw_names([name for name in campaign.names if name not in copies], most, seed)
-
-    def on(chosen: tuple[str, ...]) -> DiagnosisResult:
-        """Return the diagnosis on the recordings `chosen`."""
-        return _diagnose_recordings(campaign, chosen, baseline, seed, cutoff_hz, without, progress, rehearsals, limits)
-
-    found = on(names)
-    apart = recordings_apart(found.remainder, found.proof, names)
-    if apart:
-        progress(f"without {', '.join(sorted(apart))}")
-        try:
-            others = on(tuple(name for name in names if name not in apart))
-            if others.findings and leaves_less(found.proof, others.proof, apart):
-                found = replace(others, checks=others.checks | {"left_out": f"{others.checks['left_out']} {apart_sentence(apart)}".strip()})
-        except NnhydroError as error:  # too few rows are left: it never costs the verdict
-            found.checks["without_recordings"] = f"not judged without {', '.join(sorted(apart))}: {error}"
-    return replace(found, seconds=time.perf_counter() - start)
-
-
-def _diagnose_recordings(campaign: Campaign, names: tuple[str, ...], baseline: str | None, seed: int, cutoff_hz: float | None,
-                         without: Sequence[str], progress: Callable[[str], None], rehearsals: int,
-                         limits: Limits | None) -> DiagnosisResult:
+def _diagnose_recordings(campaign: Campaign, names: tuple[str, ...], options: "DiagnosisOptions",
+                         progress: Callable[[str], None]) -> DiagnosisResult:
     """Return the diagnosis on the recordings `names` of the campaign."""
     start = time.perf_counter()
-    design = design_on(problem_of(campaign, names, cutoff_hz), baseline)
-    noise, search, best, model = _explore(design, without, progress)
+    design = design_on(problem_of(campaign, names, options.cutoff_hz), options.baseline)
+    noise, search, best, model = _explore(design, options.without, progress)
     progress("held-out errors")
-    decided, proof = withdraw_useless(search, decide(search, best, seed), model, seed)
+    decided, proof = withdraw_useless(search, decide(search, best, options.seed), model, options.seed)
     found, claimed = SearchedCampaign(design, noise, search, decided, model, search.score(())), decided.claimed
     findings = [replace(finding, error_without=proof.without.get((finding.effect, finding.law.joint), proof.before), error_with=proof.after)
                 for finding in sorted(findings_of(search, claimed), key=lambda finding: -found.decided.shares.get(finding.number, 0.0))]
-    rehearsal = rehearse(search, claimed, rehearsals, seed, progress) if rehearsals and findings else None
+    rehearsal = rehearse(search, claimed, options.rehearsals, options.seed, progress) if options.rehearsals and findings else None
     findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
     progress("repetition in other frequency bands")
-    bands, unjudged = _other_bands(campaign, baseline, found) if findings else ((), {})
+    bands, unjudged = _other_bands(campaign, options.baseline, found) if findings else ((), {})
     progress("next experiment")
-    following, why = _plan_next(found, campaign, seed, limits)
+    following, why = _plan_next(found, campaign, options.seed, options.limits)
     steady = (found.design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
     variance = np.where(steady, best_fit(search, claimed).whitened.v, found.noise.noise_variance + found.design.input_variance)
     floor = noise_error(search, proof, variance)
@@ -181,13 +148,42 @@ class DiagnosisOptions:
     baseline: str | None = None  # a physics model by name, a model folder, or "column"; constant, or rigid where dry
     seed: int = 0  # of subsets of recordings and of null draws
     cutoff_hz: float | None = None  # from the data
-    without: tuple[str, ...] = ()  # effects that are taken out of the catalogue
+    without: Sequence[str] = ()  # effects that are taken out of the catalogue
     rehearsals: int = 0  # draws of each finding and of each rival that calibrate the confidence
     limits: Limits | None = None  # what the rig can do; the ranges of the recordings
+    most: int = MOST_STUDIED  # recordings; of more, the others take no part
 
+    @one_thread()
     def diagnose(self, campaign: Campaign, progress: Callable[[str], None] = lambda line: None) -> DiagnosisResult:
         """Return the diagnosis of `campaign` with these choices; raises as `diagnose`."""
-        return diagnose(campaign, **vars(self), progress=progress)
+        start = time.perf_counter()
+        if self.limits is not None:
+            self.limits.check(campaign.arm.n_links)
+        copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
+        names = draw_names([name for name in campaign.names if name not in copies], self.most, self.seed)
+        found = _diagnose_recordings(campaign, names, self, progress)
+        apart = recordings_apart(found.remainder, found.proof, names)
+        if apart:
+            progress(f"without {', '.join(sorted(apart))}")
+            try:
+                others = _diagnose_recordings(campaign, tuple(name for name in names if name not in apart), self, progress)
+                if others.findings and leaves_less(found.proof, others.proof, apart):
+                    left_out = f"{others.checks['left_out']} {apart_sentence(apart)}".strip()
+                    found = replace(others, checks=others.checks | {"left_out": left_out})
+            except NnhydroError as error:  # too few rows are left: it never costs the verdict
+                found.checks["without_recordings"] = f"not judged without {', '.join(sorted(apart))}: {error}"
+        return replace(found, seconds=time.perf_counter() - start)
+
+
+def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
+             without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None, most: int = MOST_STUDIED,
+             rehearsals: int = 0, limits: Limits | None = None) -> DiagnosisResult:
+    """Return what the baseline omits, by the recordings of `campaign`; `without` takes effects out of the catalogue.
+
+    Of more than `most` recordings the others take no part. `cutoff_hz` is the upper edge of the band, by default from the data.
+    Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
+    """
+    return DiagnosisOptions(baseline, seed, cutoff_hz, without, rehearsals, limits, most).diagnose(campaign, progress)
 
 
 def _other_bands(campaign: Campaign, baseline: str | None, found: SearchedCampaign) -> tuple[tuple[OtherBand, ...], dict[str, str]]:

@@ -64,13 +64,13 @@ def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> 
     """Return the wake v (laws, n, links, s) m/s and k dt of every row, for all `lengths` (laws, links, 1) m and `fading` (laws,) 1/s."""
     goal, steps = w.numpy(), torch.diff(t, prepend=t[:1]).numpy()[:, None, None, None]
     per_speed = steps / lengths.numpy()  # k dt = max(|w|, |v|) dt/(lambda D) + r dt
-    own, by_time = np.abs(goal)[:, None] * per_speed, fading.numpy()[:, None, None] * steps
+    by_motion, by_time = np.abs(goal)[:, None] * per_speed, fading.numpy()[:, None, None] * steps
     result, rates = np.empty((2, len(goal), len(lengths), *goal.shape[1:]))
     result[:1], rates[:1] = goal[:1, None], 0.0
     for k, (v, now, rate) in enumerate(zip(result[:-1], result[1:], rates[1:], strict=True), 1):
         np.abs(v, out=rate)
         rate *= per_speed[k]
-        np.maximum(rate, own[k], out=rate)
+        np.maximum(rate, by_motion[k], out=rate)
         rate += by_time[k]
         np.exp(np.negative(rate, out=now), out=now)
         now *= v - goal[k]

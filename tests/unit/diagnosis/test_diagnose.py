@@ -302,7 +302,8 @@ def test_an_option_is_an_argument_of_the_diagnosis_with_the_same_default(name):
 
 def test_every_choice_reaches_the_diagnosis(monkeypatch):
     given = []
-    monkeypatch.setattr(engine, "diagnose", lambda campaign, **options: given.append((campaign, options)))
-    chosen = {"baseline": "textbook", "seed": 7, "cutoff_hz": 3.0, "without": ("backlash",), "rehearsals": 5, "limits": Limits()}
-    DiagnosisOptions(**chosen).diagnose("campaign", print)
-    assert given == [("campaign", {**chosen, "progress": print})]
+    monkeypatch.setattr(DiagnosisOptions, "diagnose", lambda options, *others: given.append((options, *others)))
+    chosen = {"baseline": "textbook", "seed": 7, "cutoff_hz": 3.0, "without": ("backlash",), "rehearsals": 5, "limits": Limits(), "most": 9}
+    assert set(chosen) == set(vars(DiagnosisOptions()))
+    engine.diagnose("campaign", **chosen, progress=print)
+    assert given == [(DiagnosisOptions(**chosen), "campaign", print)]
