@@ -8,6 +8,7 @@ import torch
 from campaigns import GIVEN, planted
 from rigs import arm
 
+from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.effects.hypotheses.buoyancy_tilt import BuoyancyTilt
 from nnhydro.errors import ConfigError, ModelError
 from nnhydro.models.storage import save_model
@@ -70,6 +71,17 @@ def test_a_sliding_mode_holds_the_arm_within_its_boundary_layer_against_a_wrong_
     r = run(planted(a), rate=QUICK, kind="sliding_mode", kp=[30.0, 8.0], slope=10.0, boundary=0.5)
     assert worst(r) < 0.5 / 10.0
     assert worst(r) < worst(run(planted(a), rate=QUICK, kind="computed_torque", kp=25.0, kd=10.0)) / 3
+
+
+@pytest.mark.slow
+def test_a_boundary_layer_too_thin_for_the_delay_chatters():
+    """As a loop through an integrator and a delay T does beyond kp T/(boundary m) = pi/2, m the smallest inertia that a joint can feel."""
+    kp, late = np.array([8.0, 3.0]), 1.5 / QUICK  # a period of delay, and half of one as the torque is held
+    inertia = 1 / np.diag(np.linalg.inv(Dynamics(StripTheory(arm(2), GIVEN, {}, "", planted(arm(2)))).mass_matrix(np.zeros(2))))
+    thin, wide = (run(planted(arm(2)), rate=QUICK, kind="sliding_mode", kp=list(kp), slope=10.0, delay_s=1 / QUICK,
+                      boundary=list(kp * late / (loop * np.pi / 2 * inertia))) for loop in (2.0, 0.5))
+    assert np.abs(np.diff(thin.tau, axis=0)).mean() > 5 * np.abs(np.diff(wide.tau, axis=0)).mean()
+    assert worst(thin) > worst(wide)
 
 
 @pytest.mark.slow
