@@ -75,7 +75,12 @@ class DiagnosisResult:
         return f" {floor} systematic residual remains that no known effect explains.{self._depends('It')}"
 
     def _depends(self, subject: str) -> str:
-        """On what the unknown depends, or in which recordings it lies; empty where neither is known."""
+        """On what the unknown depends, or in which recordings it lies, and whether one cause loads several joints; empty where unknown."""
+        common = self.remainder.common
+        return self._state_or_place(subject) + (f" {subject} {common.sentence}." if common is not None else "")
+
+    def _state_or_place(self, subject: str) -> str:
+        """On what the unknown depends, or in which recordings it lies."""
         on = [f"{', '.join(part.depends_on)} at joint {part.joint}" for part in self.remainder.learned if part.real]
         if on:
             return f" {subject} depends on {' and on '.join(on)}."

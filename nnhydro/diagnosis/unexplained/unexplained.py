@@ -16,6 +16,7 @@ from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.unexplained.common_cause import CommonCause, common_cause
 from nnhydro.diagnosis.unexplained.residual_location import Location, locate
 from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 from nnhydro.recordings.filtering.trajectory import step_level, white_level
@@ -56,15 +57,17 @@ class Remainder:
     recordings: tuple[str, ...] = ()  # whose remainder is no noise of theirs
     parameters_differ: bool = False  # whether other parameters of the baseline would explain these
     place: Location | None = None  # of the largest part
+    common: CommonCause | None = None  # what moves joints together
 
     def document(self, text: Callable[[str], str] = str) -> dict[str, Any]:
         """Return what diagnosis.json holds as unexplained; `text` puts columns and units into those of the arm."""
         on = {text(x) for law in self.learned if law.real for x in law.depends_on} | {"frequency" for _ in self.lines}
         near = [{"effect": decision.effect, "joint": decision.joint or None, "gain": round(decision.statistic, 2),
                  "why": decision.reason} for decision in self.nearest]
+        common = {} if self.common is None else {"common_cause": self.common.document()}
         return {"detected": self.detected, "share": self.share, "weight": self.weight, "depends_on": sorted(on) if self.detected else [],
                 "lines": [text(line.sentence()) for line in self.lines], "predictable": [round(law.share, 4) for law in self.learned],
-                "nearest": near, "suggestions": []}
+                "nearest": near, "suggestions": []} | common
 
 
 def _scale(design: Design) -> Array:
@@ -149,10 +152,11 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     recordings = differing or unlike_recordings(noise, design)
     least = min(proof.after, fitted_error(search, found, proof))
     unlike = bool(recordings) or (least > UNLIKE_NOISE * floor and least - floor > MATERIAL)
-    ps = [p_of(search, found) if real else 1.0, P_ALARM if unlike else 1.0, *(TESTS * line.p_value for line in lines)]
+    common = common_cause(search, found)
+    ps = [p_of(search, found) if real else 1.0, P_ALARM if unlike or common else 1.0, *(TESTS * line.p_value for line in lines)]
     p = max(min(ps), 1e-12)
     weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
     near = tuple(sorted((decision for decision in decisions if not decision.claimed), key=lambda d: -d.statistic))[:SHOWN]
-    return Remainder(real or bool(lines) or unlike, proof.after, weight, p, parts if real else (), lines, near if real else (),
-                     recordings, bool(differing),
-                     next(iter(locate(proof.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.time))), None))
+    return Remainder(real or bool(lines) or unlike or common is not None, proof.after, weight, p, parts if real else (), lines,
+                     near if real else (), recordings, bool(differing),
+                     next(iter(locate(proof.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.time))), None), common)
