@@ -41,7 +41,7 @@ class CommonCause:
         return {"joints": list(self.joints), "correlation": round(self.correlation, 4)}
 
 
-def _correlations(a: Array, b: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
+def _correlations(a: Array, b: Array, group: NDArray[np.intp]) -> tuple[Array, NDArray[np.intp]]:
     """Return the correlation (groups,) of two records in each recording, and the number of rows of each."""
     products = [np.bincount(group, x) for x in (a * b, a * a, b * b)]
     return products[0] / np.sqrt(np.maximum(products[1] * products[2], 1e-300)), np.bincount(group)
