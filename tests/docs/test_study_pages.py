@@ -19,6 +19,11 @@ def results(place):
     return json.loads((TRAINING / place).read_text(encoding="utf-8"))
 
 
+def released(document):
+    """The version that made a results file, without the revision."""
+    return document["versions"]["nnhydro"].partition("+")[0]
+
+
 def page(name):
     return (TRAINING / name / "README.md").read_text(encoding="utf-8")
 
@@ -59,3 +64,9 @@ def test_the_page_of_independent_arms_has_the_summaries_of_one_version():
     for document in documents:
         for counted, share in document["summary"].items():
             assert f"| {counted} | {share} |" in page("independent_arms")
+
+
+def test_the_page_of_hybrids_on_corrected_models_has_the_table_of_one_version():
+    stored = results("hybrid_on_corrected/results.json")
+    assert study("hybrid_on_corrected/run.py").table(stored) in page("hybrid_on_corrected")
+    assert f"Measured with version {released(stored)}." in page("hybrid_on_corrected")

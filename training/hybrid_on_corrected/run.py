@@ -2,10 +2,12 @@
 
 A campaign for each of `effects`, hidden by the truth's code, is diagnosed; then two hybrids are trained on the same recordings, one on the
 calibrated baseline, one on the diagnosed model. Told are errors on unseen motions against the noise-free truth (McLain and Rock's measure),
-and the network's part: rms of what the hybrid adds to its baseline over rms torque, on the unseen motions. About two minutes an effect;
-everything goes to runs/, and what is there is not made again. Writes results.json.
+and the network's part: rms of what the hybrid adds to its baseline over rms torque, on the unseen motions. A quarter of a minute an effect;
+everything goes to runs/VERSION, and what is there is not made again, so that one version makes a table. Writes results.json, and prints the
+table of README.md. `python training/hybrid_on_corrected/run.py table` only prints the table of the stored results.
 """
 
+import json
 import sys
 import tomllib
 from pathlib import Path
@@ -32,7 +34,8 @@ from nnhydro.runtime.files import write_json
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).parent
-RUNS = HERE / "runs"
+RUNS = HERE / "runs" / versions()["nnhydro"]
+MODELS = ("baseline", "corrected", "hybrid on baseline", "hybrid on corrected")
 
 
 def predicted(model: TorqueModel, campaign: Path, names: list[str]) -> Array:
@@ -53,11 +56,26 @@ def models(campaign: Path, baseline: str, config: dict[str, Any]) -> dict[str, T
         if not (place / f"hybrid on {name}").is_dir():
             chosen = TrainingConfig(model="hybrid", baseline=str(place / name), members=config["members"], epochs=config["epochs"])
             save_model(train(opened, chosen), place / f"hybrid on {name}")
-    return {name: load_model(place / name) for name in ("baseline", "corrected", "hybrid on baseline", "hybrid on corrected")}
+    return {name: load_model(place / name) for name in MODELS}
+
+
+def table(document: dict[str, Any]) -> str:
+    """Return results.json as the Markdown table of README.md: a row for each hidden effect, and the medians."""
+    rows = [(", ".join(row["hidden"]), row["errors"], row["network_part"]) for row in document["rows"]]
+    rows.append(("**median**", document["median"], document["network_part"]))
+    lines = ["| hidden | baseline | corrected model | hybrid on baseline | hybrid on corrected | network's part, plain | on corrected |",
+             "| --- | --- | --- | --- | --- | --- | --- |"]
+    for hidden, errors, part in rows:
+        figures = [*(errors[model] for model in MODELS), part["baseline"], part["corrected"]]
+        lines.append(f"| {hidden} | " + " | ".join(f"{figure:.4f}" for figure in figures) + " |")
+    return "\n".join(lines)
 
 
 def main() -> None:
-    """Print one row an effect, and the medians."""
+    """Diagnose and train for every effect, and print the table."""
+    if "table" in sys.argv[1:]:
+        print(table(json.loads((HERE / "results.json").read_text())))
+        return
     config = tomllib.loads((HERE / "config.toml").read_text())
     for key, _, value in (item.partition("=") for item in sys.argv[1:]):
         config[key] = type(config[key])(value)
@@ -66,8 +84,6 @@ def main() -> None:
     if not (suite / MARKER).is_file():
         conceal(suite, [Wish(name, "strong", 2, 1, "normal") for name in effects], config["seed"], progress=print)
     key, rows = read_key(suite / KEY_FILE), []
-    heads = ("baseline", "corrected", "hybrid on baseline", "hybrid on corrected")
-    print(f"{'hidden':>22} " + " ".join(f"{head:>20}" for head in heads) + f" {'network part: plain':>20} {'on corrected':>13}")
     for name, public in sorted(read_suite(suite).items()):
         answer = open_sealed(suite / "answers" / f"{name}.sealed", key, public["commitment"])
         motions = sorted(answer["unseen"])
@@ -77,13 +93,12 @@ def main() -> None:
         rms = float(np.sqrt((truth**2).mean()))
         part = {k: float(np.sqrt(((said[f"hybrid on {k}"] - said[k]) ** 2).mean())) / rms for k in ("baseline", "corrected")}
         rows.append({"hidden": [e["effect"] for e in answer["effects"]], "errors": errors, "network_part": part})
-        print(f"{','.join(rows[-1]['hidden']):>22} " + " ".join(f"{errors[head]:>20.4f}" for head in heads)
-              + f" {part['baseline']:>20.4f} {part['corrected']:>13.4f}", flush=True)
-    middle = {head: float(np.median([row["errors"][head] for row in rows])) for head in heads}
+        print(f"  {', '.join(rows[-1]['hidden'])}: " + ", ".join(f"{model} {error:.4f}" for model, error in errors.items()), flush=True)
+    middle = {model: float(np.median([row["errors"][model] for row in rows])) for model in MODELS}
     parts = {k: float(np.median([row["network_part"][k] for row in rows])) for k in ("baseline", "corrected")}
-    print(f"{'median':>22} " + " ".join(f"{middle[head]:>20.4f}" for head in heads)
-          + f" {parts['baseline']:>20.4f} {parts['corrected']:>13.4f}")
-    write_json(HERE / "results.json", {"rows": rows, "median": middle, "network_part": parts, "config": config, "versions": versions()})
+    document = {"rows": rows, "median": middle, "network_part": parts, "config": config, "versions": versions()}
+    write_json(HERE / "results.json", document)
+    print(table(document))
 
 
 if __name__ == "__main__":
