@@ -70,3 +70,14 @@ def test_the_page_of_hybrids_on_corrected_models_has_the_table_of_one_version():
     stored = results("hybrid_on_corrected/results.json")
     assert study("hybrid_on_corrected/run.py").table(stored) in page("hybrid_on_corrected")
     assert f"Measured with version {released(stored)}." in page("hybrid_on_corrected")
+
+
+def test_the_pages_of_power_have_the_tables_of_one_version():
+    run, stored = study("power/run.py"), results("power/results.json")
+    assert run.page(stored["plants"]) in page("power")
+    assert run.table(stored["table"]) == (TRAINING / "power" / "table.md").read_text(encoding="utf-8")
+    assert f"Measured with version {released(stored)}." in page("power")
+    once, again = (sum(case["draw"] == draw for case in stored["plants"]["plants"]) for draw in (0, 1))
+    assert f"Each of {once} effects and joints was injected once, and {again} of them a second time" in " ".join(page("power").split())
+    assert "0.286 and 0.131 N m; before" in page("power")
+    assert [round(noise, 3) for noise in stored["table"]["noise_Nm"]] == [0.286, 0.131]

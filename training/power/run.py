@@ -3,9 +3,10 @@
 table    what the motions of a campaign reveal, for every effect: results.json, table.md
 plants   every effect planted at its stated size on these motions, the whole catalogue tried: how often it is found,
          that is, named, or in the class of what is named; and how often at the right joint
-summary  counts the plants that are there, under runs/: a run that was ended goes on
+summary  counts the plants that are there, under runs/VERSION: a run that was ended goes on
+page     prints the table of README.md from results.json, and runs nothing
 
-KEY=VALUE overrides config.toml (TOML). Without a word: table, plants, summary.
+KEY=VALUE overrides config.toml (TOML). Without a word: table, plants, summary, page.
 """
 
 import json
@@ -26,7 +27,7 @@ from nnhydro.recordings.campaign import open_campaign
 from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
-RUNS = HERE / "runs"
+RUNS = HERE / "runs" / versions()["nnhydro"]  # one version makes a table
 
 
 def share_and_interval(hits: int, tries: int) -> tuple[float, float, float]:
@@ -90,17 +91,30 @@ def summary() -> dict:
             "right_joint": sum(row["at_joint"] for row in rows), "share_and_interval": share_and_interval(hits, len(rows)), "plants": rows}
 
 
-def table(found: Power) -> str:
-    """Return the rows as a Markdown table."""
+def table(document: dict) -> str:
+    """Return what `nnhydro power --json` prints as a Markdown table."""
     lines = ["| effect | joint | parameter | smallest size | visible | most alike | at |", "| --- | --- | --- | --- | --- | --- | --- |"]
-    for row in found.rows:
-        size = "not at any size" if row.size is None else f"{row.size:.2g} {row.unit}"
-        shape = ", ".join(f"{name} {value:.3g}" for name, value in row.shape.items())
-        rival = "" if row.rival is None else f"{row.rival} ({row.likeness:.2f})"
-        effect, joint = row.hypothesis.key
-        lines.append(f"| {effect} | {joint or 'arm'} | {row.parameter} | {size} | {100 * row.visible:.0f} % | "
+    for row in document["effects"]:
+        size = "not at any size" if row["smallest_size"] is None else f"{row['smallest_size']:.2g} {row['unit']}"
+        shape = ", ".join(f"{name} {value:.3g}" for name, value in row["at"].items())
+        rival = "" if row["nearest"] is None else f"{row['nearest']} ({row['likeness']:.2f})"
+        lines.append(f"| {row['effect']} | {row['joint'] or 'arm'} | {row['parameter']} | {size} | {100 * row['visible_share']:.0f} % | "
                      f"{rival} | {shape} |")
     return "\n".join(lines) + "\n"
+
+
+def page(planted: dict) -> str:
+    """Return the Markdown table of README.md: what was planted, by effect, and how often it was found."""
+    lines = ["| effect | found | at its joint |", "| --- | --- | --- |"]
+    rows = planted["plants"]
+    for effect in sorted({row["effect"] for row in rows}):
+        mine = [row for row in rows if row["effect"] == effect]
+        found, at_joint = (sum(row[what] for row in mine) for what in ("found", "at_joint"))
+        lines.append(f"| {effect} | {found} of {len(mine)} | {at_joint} of {len(mine)} |")
+    share, low, high = planted["share_and_interval"]
+    lines.append(f"| **all** | {planted['found']} of {planted['of']}: {100 * share:.0f} % ({100 * low:.0f} to {100 * high:.0f} %) | "
+                 f"{planted['right_joint']} of {planted['of']} |")
+    return "\n".join(lines)
 
 
 def main() -> None:
@@ -108,18 +122,21 @@ def main() -> None:
     config = tomllib.loads((HERE / "config.toml").read_text())
     for item in (item for item in sys.argv[1:] if "=" in item):
         config |= tomllib.loads(item)
-    asked = [item for item in sys.argv[1:] if "=" not in item] or ["table", "plants", "summary"]
+    asked = [item for item in sys.argv[1:] if "=" not in item] or ["table", "plants", "summary", "page"]
     result = json.loads((HERE / "results.json").read_text()) if (HERE / "results.json").is_file() else {}
+    if asked == ["page"]:
+        print(page(result["plants"]))
+        return
+    result = result if result.get("versions") == versions() else {}  # figures of another version are not mixed with these
     if "table" in asked:
-        found = revealed(config, [])
-        (HERE / "table.md").write_text(table(found))
-        result["table"] = found.document()
+        result["table"] = revealed(config, []).document()
+        (HERE / "table.md").write_text(table(result["table"]))
     if "plants" in asked:
         plants(revealed(config, config["recordings"]), config)
     if "summary" in asked:
-        found = result["plants"] = summary()
-        share, low, high = found["share_and_interval"]
-        print(f"found {found['found']} of {found['of']}: {share:.2f} ({low:.2f} to {high:.2f}); at the right joint {found['right_joint']}")
+        result["plants"] = summary()
+    if "page" in asked:
+        print(page(result["plants"]))
     write_json(HERE / "results.json", result | {"config": config, "versions": versions()})
 
 
