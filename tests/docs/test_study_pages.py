@@ -81,3 +81,10 @@ def test_the_pages_of_power_have_the_tables_of_one_version():
     assert f"Each of {once} effects and joints was injected once, and {again} of them a second time" in " ".join(page("power").split())
     assert "0.286 and 0.131 N m; before" in page("power")
     assert [round(noise, 3) for noise in stored["table"]["noise_Nm"]] == [0.286, 0.131]
+
+
+def test_the_page_of_the_next_experiment_has_the_table_of_one_version():
+    stored = results("next_experiment/results.json")
+    assert study("next_experiment/table.py").table(stored["cases"]) in page("next_experiment")
+    assert f"Measured with version {released(stored)}." in page("next_experiment")
+    assert {case["seed"] for case in stored["cases"]} == set(stored["config"]["seeds"]) == set(range(107, 116))

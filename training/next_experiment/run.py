@@ -2,7 +2,7 @@
 
 Rigs whose motions leave something ambiguous (config.toml) hide one effect each, recorded by the independent truth. Where the diagnosis
 cannot tell, the proposed motion is recorded as often as it asks, and motions drawn at random within the same limits as often, for
-comparison. Each case is stored as it ends, under runs/: a run that was ended goes on. KEY=VALUE overrides config.toml, e.g.
+comparison. Each case is stored as it ends, under runs/VERSION: a run that was ended goes on. KEY=VALUE overrides config.toml, e.g.
 `seeds=[1]`, `given="none"`, `stated=false` (within what the rig has shown). `python training/next_experiment/run.py table` writes all cases
 that are there to results.json and prints the table of README.md.
 """
@@ -26,7 +26,7 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.runtime.files import write_json
 
 HERE = Path(__file__).parent
-RUNS = HERE / "runs"
+RUNS = HERE / "runs" / versions()["nnhydro"]  # one version makes a table
 
 
 def told(found: SearchedCampaign) -> list[dict]:
