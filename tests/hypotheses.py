@@ -11,7 +11,6 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import sensor_torque
 
 catalogue()
 
@@ -44,7 +43,7 @@ def made(id_, a, joint=0, **values):
 
 def view(a, motion, name="constant"):
     loads = baseline(name).start(a)
-    return SensorView(Flow(a, motion), lambda flow: sensor_torque(loads.torque(flow), flow.motion.qd, flow.arm))
+    return SensorView.of(loads, Flow(a, motion))
 
 
 def of_time(t, tau, a=None):

@@ -81,11 +81,11 @@ def ringing_twist(seen: SensorView, joint: int, stiffness: float, damping: float
         return -tau / k, still, still
     J, D = by_joint_motion(seen, joint, 2).clamp_min(LIGHTEST), by_joint_motion(seen, joint, 1)
     t = seen.motion.t.numpy()
-    turn, rate, change = _oscillator(t, *(x.numpy() for x in (J, D + damping, k, -tau)))
+    turn, rate, change = oscillator(t, *(x.numpy() for x in (J, D + damping, k, -tau)))
     return tensor(turn), tensor(rate), tensor(change)
 
 
-def _oscillator(t: Array, J: Array, c: Array, k: Array, load: Array) -> tuple[Array, Array, Array]:
+def oscillator(t: Array, J: Array, c: Array, k: Array, load: Array) -> tuple[Array, Array, Array]:
     """x, dx/dt, d2x/dt2 (n,) of J x'' + c x' + k x = load at even times `t` (n,), by the trapezoidal rule in one banded system."""
     from scipy.interpolate import CubicSpline
     from scipy.linalg import solve_banded

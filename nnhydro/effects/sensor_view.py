@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.memo import Memo
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import joint_torque, sensed_columns
+from nnhydro.physics.transmission import joint_torque, sensed_columns, sensor_torque
 from nnhydro.recordings.arm import Arm
 
 TorqueOf = Callable[[Flow], Tensor]
@@ -58,6 +59,12 @@ class SensorView:
     torque_of: TorqueOf
     place: Tensor | None = None
     measured: Tensor | None = None
+    hub_force_of: TorqueOf | None = None  # the force (n, 2) N along X and Y that the hub supplies; None: not known
+
+    @staticmethod
+    def of(loads: Loads, flow: Flow, place: Tensor | None = None, measured: Tensor | None = None) -> "SensorView":
+        """Return what the sensors see where the sum `loads` is the truth."""
+        return SensorView(flow, lambda f: sensor_torque(loads.torque(f), f.motion.qd, f.arm), place, measured, loads.hub_force)
 
     @cached_property
     def memo(self) -> Memo:

@@ -28,8 +28,7 @@ class StripTheory(TorqueModel):
         """Return the sensor torques (n, joints) N m."""
         if not self.instruments:
             return sensor_torque(self.loads.torque(Flow(self.arm, motion)), motion.qd, self.arm)
-        view = SensorView(Flow(self.arm, motion), lambda flow: sensor_torque(self.loads.torque(flow), flow.motion.qd, self.arm))
-        return with_effects(view, self.instruments).tau
+        return with_effects(SensorView.of(self.loads, Flow(self.arm, motion)), self.instruments).tau
 
     def by_term(self, motion: Motion) -> dict[str, Tensor]:
         """Return each term's share of the torque at the drives, before the gears, (n, joints) N m."""

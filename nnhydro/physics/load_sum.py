@@ -29,6 +29,12 @@ class Loads:
         """Return the sum of all terms, (n, joints) N m."""
         return sum(self.by_term(flow).values(), start=torch.zeros_like(flow.motion.qd))
 
+    def hub_force(self, flow: Flow) -> Tensor:
+        """Return the force (n, 2) N along X and Y that the hub must supply; what acts at a joint alone needs none."""
+        joints, at_hub = flow.arm.n_links, replace(flow, hub=True)
+        supplied = [term.torque(at_hub)[:, joints:] for term in self.terms.values()]
+        return sum((part for part in supplied if part.shape[1] == 2), start=torch.zeros(len(flow.motion), 2, dtype=torch.float64))
+
     def plus(self, name: str, term: LoadTerm) -> "Loads":
         """Return a new sum with one more term; this one is unchanged. Raises ModelError for a name that is taken."""
         require(name not in self.terms, f"the sum already has a term called {name!r}: give this one another name", ModelError)

@@ -22,7 +22,6 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_kinds, term_of
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import sensor_torque
 from nnhydro.recordings.filtering.preprocessing import Preparation
 
 FAMILIES = {
@@ -30,7 +29,7 @@ FAMILIES = {
     "drag_law": "reynolds_drag axial_drag tip_drag drag_form", "interference": "link_interference wall_proximity",
     "water": "ambient_current wave_orbital", "inertia": "added_mass rotor_inertia payload_mass",
     "dry_friction": "coulomb_friction stribeck_friction load_friction", "viscous": "viscous_friction",
-    "restoring": "buoyancy_tilt umbilical_stiffness", "transmission": "joint_elasticity oscillating_mass backlash torque_ripple",
+    "restoring": "buoyancy_tilt umbilical_stiffness", "transmission": "joint_elasticity oscillating_mass flexible_mount backlash torque_ripple",
     "torque_sensor": "torque_bias torque_gain torque_drift torque_crosstalk torque_saturation", "timing": "sensor_timing",
     "angle_sensor": "encoder_offset",
 }
@@ -48,7 +47,7 @@ def found(id_, a):
 def view(a, motion, water=True):
     loads = baseline("constant" if water else "rigid").start(a)
     place = tensor(np.linspace(-1, 1, len(motion)))
-    return SensorView(Flow(a, motion), lambda flow: sensor_torque(loads.torque(flow), flow.motion.qd, flow.arm), place)
+    return SensorView.of(loads, Flow(a, motion), place)
 
 
 def columns(hypothesis, seen):

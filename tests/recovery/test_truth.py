@@ -12,8 +12,9 @@ import pytest
 
 from nnhydro.blind_tests.truth import registry
 from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
-from nnhydro.blind_tests.truth.flow import STRIPS, rigid_torque, water_torque
+from nnhydro.blind_tests.truth.flow import STRIPS, frames_of, rigid_torque, water_torque
 from nnhydro.blind_tests.truth.hidden_friction import bristle, direction
+from nnhydro.blind_tests.truth.hidden_mount import hub_force
 from nnhydro.blind_tests.truth.hidden_transmission import play, stiff_twist
 from nnhydro.blind_tests.truth.memory import follow, since_reversal
 from nnhydro.blind_tests.truth.motions import Plan, carry_out
@@ -417,3 +418,22 @@ def test_dry_friction_is_nearest_to_the_other_frictions_and_the_answer_says_how_
     (entry,) = made.answer["effects"]
     assert min(entry["rivals"], key=entry["rivals"].get) in ("viscous_friction", "stribeck_friction", "load_friction")
     assert 0 < min(entry["rivals"].values()) < max(entry["rivals"].values()) <= entry["lambda"] + 0.1
+
+
+def test_a_mount_that_sways_changes_torques_with_its_mobility_and_one_that_no_force_moves_changes_none():
+    run = motion("fourier", 0.5)
+    still, none = replace(run, u0=0 * run.u0, du0=0 * run.du0), np.zeros_like(run.q)
+    half, whole, stiff = (draft("flexible_mount").make(a).load(still, none) for a in (1e-6, 2e-6, 0.0))
+    np.testing.assert_allclose(stiff, 0.0, atol=1e-12)
+    assert np.abs(half).max() > 0
+    np.testing.assert_allclose(whole, 2 * half, atol=1e-4 * np.abs(whole).max())
+
+
+def test_the_force_that_the_hub_supplies_moves_the_centre_of_mass_of_a_dry_arm():
+    dry = replace(ARM, rho=0.0)
+    run = motion("fourier", 0.5)
+    frames = frames_of(run, dry)
+    place = sum(link.mass * (frames.P[:, i] + link.com * frames.e[:, i]) for i, link in enumerate(dry.links))
+    twice = np.gradient(np.gradient(place, run.dt, axis=0), run.dt, axis=0)
+    inner = slice(5, -5)
+    np.testing.assert_allclose(hub_force(run, dry)[inner], twice[inner], atol=0.02 * np.abs(twice).max())

@@ -21,7 +21,7 @@ from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import gear_factor, sensor_torque, to_drives
+from nnhydro.physics.transmission import gear_factor, to_drives
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
@@ -40,9 +40,8 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
 
     def view_of(working: StripTheory) -> SensorView:
         """Return what the sensors see of the stretch where `working` is the truth, made once a model."""
-        _, view = stretch.memo.of((id(working), predicted), lambda: (working, SensorView(  # kept, so that no other has its id
-            flow.again(), lambda f: sensor_torque(working.loads.torque(f), f.motion.qd, arm), place,
-            None if measured is None else tensor(measured))))
+        _, view = stretch.memo.of((id(working), predicted), lambda: (working, SensorView.of(  # kept, so that no other has its id
+            working.loads, flow.again(), place, None if measured is None else tensor(measured))))
         return view
 
     def columns(hypothesis: Hypothesis) -> Tensor:

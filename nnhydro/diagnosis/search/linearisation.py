@@ -21,7 +21,6 @@ from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.transmission import sensor_torque
 
 STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
 
@@ -82,6 +81,6 @@ def extra_starts(hypotheses: Sequence[Hypothesis], problem: Problem, model: Stri
         return ()
     longest = max(moving, key=lambda stretch: len(stretch.segment))
     flow = Flow(model.arm, Motion.of(longest.segment))
-    view = SensorView(flow, lambda f: sensor_torque(model.loads.torque(f), f.motion.qd, model.arm))
+    view = SensorView.of(model.loads, flow)
     return tuple(replace(hypothesis, effect=start, working_model=model, rough=True) for hypothesis in hypotheses
                  if isinstance(hypothesis.effect, InstrumentEffect) for start in hypothesis.effect.extra_starts(view))

@@ -18,7 +18,6 @@ from nnhydro.errors import ConfigError
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import sensor_torque
 from nnhydro.recordings.arm import Arm, parse_arm
 from nnhydro.report.figure_file import new_figure, save_figure
 
@@ -67,7 +66,7 @@ def illustrate(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     arm, motion = demonstration_arm(), demonstration_motion()
     loads = baseline("constant").start(arm)
     place = tensor(np.linspace(-1, 1, len(motion)))
-    seen = SensorView(Flow(arm, motion), lambda flow: sensor_torque(loads.torque(flow), flow.motion.qd, flow.arm), place)
+    seen = SensorView.of(loads, Flow(arm, motion), place)
     peak = tuple(seen.tau.abs().amax(0).tolist())
     made = candidates(effect, arm, peak)
     if not made:

@@ -8,6 +8,8 @@ import pytest
 import torch
 from hypotheses import made, of_time, steady, view
 from rigs import arm, assert_close, run
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from nnhydro.diagnosis.corrected_model import _for_prediction
 from nnhydro.effects.catalogue import candidates
@@ -17,8 +19,7 @@ from nnhydro.effects.hypotheses.sensor_timing import first_order_lag, time_delay
 from nnhydro.effects.sensor_view import SensorView, time_derivative
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.motion import Motion, tensor
-from nnhydro.physics.transmission import sensor_torque
+from nnhydro.physics.motion import Base, Motion, tensor
 
 
 def test_a_delay_of_a_sine_is_exact():
@@ -218,7 +219,7 @@ def test_effects_of_the_sensor_come_after_those_of_the_angle_whatever_the_order_
 def test_a_secant_times_its_values_is_exactly_what_a_large_instrument_effect_changes():
     a = arm(2)
     model = baseline("constant").start(a)
-    seen = SensorView(Flow(a, run(2, 200)), lambda f: sensor_torque(model.torque(f), f.motion.qd, a))
+    seen = SensorView.of(model, Flow(a, run(2, 200)))
     water = REGISTER["ambient_current"].at_start(a).linear_names()
     for effect in (made("sensor_timing", a, lag=(0.03,), low_pass=(0.5,)), made("joint_elasticity", a, joint=1, compliance=(2e-3,)),
                    REGISTER["ambient_current"].at_start(a).with_linear(torch.full((len(water),), 0.2, dtype=torch.float64))):
@@ -296,3 +297,34 @@ def test_the_time_derivative_is_that_of_a_cubic_spline(n):
 def test_the_search_for_a_backlash_begins_with_gaps_that_are_crossed_within_30_ms():
     """A torque P sin(2 pi f t) that changes its sign carries the link across with the impulse pi f P t^2."""
     assert min(Backlash.grids()["impulse"]) <= np.pi * 0.5 * 0.03**2
+
+
+@pytest.mark.parametrize("angle", [0.0, np.pi / 2, 0.7])
+def test_a_mount_that_sways_obeys_its_equation_of_motion_and_the_arm_reads_its_hubs_motion(angle):
+    a, motion = arm(2), run(2, 600)
+    loads = baseline("constant").start(a)
+    seen, d = SensorView.of(loads, Flow(a, motion)), np.array([np.cos(angle), np.sin(angle)])
+    omega, zeta, mobility = 2 * np.pi * 1.7, 0.08, 0.02
+    law = made("flexible_mount", a, mobility=(mobility,), carried=(0.0,), frequency=(1.7,), damping=(zeta,), direction=(angle,))
+    push = -mobility * loads.hub_force(seen.flow).numpy() @ d
+    spline = CubicSpline(motion.t.numpy(), push)
+    start = [float(push[0]) / omega**2 - 2 * zeta * float(spline(0, 1)) / omega**3, float(spline(0, 1)) / omega**2]
+    states = solve_ivp(lambda t, y: [y[1], spline(t) - omega**2 * y[0] - 2 * zeta * omega * y[1]], (0, float(motion.t[-1])), start,
+                       t_eval=motion.t.numpy(), rtol=1e-9, atol=1e-12).y
+    v, acceleration = states[1], push - omega**2 * states[0] - 2 * zeta * omega * states[1]
+    none = torch.zeros_like(motion.u0)
+    moved = replace(motion, u0=motion.u0 + d[1] * tensor(v), du0=motion.du0 + d[1] * tensor(acceleration),
+                    base=Base(d[0] * tensor(v), d[0] * tensor(acceleration), none, none, none))
+    expected = loads.torque(Flow(a, moved)) - seen.tau
+    late = slice(100, None)  # the start rings by how the first row is taken
+    assert_close(law.apply(seen)[late] - seen.tau[late], expected[late], rtol=0.0, atol=0.02 * float(expected.abs().max()))
+    assert float(expected.abs().max()) > 0.01 * float(seen.tau.abs().max())
+
+
+def test_a_mount_is_loaded_by_the_carriage_too_and_not_where_no_force_is_known():
+    a, motion = arm(2), run(2, 300)
+    towed = replace(motion, du0=0.5 * torch.sin(motion.t))
+    seen = SensorView.of(baseline("constant").start(a), Flow(a, towed))
+    law = made("flexible_mount", a, mobility=(0.0,), carried=(1.0,), frequency=(2.0,), damping=(0.1,), direction=(np.pi / 2,))
+    assert float((law.apply(seen) - seen.tau).abs().max()) > 0
+    assert_close(law.columns(replace(seen, hub_force_of=None)), torch.zeros(300, 2, 2, dtype=torch.float64))
