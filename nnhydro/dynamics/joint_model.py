@@ -29,7 +29,8 @@ from nnhydro.physics.travel.term import TravelTerm
 
 MECHANICAL: Final = ("ambient_current", "load_friction")
 REASONS: Final = {"wave_orbital": "its phase belongs to one recording", "joint_elasticity": "the drive is taken to be rigid",
-                  "backlash": "the drive is taken to be rigid", "sensor_timing": "a delay of the sensors, not of the arm"}
+                  "backlash": "the drive is taken to be rigid",
+                  "flexible_mount": "the mount is taken to stand still", "sensor_timing": "a delay of the sensors, not of the arm"}
 FOLLOWS: Final = 2e-5  # of the rms torque: run of steps against run as a whole; only Basset's force, a sum of exponentials, is not exact
 SENSOR: Final = "a fault of the sensors, not of the arm"
 

@@ -29,7 +29,8 @@ FAMILIES = {
     "drag_law": "reynolds_drag axial_drag tip_drag drag_form", "interference": "link_interference wall_proximity",
     "water": "ambient_current wave_orbital", "inertia": "added_mass rotor_inertia payload_mass",
     "dry_friction": "coulomb_friction stribeck_friction load_friction", "viscous": "viscous_friction",
-    "restoring": "buoyancy_tilt umbilical_stiffness", "transmission": "joint_elasticity oscillating_mass flexible_mount backlash torque_ripple",
+    "restoring": "buoyancy_tilt umbilical_stiffness",
+    "transmission": "joint_elasticity oscillating_mass flexible_mount backlash torque_ripple",
     "torque_sensor": "torque_bias torque_gain torque_drift torque_crosstalk torque_saturation", "timing": "sensor_timing",
     "angle_sensor": "encoder_offset",
 }

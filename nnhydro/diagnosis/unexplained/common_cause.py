@@ -58,11 +58,11 @@ def common_cause(search: Search, found: ScoredSet) -> CommonCause | None:
     by_angles = design.input_variance[moving].sum(axis=0) / np.maximum(energy, 1e-300)
     size = np.sqrt(energy / design.time) / np.maximum(design.scale, 1e-300)
     _, group = np.unique(design.problem.group_of[moving], return_inverse=True)
-    told = []
+    causes = []
     for i, j in combinations(range(r.shape[1]), 2):
         rho, rows = _correlations(r[:, i], r[:, j], group)
         common = float((rows * rho**2).sum() / rows.sum())
         by_chance = float(chdtrc(len(rho), (rows * rho**2).sum()))
         if by_chance < P_ALARM and common * FORM > by_angles[[i, j]].max() and np.sqrt(common) * size[[i, j]].min() > MATERIAL:
-            told.append(CommonCause((i + 1, j + 1), float(np.sqrt(common))))
-    return max(told, key=lambda cause: cause.correlation, default=None)
+            causes.append(CommonCause((i + 1, j + 1), float(np.sqrt(common))))
+    return max(causes, key=lambda cause: cause.correlation, default=None)

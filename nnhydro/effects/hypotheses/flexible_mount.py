@@ -63,7 +63,7 @@ class FlexibleMount(InstrumentEffect):
         if loads is None or not bool(self.linear_values().any()):
             return seen.tau
         total = sum(value * load for value, load in zip(self.linear_values().tolist(), loads, strict=True))
-        return seen.torque_of(self._moved(seen.flow, *self._sway(seen, torch.as_tensor(total))))
+        return seen.torque_of(self._with_sway(seen.flow, *self._sway(seen, torch.as_tensor(total))))
 
     def tangent(self, seen: SensorView) -> Tensor:
         """Return the columns about no effect: the sway is linear in its values, and what it loads nearly."""
@@ -90,7 +90,7 @@ class FlexibleMount(InstrumentEffect):
         _, v, a = oscillator(seen.motion.t.numpy(), *(x.numpy() for x in (even, 2 * self.damping[0] * omega * even, omega**2 * even, load)))
         return tensor(v), tensor(a)
 
-    def _moved(self, flow: Flow, velocity: Tensor, acceleration: Tensor) -> Flow:
+    def _with_sway(self, flow: Flow, velocity: Tensor, acceleration: Tensor) -> Flow:
         """The flow of the arm whose hub moves with these (n,) along the direction, besides what it does."""
         m, (x, y) = flow.motion, self._d.tolist()
         none = torch.zeros_like(m.u0)
@@ -103,7 +103,7 @@ class FlexibleMount(InstrumentEffect):
         step, none = STEP * torch.ones_like(seen.motion.u0), torch.zeros_like(seen.motion.u0)
 
         def slope(velocity: Tensor, acceleration: Tensor) -> Tensor:
-            there, back = (seen.torque_of(self._moved(seen.flow, way * velocity, way * acceleration)) for way in (1, -1))
+            there, back = (seen.torque_of(self._with_sway(seen.flow, way * velocity, way * acceleration)) for way in (1, -1))
             return (there - back) / (2 * STEP)
 
         return slope(step, none), slope(none, step)
