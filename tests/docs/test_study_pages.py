@@ -88,3 +88,16 @@ def test_the_page_of_the_next_experiment_has_the_table_of_one_version():
     assert study("next_experiment/table.py").table(stored["cases"]) in page("next_experiment")
     assert f"Measured with version {released(stored)}." in page("next_experiment")
     assert {case["seed"] for case in stored["cases"]} == set(stored["config"]["seeds"]) == set(range(107, 116))
+
+
+def test_the_page_of_error_rates_has_the_stored_counts():
+    inside, alarms = results("error_rates/coverage.json"), results("error_rates/false_alarms.json")
+    every, text = inside["all"], " ".join(page("error_rates").split())
+    low, high = 100 * every["low"], 100 * every["high"]
+    assert (f"Of {every['tries']} intervals of named effects, {every['hits']} hold the true value: **{100 * every['share']:.1f} % "
+            f"({low:.1f} to {high:.1f})**. {inside['missed']} planted effects were not named. {inside['other_form']} values") in text
+    assert max(v["tries"] - v["hits"] for v in inside["inside"].values()) == 1
+    cells = [f"{row['hits']} of {row['tries']}" for row in alarms["rows"]]
+    for name, row in (("derivatives given", cells[:3]), ("angles alone, noisy encoders", cells[3:])):
+        assert f"| {name} | {' | '.join(row)} |" in page("error_rates")
+    assert f"All: **{alarms['all']['hits']} of {alarms['all']['tries']}, " in text
