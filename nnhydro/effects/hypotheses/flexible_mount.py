@@ -43,7 +43,7 @@ class FlexibleMount(InstrumentEffect):
     mobility: Values = parameter("1/kg", 0.05, ANY_SIZE, "1/M, M the mass that sways", per="arm")
     carried: Values = parameter("1", 0.0, (0.0, 2.0), "s, share of the carriage's acceleration that loads it", per="arm")
     frequency: Values = parameter("Hz", 2.0, (0.3, 20.0), "its natural frequency f", per="arm", linear=False,
-                                  grid=(1.0, 1.5, 2.2, 3.3, 5.0, 7.5))
+                                  grid=(1.0, 1.35, 1.8, 2.4, 3.2, 4.3, 5.8))
     damping: Values = parameter("1", 0.05, (0.005, 0.9), "damping ratio zeta", per="arm", linear=False, grid=(0.03, 0.15))
     direction: Values = parameter("rad", 0.0, (-pi, pi), "direction in which it sways, from +X", per="arm", linear=False,
                                   grid=(0.0, pi / 2))
@@ -85,6 +85,8 @@ class FlexibleMount(InstrumentEffect):
 
     def _sway(self, seen: SensorView, load: Tensor) -> Sway:
         """Velocity and acceleration of the hub under `load` (n,) m/s^2."""
+        if not bool(load.any()):
+            return load, load
         omega = 2 * pi * self.frequency[0]
         even = torch.ones_like(load)
         _, v, a = oscillator(seen.motion.t.numpy(), *(x.numpy() for x in (even, 2 * self.damping[0] * omega * even, omega**2 * even, load)))

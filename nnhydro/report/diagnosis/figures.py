@@ -58,7 +58,8 @@ def _law(ax: "Axes", law: DrawnLaw, title: str, labels: tuple[str, str, str]) ->
     ax.fill_between(law.x, law.law - law.half, law.law + law.half, color=STYLES[0]["color"], alpha=0.2, linewidth=0)
     low, high = np.quantile(np.concatenate([dots[:, 1], law.law, law.rest]), [0.005, 0.995])
     ax.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
-    ax.set_xlim(law.x.min() - 0.03 * np.ptp(law.x), law.x.max() + 0.03 * np.ptp(law.x))
+    margin = 0.03 * np.ptp(law.x) or 1.0  # of one place, in a table at one speed
+    ax.set_xlim(law.x.min() - margin, law.x.max() + margin)
     ax.set(xlabel=law.driver, ylabel=f"torque {law.joint} [N m]")
     ax.set_title(title, fontsize=9, loc="left", wrap=True)
     ax.grid(color="0.92")
