@@ -3,7 +3,8 @@
 FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A hidden effect
 may also `accept` names that its author finds as right, and act in a `part` of the campaign. A campaign is exact if every hidden effect is
 named, or lies in a class of at most three, at its joint, a part is claimed where there is one, and nothing else is said. What is diagnosed
-already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary. HOW is
+already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary. `run.py table` prints the table of README.md
+from the results stored here. HOW is
 
     family-out           the family of what is hidden is taken out of the catalogue: whatever is named is wrong then, and only campaigns
                          that hide something are diagnosed
@@ -18,6 +19,8 @@ from pathlib import Path
 from typing import Any
 
 ALIKE = {"load_friction": {"coulomb_friction"}, "stribeck_friction": {"coulomb_friction"}, "backlash": {"joint_elasticity"}}
+STORED = {"77 campaigns": "results_77.json", "24 by a sixth author": "results_24.json", "20 by a seventh": "results_20.json",
+          "28 by an eighth": "results_28.json"}
 REMARKS = {"torque_drift", "torque_bias"}  # true where every recording has an offset of its own
 MOST = 3  # names of a class that still says something
 
@@ -64,6 +67,19 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, str]:
             "a wrong name": share([bool(r["wrong"]) for r in rows]), "healthy, named": share([bool(r["wrong"]) for r in healthy]),
             "healthy, detected": share([r["detected"] for r in healthy if r["style"] != "offsets"]),
             "seconds, median": f"{sorted(r['seconds'] for r in rows)[len(rows) // 2]:.1f}"}
+
+
+def table(documents: list[dict[str, Any]]) -> str:
+    """Return the table of README.md from the results of each author in STORED."""
+    made = []
+    for document in documents:
+        rows = document["campaigns"]
+        unlisted = [r for r in rows if r["hidden"] and r["hidden"][0].startswith("unknown")]
+        made.append({k: v for k, v in summary(rows).items() if k != "seconds, median"}
+                    | {"cause in no catalogue: no wrong name": f"{sum(not r['wrong'] for r in unlisted)} of {len(unlisted)}",
+                       "cause in no catalogue: an alarm or a name": f"{sum(r['detected'] for r in unlisted)} of {len(unlisted)}"})
+    lines = [["figure (95 % interval)", *STORED], ["---"] * (1 + len(STORED)), *([name, *(m[name] for m in made)] for name in made[0])]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def families_out(answer: dict[str, Any]) -> tuple[str, ...]:
@@ -115,6 +131,9 @@ def main() -> None:
     from nnhydro.fitting.identify import versions
     from nnhydro.runtime.files import write_json
 
+    if sys.argv[1:] == ["table"]:
+        print(table([json.loads((Path(__file__).parent / name).read_text()) for name in STORED.values()]))
+        return
     root, out = Path(sys.argv[1]), Path(sys.argv[2])
     answers = json.loads((root / "answers.json").read_text())
     part = next((x for x in sys.argv[3:] if ":" in x), ":")

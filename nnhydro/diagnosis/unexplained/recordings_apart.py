@@ -17,8 +17,11 @@ MOST_ENERGY, MOST_RECORDINGS, FEWEST_OTHERS = 1 / 2, 1 / 4, 3  # of what remains
 
 
 def recordings_apart(rest: Remainder, proof: Proof, names: Sequence[str]) -> frozenset[str]:
-    """Return the few of the recordings `names` that hold most of what remains at a joint; none where nothing remains."""
-    if not rest.detected or rest.place is None:
+    """Return the few of the recordings `names` that hold most of what remains at a joint; none where nothing remains.
+
+    Nor any where parameters differ between recordings: a cause that varies, as oil that warms, would be hidden without them.
+    """
+    if not rest.detected or rest.place is None or rest.parameters_differ:
         return frozenset()
     apart, joint = frozenset(rest.place.recordings) & frozenset(names), rest.place.joint - 1
     energy = dict.fromkeys(names, 0.0)

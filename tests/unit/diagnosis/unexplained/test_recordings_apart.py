@@ -19,14 +19,15 @@ def proof(sizes):
     return SimpleNamespace(remains=[Residual(name, np.full((50, 1), size), {}, 0.01) for name, size in zip(NAMES, sizes, strict=True)])
 
 
-def rest(loud, detected=True):
-    return SimpleNamespace(detected=detected, place=Location(1, 1.0, "", {}, [0.0, 1.0], list(loud)))
+def rest(loud, detected=True, differ=False):
+    return SimpleNamespace(detected=detected, parameters_differ=differ, place=Location(1, 1.0, "", {}, [0.0, 1.0], list(loud)))
 
 
 def test_few_recordings_with_most_of_the_remaining_energy_stand_apart():
     loud = proof([5.0, 1, 1, 1, 1, 1, 1, 1])
     assert recordings_apart(rest(["run0"]), loud, NAMES) == {"run0"}
     assert not recordings_apart(rest(["run0"], detected=False), loud, NAMES), "nothing remains"
+    assert not recordings_apart(rest(["run0"], differ=True), loud, NAMES), "a cause that varies between recordings is no fault of a few"
     assert not recordings_apart(rest(["run0"]), proof([2.0, 1, 1, 1, 1, 1, 1, 1]), NAMES), "less than half of the energy"
     assert not recordings_apart(rest(NAMES[:3]), proof([5.0, 5, 5, 1, 1, 1, 1, 1]), NAMES), "more than a quarter of the recordings"
     assert not recordings_apart(rest(["run0"]), loud, NAMES[:3]), "too few others"
