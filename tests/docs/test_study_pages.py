@@ -41,7 +41,7 @@ def test_the_page_of_real_rigs_has_every_stored_rig():
 def test_the_page_of_real_rigs_counts_the_varied_trials_and_the_wrong_names_as_stored():
     of, out = results("real_rigs/varied.json")["count"], results("real_rigs/family_out.json")["summary"]
     text = " ".join(page("real_rigs").split())
-    assert f"Of {sum(of.values())} trials {of['right']} are right, {of['half']} is half right, and {of['wrong']} is wrong." in text
+    assert f"Of {sum(of.values())} trials {of['right']} are right, {of['half']} is half right, and {of.get('wrong', 0)} are wrong." in text
     assert f"raised an alarm on {out['an alarm']} rigs and gave {out['a wrong name']} a wrong name" in text
 
 
@@ -101,3 +101,8 @@ def test_the_page_of_error_rates_has_the_stored_counts():
     for name, row in (("derivatives given", cells[:3]), ("angles alone, noisy encoders", cells[3:])):
         assert f"| {name} | {' | '.join(row)} |" in page("error_rates")
     assert f"All: **{alarms['all']['hits']} of {alarms['all']['tries']}, " in text
+
+
+def test_the_page_of_other_authors_has_the_stored_counts():
+    run = study("foreign/run.py")
+    assert run.table([results(f"foreign/{name}") for name in run.STORED.values()]) in page("foreign")
