@@ -49,7 +49,8 @@ def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Te
     """Return the 95 % interval of each quantity by the delta method.
 
     `quantities(values)` with the values (p,), `covariance` (p, p) theirs. Good where a quantity is nearly linear over the interval.
-    Values with `limits` by their index are not moved beyond them: at a limit the derivative is that of the one side.
+    Values with `limits` by their index are not moved beyond them: at a limit the derivative is that of the one side. A quantity that is
+    absent there, as the bending of a contact that does not bend, is 0.
     """
     centre, deviations = quantities(values), covariance.diagonal().clamp(min=0).sqrt()
     gradient = {name: torch.zeros(len(values), dtype=torch.float64) for name in centre}
@@ -58,9 +59,9 @@ def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Te
             low, high = (limits or {}).get(p, (-inf, inf))
             ends = [values.clone(), values.clone()]
             ends[0][p], ends[1][p] = max(float(values[p]) - STEP * deviation, low), min(float(values[p]) + STEP * deviation, high)
-            down, up = map(quantities, ends)
+            down, up = ({name: quantity.value for name, quantity in quantities(end).items()} for end in ends)
             for name in centre:
-                gradient[name][p] = (up[name].value - down[name].value) / float(ends[1][p] - ends[0][p])
+                gradient[name][p] = (up.get(name, 0.0) - down.get(name, 0.0)) / float(ends[1][p] - ends[0][p])
     halves = {name: Z95 * float((g @ covariance @ g).clamp(min=0).sqrt()) for name, g in gradient.items()}
     return {name: (centre[name].value - half, centre[name].value + half) for name, half in halves.items()}
 

@@ -354,6 +354,15 @@ def test_the_interval_of_a_derived_quantity_follows_from_the_covariance():
     assert (high - low) / 2 == pytest.approx(1.96 * np.sqrt(gradient @ covariance.numpy() @ gradient), rel=1e-5)
 
 
+def test_a_quantity_that_is_absent_at_a_limit_is_zero_there():
+    """A contact that does not bend tells no bending; one that bends by less than its uncertainty has an interval all the same."""
+    def bent(values):
+        return {"bending": Quantity(float(values[0]), "rad")} if float(values[0]) > 0 else {}
+
+    (low, high), = intervals(bent, tensor([1e-6]), tensor([[1e-6]]), {0: (0.0, 1.0)}).values()
+    assert (high - low) / 2 == pytest.approx(1.96e-3, rel=1e-3)
+
+
 def test_at_a_limit_the_interval_follows_from_the_slope_on_its_inner_side():
     def quantities(x):
         return {"square": Quantity(float(max(x[0], 0.0)) * 3.0, "1")}
