@@ -29,7 +29,7 @@ def hub_force(run: TrueRun, arm: TrueArm) -> Array:
     return force
 
 
-@hides("flexible_mount", by_name=True)
+@hides("flexible_mount", two_links=True, by_name=True)
 def flexible_mount(rng: Generator, arm: TrueArm) -> Draft:
     """Draw how fast the mount sways, and how soon it comes to rest."""
     from scipy.signal import lsim

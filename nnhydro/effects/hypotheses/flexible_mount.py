@@ -39,6 +39,7 @@ class FlexibleMount(InstrumentEffect):
     )
     acts = "arm"
     stage = 0
+    fewest_links = 2  # one torque alone resembles that of a mass that swings on the link
 
     mobility: Values = parameter("1/kg", 0.05, ANY_SIZE, "1/M, M the mass that sways", per="arm")
     carried: Values = parameter("1", 0.0, (0.0, 2.0), "s, share of the carriage's acceleration that loads it", per="arm")
