@@ -177,6 +177,15 @@ def test_the_moment_is_the_torque_of_joint_1_without_friction(make):
     np.testing.assert_allclose(hub_wrench(rubbing, m).total, hub_wrench(physics, m).total)
 
 
+def test_the_force_that_the_hub_supplies_is_that_on_the_base_turned_round():
+    a, m = arm(2), run(2, 200)
+    loads = state_loads(a)
+    loads = loads.plus("rubbing", CoulombTerm((0.2, 0.1)))
+    base = hub_wrench(model(a, loads), m).total
+    assert float(base[:, :2].abs().max()) > 1.0
+    torch.testing.assert_close(loads.hub_force(Flow(a, m)), -base[:, :2], rtol=1e-9, atol=1e-9)
+
+
 def test_a_payload_weighs_on_the_base_too():
     a = arm(1, gravity_m_s2=9.81)
     loads = Loads({"rigid_body": RigidBody.of_arm(a), "load": PayloadMass((0.5,), (0.0,))})

@@ -429,6 +429,22 @@ def test_a_mount_that_sways_changes_torques_with_its_mobility_and_one_that_no_fo
     np.testing.assert_allclose(whole, 2 * half, atol=1e-4 * np.abs(whole).max())
 
 
+def test_a_mount_shaken_far_above_its_frequency_moves_as_a_free_mass_and_leaves_the_carriage():
+    """There y'' = -a F - du0: the push of the arm and the carriage's own shaking."""
+    cause = draft("flexible_mount").make(0.05)
+    omega = 40 * 2 * np.pi * cause.parameters["frequency"][0]
+    t = np.linspace(0, 6 * 2 * np.pi / omega, 6001)
+    still, none = np.zeros_like(t), np.zeros((len(t), 2))
+    for turned, towed in ((1e-3, 0.0), (0.0, 1e-4)):
+        wave = [np.sin(omega * t), omega * np.cos(omega * t), -(omega**2) * np.sin(omega * t)]
+        both = [np.column_stack([turned * x, still]) for x in wave]
+        run = TrueRun("quick", t, *both, towed * wave[1], towed * wave[2])
+        freely = -0.05 * hub_force(run, ARM)[:, 1] - run.du0
+        more = cause.load(run, none)
+        expected = plain_torque(replace(run, du0=run.du0 + freely), ARM) - plain_torque(run, ARM)
+        np.testing.assert_allclose(more[1000:], expected[1000:], atol=0.12 * np.abs(expected).max())
+
+
 def test_the_force_that_the_hub_supplies_moves_the_centre_of_mass_of_a_dry_arm():
     dry = replace(ARM, rho=0.0)
     run = motion("fourier", 0.5)

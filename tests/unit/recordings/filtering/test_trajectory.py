@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nnhydro.recordings.filtering.band import band_of
-from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, step_level, trajectory, white_level
+from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, _grouped_median, step_level, trajectory, white_level
 from nnhydro.recordings.recording import Recording
 
 EDGE = 4.0  # Hz
@@ -194,3 +194,11 @@ def test_the_noise_of_an_encoder_that_flickers_between_steps_is_found(place, noi
     flickers = x.std()
     found = white_level(x)
     assert found == pytest.approx([flickers], rel=0.35)
+
+
+@pytest.mark.parametrize("spread", [1.2, 2.0, 5.0])
+def test_the_median_of_whole_steps_lies_within_its_step_where_that_of_the_true_values_does(spread):
+    true = np.abs(spread * np.random.default_rng(4).standard_normal(40000))
+    grouped = _grouped_median(np.round(true), 1.0)
+    assert grouped == pytest.approx(np.median(true), abs=0.08)
+    assert _grouped_median(true, 0.0) == np.median(true)
