@@ -17,6 +17,6 @@ RELEVANT = 0.003  # least share of the rms torque that a claim must move, unless
 DETECTED = 16.0  # nats of the unknown from which there is a mismatch: odds of 1e7, for some 30 sizes and noise that is only nearly white
 MATERIAL = 0.01  # share of a joint's torque that an unknown must hold to be reported
 UNLIKE_NOISE = 3.0  # times the error of noise alone: a larger difference between recordings is no noise
-P_ALARM = 1e-3  # p-value of an alarm other than the unknown (a hum, recordings unlike others): one healthy arm in a thousand
+P_ALARM = 1e-3  # p-value of an alarm other than the unknown (hum, unlike recordings, common cause): one healthy arm in a thousand
 TRUSTED_RATIO = 0.25  # share of the nats left beside a name at which an unlisted cause is equally probable: half of the torque, squared
 LISTED = 0.96  # share of names that are right: one machine in five is taken to hide an unlisted cause; one in six of these is named

@@ -14,7 +14,7 @@ from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL, NULL_QUANTILE
 from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
 from nnhydro.diagnosis.decision.decide import Claims, decide, withdraw_useless
-from nnhydro.diagnosis.decision.heldout_errors import noise_error
+from nnhydro.diagnosis.decision.heldout_errors import Proof, noise_error
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
@@ -46,6 +46,8 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.repeats import copied_recordings
+
+NEVER_FATAL = (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError)  # of a control: it never costs the verdict
 
 
 @final
@@ -105,15 +107,35 @@ def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> Sea
     return SearchedCampaign(design, noise, search, decide(search, best, seed), model, search.score(()))
 
 
-def _diagnose_recordings(campaign: Campaign, names: tuple[str, ...], options: "DiagnosisOptions",
-                         progress: Callable[[str], None]) -> DiagnosisResult:
-    """Return the diagnosis on the recordings `names` of the campaign."""
-    start = time.perf_counter()
+@final
+@dataclass(frozen=True, eq=False)
+class DecidedCampaign:
+    """What was decided on some recordings, its proof, the error of noise alone, and what remains."""
+
+    found: SearchedCampaign
+    proof: Proof
+    floor: float
+    rest: Remainder
+
+
+def _decide_on(campaign: Campaign, names: tuple[str, ...], options: "DiagnosisOptions", progress: Callable[[str], None]) -> DecidedCampaign:
+    """Return what is decided on the recordings `names` of the campaign."""
     design = design_on(problem_of(campaign, names, options.cutoff_hz), options.baseline)
     noise, search, best, model = _explore(design, options.without, progress)
     progress("held-out errors")
     decided, proof = withdraw_useless(search, decide(search, best, options.seed), model, options.seed)
-    found, claimed = SearchedCampaign(design, noise, search, decided, model, search.score(())), decided.claimed
+    steady = (design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
+    variance = np.where(steady, best_fit(search, decided.claimed).whitened.v, noise.noise_variance + design.input_variance)
+    floor = noise_error(search, proof, variance)
+    return DecidedCampaign(SearchedCampaign(design, noise, search, decided, model, search.score(())), proof, floor,
+                           unexplained_of(search, decided.claimed, proof, decided.decisions, floor, noise))
+
+
+def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisOptions",
+              progress: Callable[[str], None]) -> DiagnosisResult:
+    """Return the whole diagnosis: findings, models, other bands, the next experiment."""
+    found, proof, base = decided.found, decided.proof, decided.found.design.baseline
+    search, claimed = found.search, found.decided.claimed
     findings = [replace(finding, error_without=proof.without.get((finding.effect, finding.law.joint), proof.before), error_with=proof.after)
                 for finding in sorted(findings_of(search, claimed), key=lambda finding: -found.decided.shares.get(finding.number, 0.0))]
     rehearsal = rehearse(search, claimed, options.rehearsals, options.seed, progress) if options.rehearsals and findings else None
@@ -122,22 +144,17 @@ def _diagnose_recordings(campaign: Campaign, names: tuple[str, ...], options: "D
     bands, unjudged = _other_bands(campaign, options.baseline, found) if findings else ((), {})
     progress("next experiment")
     following, why = _plan_next(found, campaign, options.seed, options.limits)
-    steady = (found.design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
-    variance = np.where(steady, best_fit(search, claimed).whitened.v, found.noise.noise_variance + found.design.input_variance)
-    floor = noise_error(search, proof, variance)
-    rest = unexplained_of(search, claimed, proof, found.decided.decisions, floor, found.noise)
-    base = found.design.baseline
     z_before, z_after = (base.within(best_fit(search, model_set).z) for model_set in (search.score(()), claimed))
     noise_rms = np.sqrt(found.noise.noise_variance.sum(axis=0) / found.design.time)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
-    stated = {key: [*said, *impossible_coefficients(design)] for key, said in base.against_stated(z_after).items()}
-    checks = _checks(found, proof.before, proof.after, proof.recordings) | stated | unjudged | why
-    return DiagnosisResult(before, corrected, base.name, time.perf_counter() - start,
-                           _p_value(found, rest), floor, proof, locate(proof.residuals, noise_rms), findings, rest, found.decided.decisions,
-                           checks, bands, following, base.recalibration(z_before),
-                           versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+    checks = _checks(found, proof.before, proof.after, proof.recordings) | base.against_stated(z_after) | unjudged | why
+    if base.is_physics:
+        checks["against_stated"] += impossible_coefficients(found.design)
+    return DiagnosisResult(before, corrected, base.name, 0.0, _p_value(found, decided.rest), decided.floor, proof,
+                           locate(proof.residuals, noise_rms), findings, decided.rest, found.decided.decisions, checks, bands, following,
+                           base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
 
 
 @final
@@ -161,18 +178,24 @@ class DiagnosisOptions:
             self.limits.check(campaign.arm.n_links)
         copies = {name for group in copied_recordings(campaign) for name in group[1:]}  # a copy is no second recording
         names = draw_names([name for name in campaign.names if name not in copies], self.most, self.seed)
-        found = _diagnose_recordings(campaign, names, self, progress)
-        apart = recordings_apart(found.remainder, found.proof, names)
-        if apart:
-            progress(f"without {', '.join(sorted(apart))}")
-            try:
-                others = _diagnose_recordings(campaign, tuple(name for name in names if name not in apart), self, progress)
-                if others.findings and leaves_less(found.proof, others.proof, apart):
-                    left_out = f"{others.checks['left_out']} {apart_sentence(apart)}".strip()
-                    found = replace(others, checks=others.checks | {"left_out": left_out})
-            except NnhydroError as error:  # too few rows are left: it never costs the verdict
-                found.checks["without_recordings"] = f"not judged without {', '.join(sorted(apart))}: {error}"
-        return replace(found, seconds=time.perf_counter() - start)
+        decided, checks = self._without_few(campaign, names, _decide_on(campaign, names, self, progress), progress)
+        result = _complete(campaign, decided, self, progress)
+        left_out = f"{result.checks['left_out']} {checks.pop('left_out', '')}".strip()
+        return replace(result, checks=result.checks | checks | {"left_out": left_out}, seconds=time.perf_counter() - start)
+
+    def _without_few(self, campaign: Campaign, names: tuple[str, ...], decided: DecidedCampaign,
+                     progress: Callable[[str], None]) -> tuple[DecidedCampaign, dict[str, str]]:
+        """Return what is decided without the few recordings that hold most of what remains, if that is better, and what to say of it."""
+        apart = recordings_apart(decided.rest, decided.proof, names)
+        if not apart:
+            return decided, {}
+        progress(f"without {', '.join(sorted(apart))}")
+        try:
+            others = _decide_on(campaign, tuple(name for name in names if name not in apart), self, progress)
+        except NEVER_FATAL as error:
+            return decided, {"without_recordings": f"not judged without {', '.join(sorted(apart))}: {error}"}
+        better = others.found.decided.claimed.chosen and leaves_less(decided.proof, others.proof, apart)
+        return (others, {"left_out": apart_sentence(apart)}) if better else (decided, {})
 
 
 def diagnose(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
@@ -194,7 +217,7 @@ def _other_bands(campaign: Campaign, baseline: str | None, found: SearchedCampai
         band = found.design.problem.band.times(factor)
         try:
             made.append(claims_at(campaign, found.design.problem, band, baseline, claimed))
-        except (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError) as error:
+        except NEVER_FATAL as error:
             failed.append(f"not judged below {band.torque:.3g} Hz: {error}")
     return tuple(made), {"other_bands": "; ".join(failed)} if failed else {}
 
@@ -205,7 +228,7 @@ def _plan_next(found: SearchedCampaign, campaign: Campaign, seed: int, limits: L
         names = found.design.problem.names
         rate = 1 / float(np.median(np.diff(campaign.load(names[0]).t))) if names else 1.0
         return next_experiment(found.search, found.noise, found.decided.claimed, found.model, rate, seed, limits), {}
-    except (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError) as error:
+    except NEVER_FATAL as error:
         return None, {"next_experiment": f"not planned: {error}"}
 
 

@@ -60,7 +60,7 @@ class HubWrench:
 
 def _flow(physics: StripTheory, motion: Motion) -> Flow:
     """The flow that the loads meet, in water that flows where the model has a current."""
-    flow = Flow(physics.arm, motion, hub=True)
+    flow = Flow(physics.arm, motion)
     for instrument in physics.instruments:
         if isinstance(instrument, AmbientCurrent):
             flow = instrument.met_by(flow)
@@ -88,11 +88,10 @@ def _of_loads(physics: StripTheory, motion: Motion) -> HubWrench:
     """The wrench of a sum of load terms."""
     flow, joints = _flow(physics, motion), physics.arm.n_links
     rigid, fluid = (torch.zeros(len(motion), joints + 2, dtype=torch.float64) for _ in range(2))
-    for term in physics.loads.terms.values():
-        supplied = term.torque(flow)
-        if isinstance(term, RigidBody):
+    for name, supplied in physics.loads.with_hub(flow).items():
+        if isinstance(physics.loads.terms[name], RigidBody):
             rigid = rigid + supplied
-        elif supplied.shape[1] == joints + 2:
+        else:
             fluid = fluid + supplied
     return HubWrench(_on_base(rigid, joints), _on_base(fluid, joints))
 

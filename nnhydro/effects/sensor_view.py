@@ -115,7 +115,8 @@ class SensorView:
         qdd = m.qdd if dqdd is None else m.qdd + dqdd
         return replace(self.flow, motion=replace(m, q=m.q + dq, qd=qd, qdd=qdd))
 
-    def _slope(self, flow_at: Callable[[float], Flow]) -> Tensor:
+    def slope(self, flow_at: Callable[[float], Flow]) -> Tensor:
+        """Return the central difference (n, joints) of the reading by what `flow_at` moves the flow by."""
         return (self.torque_of(flow_at(STEP)) - self.torque_of(flow_at(-STEP))) / (2 * STEP)
 
     def by_motion(self, channel: int, joint: int) -> Tensor:  # (n, joints) N m/rad, N m s/rad, N m s^2/rad
@@ -125,7 +126,7 @@ class SensorView:
             unit = torch.zeros_like(self.motion.q)
             unit[:, joint - 1] = 1.0
             q, qd, qdd = (unit if i == channel else torch.zeros_like(unit) for i in range(3))
-            return self._slope(lambda step: self.flow_moved_by(step * q, step * qd, step * qdd))
+            return self.slope(lambda step: self.flow_moved_by(step * q, step * qd, step * qdd))
 
         return self.memo.of(("by_motion", channel, joint), slope)
 

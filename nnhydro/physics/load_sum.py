@@ -1,6 +1,6 @@
 """The joint torques of a model: a sum of named load terms."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -29,11 +29,15 @@ class Loads:
         """Return the sum of all terms, (n, joints) N m."""
         return sum(self.by_term(flow).values(), start=torch.zeros_like(flow.motion.qd))
 
+    def with_hub(self, flow: Flow) -> dict[str, Tensor]:
+        """Return, of each term that the hub must carry, what joints and hub supply, (n, joints + 2) N m and N along X and Y."""
+        made = {name: term.torque(replace(flow, hub=True)) for name, term in self.terms.items()}
+        return {name: supplied for name, supplied in made.items() if supplied.shape[1] == flow.arm.n_links + 2}
+
     def hub_force(self, flow: Flow) -> Tensor:
         """Return the force (n, 2) N along X and Y that the hub must supply; what acts at a joint alone needs none."""
-        joints, at_hub = flow.arm.n_links, replace(flow, hub=True)
-        supplied = [term.torque(at_hub)[:, joints:] for term in self.terms.values()]
-        return sum((part for part in supplied if part.shape[1] == 2), start=torch.zeros(len(flow.motion), 2, dtype=torch.float64))
+        none = torch.zeros(len(flow.motion), 2, dtype=torch.float64)
+        return sum((supplied[:, -2:] for supplied in self.with_hub(flow).values()), start=none)
 
     def plus(self, name: str, term: LoadTerm) -> "Loads":
         """Return a new sum with one more term; this one is unchanged. Raises ModelError for a name that is taken."""
@@ -43,6 +47,12 @@ class Loads:
     def linear(self) -> dict[str, LinearTerm]:
         """Return the terms that are linear in their parameters."""
         return {name: term for name, term in self.terms.items() if isinstance(term, LinearTerm)}
+
+    def linear_parameters(self) -> Iterator[tuple[str, LinearTerm, str, str, tuple[float, float]]]:
+        """Yield name of the term, term, label, unit and bounds of every linear parameter, in the order of the columns of `linear()`."""
+        for name, term in self.linear().items():
+            for label, unit, bounds in zip(term.linear_names(), term.linear_units(), term.linear_bounds(), strict=True):
+                yield name, term, label, unit, bounds
 
     def with_linear(self, theta: ArrayLike) -> "Loads":
         """Return a new sum with the linear parameters `theta` (p,), in the order of the columns of `linear()`; this one is unchanged."""

@@ -1,7 +1,8 @@
 """Hidden causes under the arm: a mount that gives way.
 
-    flexible_mount  y'' + 2 zeta omega y' + omega^2 y = -F_Y / M - du0,   F_Y: force that the hub supplies along the tow; M counts the arm
+    flexible_mount  y'' + 2 zeta omega y' + omega^2 y = -F_Y / M - (1 - m / M) du0
 
+F_Y is the force that the hub supplies along the tow, to the arm as if it did not sway; m the links' mass, which M counts.
 The arm's torque is that of an arm whose hub moves with u0 + y'.
 """
 
@@ -34,13 +35,14 @@ def flexible_mount(rng: Generator, arm: TrueArm) -> Draft:
     """Draw how fast the mount sways, and how soon it comes to rest."""
     from scipy.signal import lsim
 
+    links = sum(link.mass for link in arm.links)
     omega, zeta = 2 * np.pi * float(rng.uniform(1.2, 3.0)), float(rng.uniform(0.03, 0.1))
 
     def make(a: float) -> Cause:
         """Return the cause whose mobility is `a` 1/kg."""
         def load(run: TrueRun, tau: Array) -> Array:
             """Return the extra joint torques (n, joints) N m."""
-            push = -a * hub_force(run, arm)[:, 1] - run.du0
+            push = -a * hub_force(run, arm)[:, 1] - max(1 - a * links, 0.0) * run.du0
             even = np.linspace(0.0, run.t[-1] - run.t[0], len(run.t))
             states = np.array([[0.0, 1.0], [-(omega**2), -2 * zeta * omega]])
             _, _, y = lsim((states, [[0.0], [1.0]], np.eye(2), np.zeros((2, 1))), push, even)

@@ -55,9 +55,13 @@ def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -
 
 
 def _alike_in_load(view: WeightedLibrary, steady: NDArray[np.bool_]) -> Index:
-    """The part (n,) of its table, of FOLDS in all, that every steady row is in by the torque of the stated model; 0 elsewhere."""
+    """The part (n,) of all steady rows, of FOLDS in all, that each is in by the torque of the stated model; 0 elsewhere.
+
+    Source: blocked cross-validation, Roberts et al. (2017), Ecography 40.
+    """
     design, made = view.library.design, np.zeros(len(steady), dtype=np.int64)
-    order = np.argsort(np.abs(design.tau - design.y).sum(axis=1)[steady], kind="stable")  # alike: in the order of the table
+    load = (np.abs(design.tau - design.y) / design.scale).sum(axis=1)
+    order = np.argsort(load[steady], kind="stable")  # where all are alike, in the order of the table
     made[np.flatnonzero(steady)[order]] = np.arange(len(order)) * FOLDS // max(len(order), 1)
     return made
 
@@ -75,8 +79,9 @@ def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -
         for found in sets:
             columns = view.join(found.chosen)
             fitted = None if columns is None else Columns.of(part, columns.Xw[rows])
-            on, without = (posterior(whole, columns, t).log_evidence - posterior(part, fitted, t).log_evidence
-                           for t in (found.sizes.vector(whole), off))
+            all_on = found.fit.log_evidence
+            on, without = (evidence - posterior(part, fitted, t).log_evidence
+                           for evidence, t in ((all_on, found.sizes.vector(whole)), (all_on - found.unknown_nats, off)))
             scores.append((1 - granted) * on + granted * without)
         made.append(scores)
     return np.array(made)

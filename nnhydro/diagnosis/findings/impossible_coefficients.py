@@ -1,6 +1,9 @@
 """Coefficients that explain the torque where no water could have them: a length in other units, a torque in other units.
 
-    theta_free = argmin |y - Y theta|^2,    told where |y - Y theta_free| < LEFT |y - Y theta_possible|, the latter within its bounds
+    theta_free = argmin |y - Y theta|^2,   theta_possible: the same within the physical bounds
+
+Told where |y - Y theta_possible| > LEFT |tau| and |y - Y theta_free| < LEFT^2 |tau|: possible coefficients leave much of the torque, free
+ones little. Beside an omitted effect that hides in a coefficient of the wrong sign, possible ones leave less.
 """
 
 import numpy as np
@@ -12,7 +15,7 @@ from nnhydro.models.stated_terms import stated_values
 from nnhydro.physics.loads.rigid_body import RigidBody
 
 Array = NDArray[np.float64]
-LEFT = 1 / 3  # of what possible coefficients leave
+LEFT = 1 / 3  # of the torque: above, nothing is said to be complete, either (result.TOO_NOISY)
 
 
 def impossible_coefficients(design: Design) -> list[str]:
@@ -21,15 +24,12 @@ def impossible_coefficients(design: Design) -> list[str]:
     if not base.is_physics or design.undriven or not design.Y.shape[2]:
         return []
     Y, y = design.Y.reshape(-1, design.Y.shape[2]), design.y.ravel()
-    free = np.linalg.lstsq(Y, y, rcond=None)[0]
-    low, high = base.prior.lowest, base.prior.highest
-    possible = lsq_linear(Y, y, (low, high)).x if np.all(low < high) else np.clip(free, low, high)
-    if np.linalg.norm(y - Y @ free) >= LEFT * np.linalg.norm(y - Y @ possible):
+    free, torque = np.linalg.lstsq(Y, y, rcond=None)[0], float(np.linalg.norm(design.tau))
+    possible = lsq_linear(Y, y, (base.prior.lowest, base.prior.highest)).x
+    if np.linalg.norm(y - Y @ possible) <= LEFT * torque or np.linalg.norm(y - Y @ free) >= LEFT**2 * torque:
         return []
     theta, said, stated = base.prior.mean + base.prior.F @ free, list[str](), stated_values(base.physics.arm)
-    parameters = [(name, term, label, bounds) for name, term in base.physics.loads.linear().items()
-                  for label, bounds in zip(term.linear_names(), term.linear_bounds(), strict=True)]
-    for (name, term, label, (lowest, highest)), value in zip(parameters, theta.tolist(), strict=True):
+    for (name, term, label, _, (lowest, highest)), value in zip(base.physics.loads.linear_parameters(), theta.tolist(), strict=True):
         if not isinstance(term, RigidBody) and name not in stated and not lowest <= value <= highest:
             said.append(f"With {name}.{label} = {value:.3g}, most of the torque would be explained, but it can only lie between {lowest:g} "
                         f"and {highest:g}: check the lengths, diameters and density of arm.yaml, and the unit of the torque")

@@ -13,7 +13,9 @@ from nnhydro.diagnosis.decision.heldout_errors import Proof, Residual
 from nnhydro.diagnosis.unexplained.residual_location import few_names
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 
-MOST_ENERGY, MOST_RECORDINGS, FEWEST_OTHERS = 1 / 2, 1 / 4, 3  # of what remains; of the recordings; that are then left
+MOST_ENERGY = 1 / 2  # share of what remains that the few hold at least: most of it
+MOST_RECORDINGS = 1 / 4  # share of the recordings that are few: three in four then agree
+FEWEST_OTHERS = 3  # recordings that are then left: of fewer no effect is named
 
 
 def recordings_apart(rest: Remainder, proof: Proof, names: Sequence[str]) -> frozenset[str]:

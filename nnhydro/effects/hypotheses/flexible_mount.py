@@ -11,7 +11,7 @@ from torch import Tensor
 from nnhydro.effects.compliance import oscillator
 from nnhydro.effects.effect import ANY_SIZE, InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
-from nnhydro.effects.sensor_view import STEP, SensorView
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Base, tensor
 
@@ -23,7 +23,11 @@ Sway = tuple[Tensor, Tensor]  # velocity and acceleration (n,) of the hub: m/s, 
 @final
 @dataclass(frozen=True)
 class FlexibleMount(InstrumentEffect):
-    """A damped spring under the hub, loaded by the force that the arm exerts on it and by its own inertia as the carriage accelerates."""
+    """A damped spring under the hub, loaded by the force that the arm exerts on it and by its own inertia as the carriage accelerates.
+
+    F is the force of an arm whose hub does not sway: M counts what sways with the mount of arm and water. The share s is that of the mount
+    alone in M.
+    """
 
     id = "flexible_mount"
     family = "transmission"
@@ -31,7 +35,7 @@ class FlexibleMount(InstrumentEffect):
     mechanism = "Strut, carriage or frame bend under the forces of the arm: the hub moves, and no sensor tells."
     equation = ("reading = tau(hub moves with y d),  y'' + 4 pi f zeta y' + (2 pi f)^2 y = -F.d / M - s a.d;  F: force that the hub "
                 "supplies, a: acceleration of the carriage")
-    source = "one mode of a structure under load: Den Hartog (1956), Mechanical Vibrations, chapter 2; from general knowledge, not checked"
+    source = "one mode of a structure under load: Den Hartog (1956), Mechanical Vibrations: from general knowledge, not checked"
     signature = Signature(
         depends_on=("qdd", "u0"), parity="mixed", region="about one frequency, at all joints together; ringing after a stop",
         excited_by="quick motions that push the mount, stops with holds after them",
@@ -41,8 +45,8 @@ class FlexibleMount(InstrumentEffect):
     stage = 0
     fewest_links = 2  # one torque alone resembles that of a mass that swings on the link
 
-    mobility: Values = parameter("1/kg", 0.05, ANY_SIZE, "1/M, M the mass that sways", per="arm")
-    carried: Values = parameter("1", 0.0, (0.0, 2.0), "s, share of the carriage's acceleration that loads it", per="arm")
+    mobility: Values = parameter("1/kg", 0.05, ANY_SIZE, "1/M, M the mass that sways, arm and water included", per="arm")
+    carried: Values = parameter("1", 0.0, (0.0, 1.0), "s, share of the mount alone in M", per="arm")
     frequency: Values = parameter("Hz", 2.0, (0.3, 20.0), "its natural frequency f", per="arm", linear=False,
                                   grid=(1.0, 1.35, 1.8, 2.4, 3.2, 4.3, 5.8))
     damping: Values = parameter("1", 0.05, (0.005, 0.9), "damping ratio zeta", per="arm", linear=False, grid=(0.03, 0.15))
@@ -65,10 +69,6 @@ class FlexibleMount(InstrumentEffect):
             return seen.tau
         total = sum(value * load for value, load in zip(self.linear_values().tolist(), loads, strict=True))
         return seen.torque_of(self._with_sway(seen.flow, *self._sway(seen, torch.as_tensor(total))))
-
-    def tangent(self, seen: SensorView) -> Tensor:
-        """Return the columns about no effect: the sway is linear in its values, and what it loads nearly."""
-        return self.columns(seen)
 
     def _loads(self, seen: SensorView) -> tuple[Tensor, Tensor] | None:
         """The loads (n,) of the mount: -F.d, and -a.d of the carriage; None where nothing can sway."""
@@ -103,13 +103,9 @@ class FlexibleMount(InstrumentEffect):
 
     def _slopes(self, seen: SensorView) -> Sway:
         """d tau / d velocity and d tau / d acceleration of the hub along the direction, (n, joints) each."""
-        step, none = STEP * torch.ones_like(seen.motion.u0), torch.zeros_like(seen.motion.u0)
-
-        def slope(velocity: Tensor, acceleration: Tensor) -> Tensor:
-            there, back = (seen.torque_of(self._with_sway(seen.flow, way * velocity, way * acceleration)) for way in (1, -1))
-            return (there - back) / (2 * STEP)
-
-        return slope(step, none), slope(none, step)
+        one, none = torch.ones_like(seen.motion.u0), torch.zeros_like(seen.motion.u0)
+        return (seen.slope(lambda step: self._with_sway(seen.flow, step * one, none)),
+                seen.slope(lambda step: self._with_sway(seen.flow, none, step * one)))
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the mass that sways, frequency, damping and direction."""

@@ -64,10 +64,9 @@ def _of_term(term: LinearTerm, arm: Arm, sd: Array | None = None) -> Prior:
 
 def against_stated(loads: Loads, known: Prior, theta: Array, arm: Arm) -> list[str]:
     """Return a sentence for each parameter that arm.yaml states and a fit moves more than BEYOND of its standard deviations from it."""
-    parameters = [(name, term, label, unit) for name, term in loads.linear().items()
-                  for label, unit in zip(term.linear_names(), term.linear_units(), strict=True)]
     said = []
-    for (name, term, label, unit), value, mean, sd in zip(parameters, theta.tolist(), known.mean.tolist(), known.sd.tolist(), strict=True):
+    for (name, term, label, unit, _), value, mean, sd in zip(loads.linear_parameters(), theta.tolist(), known.mean.tolist(),
+                                                             known.sd.tolist(), strict=True):
         if (isinstance(term, RigidBody) or name in stated_values(arm)) and abs(value - mean) > BEYOND * sd > 0:
             said.append(arm.text(f"{name}.{label} is fitted as {value:.4g} {unit}, {abs(value - mean) / sd:.0f} times its stated "
                                  f"uncertainty from the {mean:.4g} {unit} of arm.yaml: check that value and its known_to. Else an omitted "

@@ -95,7 +95,8 @@ def white_level(x: Array | None) -> Array | None:
     d = np.diff(x, n=3, axis=0)
     size = np.abs(d - np.median(d, axis=0))
     robust = 1.4826 * np.array([_grouped_median(s, step) for s, step in zip(size.T, map(_encoder_step, x.T), strict=True)])
-    level: Array = np.where(robust > 0, np.minimum(robust / THIRD, step_level(x)), step_level(x))
+    all_steps = step_level(x)
+    level: Array = np.where(robust > 0, np.minimum(robust / THIRD, all_steps), all_steps)
     return level
 
 

@@ -51,7 +51,7 @@ def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_st
     table = few.problem.group_of == 2
     few.problem.frequency[table] = -1.0
     one = search(few, LAWS).view
-    fold, load = fold_of_rows(one, 0)[table], np.abs(few.tau - few.y).sum(axis=1)[table]
+    fold, load = fold_of_rows(one, 0)[table], (np.abs(few.tau - few.y) / few.scale).sum(axis=1)[table]
     parts = fold[np.argsort(load, kind="stable")]
     assert len(set(fold)) > 3
     assert np.count_nonzero(np.diff(parts)) < FOLDS, "rows alike in load are held out together: no curve joins their neighbours"

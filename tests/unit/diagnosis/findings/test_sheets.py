@@ -1,4 +1,4 @@
-"""The tables of a finding: a row a parameter, a row an alternative, whatever acts on the whole arm in words."""
+"""The tables of a finding: a row a parameter, a row a rival, whatever acts on the whole arm in words."""
 
 from nnhydro.diagnosis.findings.sheets import parameters_sheet, rivals_sheet
 
@@ -12,5 +12,5 @@ def test_every_parameter_has_a_row_with_its_interval_and_unit():
     assert len(parameters_sheet([])) == 0
 
 
-def test_alternatives_are_listed_with_their_weights_and_the_whole_arm_by_its_name():
+def test_rivals_are_listed_with_their_weights_and_the_whole_arm_by_its_name():
     assert rivals_sheet(FINDING).rows() == [["tip_drag", "arm", "< 0.001"], ["stribeck_friction", "2", "0.200"]]

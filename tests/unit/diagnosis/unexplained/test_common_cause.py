@@ -59,6 +59,8 @@ def test_what_is_small_beside_the_torque_is_not_told():
 
 
 def test_one_joint_has_nothing_in_common_with_another_and_a_free_arm_moves_as_one():
+    alone = design(3, groups=8, rows=ROWS, joints=1)
+    assert found_in(search(alone, LAWS, np.random.default_rng(1).standard_normal((*alone.y.shape, 2)))) is None
     one = remaining(0.9)
     one.view.library.design.undriven = True
     assert found_in(one) is None

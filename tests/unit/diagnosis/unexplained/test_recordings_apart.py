@@ -39,41 +39,31 @@ def test_only_the_other_recordings_are_compared():
     assert not leaves_less(before, proof([0.0, *[0.99] * 7]), {"run0"})
 
 
-def diagnosed(remains, findings, detected):
-    """A diagnosis of `remains` that names `findings`."""
-    return SimpleNamespace(remainder=rest(["run0"], detected), proof=remains, findings=findings, checks={"left_out": ""}, seconds=0.0)
+def decided(remains, chosen, detected):
+    """What was decided on some recordings: `remains`, and the members `chosen`."""
+    return SimpleNamespace(rest=rest(["run0"], detected), proof=remains,
+                           found=SimpleNamespace(decided=SimpleNamespace(claimed=SimpleNamespace(chosen=chosen))))
 
 
-FRICTION = ["coulomb_friction"]
+WHOLE = decided(proof([5.0, *[1.0] * 7]), (), True)
 
 
-@pytest.mark.parametrize(("after", "names", "taken"), [(0.2, FRICTION, True), (0.2, [], False), (0.99, FRICTION, False)])
-def test_the_others_are_judged_alone_where_that_names_effects_that_leave_less_of_them(monkeypatch, tmp_path, after, names, taken):
-    asked = []
-
-    def on(campaign, chosen, *options):
-        asked.append(chosen)
-        whole = "run0" in chosen
-        return diagnosed(proof([5.0, *[1.0] * 7]) if whole else proof([0.0, *[after] * 7]), [] if whole else names, whole)
-
-    monkeypatch.setattr(diagnosis, "_diagnose_recordings", on)
-    monkeypatch.setattr(diagnosis, "copied_recordings", lambda campaign: [])
-    monkeypatch.setattr(diagnosis, "replace", lambda found, **changes: SimpleNamespace(**{**vars(found), **changes}))
-    found = diagnosis.diagnose(SimpleNamespace(names=NAMES))
-    assert asked == [NAMES, NAMES[1:]]
-    assert found.findings == (names if taken else [])
-    assert (apart_sentence({"run0"}) in found.checks["left_out"]) == taken
+@pytest.mark.parametrize(("after", "chosen", "better"), [(0.2, (3,), True), (0.2, (), False), (0.99, (3,), False)])
+def test_the_others_are_judged_alone_where_that_names_effects_that_leave_less_of_them(monkeypatch, after, chosen, better):
+    others, asked = decided(proof([0.0, *[after] * 7]), chosen, False), []
+    monkeypatch.setattr(diagnosis, "_decide_on", lambda campaign, names, *options: asked.append(names) or others)
+    found, checks = diagnosis.DiagnosisOptions()._without_few(None, NAMES, WHOLE, lambda line: None)
+    assert asked == [NAMES[1:]]
+    assert found is (others if better else WHOLE)
+    assert checks == ({"left_out": apart_sentence({"run0"})} if better else {})
 
 
-def test_what_cannot_be_judged_without_them_costs_no_verdict(monkeypatch):
-    def on(campaign, chosen, *options):
-        if "run0" not in chosen:
-            raise RecordingError("no rows are left")
-        return diagnosed(proof([5.0, *[1.0] * 7]), ["viscous_friction"], True)
+@pytest.mark.parametrize("cause", [RecordingError("no rows are left"), np.linalg.LinAlgError("no rows are left")])
+def test_what_cannot_be_judged_without_them_costs_no_verdict(monkeypatch, cause):
+    def fail(*anything):
+        raise cause
 
-    monkeypatch.setattr(diagnosis, "_diagnose_recordings", on)
-    monkeypatch.setattr(diagnosis, "copied_recordings", lambda campaign: [])
-    monkeypatch.setattr(diagnosis, "replace", lambda found, **changes: SimpleNamespace(**{**vars(found), **changes}))
-    found = diagnosis.diagnose(SimpleNamespace(names=NAMES))
-    assert found.findings == ["viscous_friction"]
-    assert found.checks["without_recordings"] == "not judged without run0: no rows are left"
+    monkeypatch.setattr(diagnosis, "_decide_on", fail)
+    found, checks = diagnosis.DiagnosisOptions()._without_few(None, NAMES, WHOLE, lambda line: None)
+    assert found is WHOLE
+    assert checks == {"without_recordings": "not judged without run0: no rows are left"}
